@@ -44,7 +44,9 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
       ->capture_default_str();
   command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")
       ->capture_default_str();
-  command.add_option("--force-field", options.force_field_directory, "folder of GROMACS parameters, or built-in")
+  command
+      .add_option("--force-field", options.force_field_directory,
+                  "folder of GROMACS parameters, a name of its own such as amber99sb, or built-in")
       ->capture_default_str();
 }
 

@@ -134,6 +134,7 @@ json::object energy_json(const DockingPair& pair, const Energies& found, const O
                       {"atoms_ligand", pair.ligand.size()},
                       {"unassigned", pair.receptor.guessed.size() + pair.ligand.guessed.size()},
                       {"force_field", pair.receptor.force_field},
+                      {"mixing", pair.receptor.mixes_arithmetically ? "arithmetic" : "geometric"},
                       {"dielectric", options.pair.dielectric},
                       {"cutoff_angstrom", pair.model.cutoff_angstrom},
                       {"lj_kj_mol", result.lennard_jones_kj_per_mol},

@@ -20,6 +20,7 @@ struct DockingOptions {
   std::string receptor, ligand;  ///< "FILE:A,B/478"; both empty: no such room
   std::string hydrogens;         ///< "": as docking_scene() chooses
   std::string dielectric;        ///< likewise
+  std::string force_field;       ///< likewise
   std::optional<double> cutoff_angstrom;
 };
 
@@ -48,6 +49,9 @@ void declare(CLI::App& app, DockingOptions& options) {
          "--dielectric", options.dielectric,
          "of their charges: none (no charges), a constant such as 1, or one times the distance [Å] such as 4r [4r]")
       ->type_name("TEXT");
+  app.add_option("--force-field", options.force_field,
+                 "of both: a folder of GROMACS parameters, a name of its own such as amber99sb, or built-in [oplsaa]")
+      ->type_name("DIR|NAME");
   app.add_option("--cutoff", options.cutoff_angstrom,
                  "of both: no force beyond, 4 to 100 [Å]; 0: none [0, or 8 above a million pairs of atoms]")
       ->type_name("FLOAT");
@@ -55,9 +59,13 @@ void declare(CLI::App& app, DockingOptions& options) {
 
 std::filesystem::path write(const DockingOptions& options, const std::filesystem::path& folder) {
   if (options.receptor.empty() && options.ligand.empty()) {
-    if (options.hydrogens.empty() && options.dielectric.empty() && !options.cutoff_angstrom) return {};
+    if (options.hydrogens.empty() && options.dielectric.empty() && options.force_field.empty() &&
+        !options.cutoff_angstrom) {
+      return {};
+    }
     throw std::invalid_argument(
-        "--hydrogens, --dielectric and --cutoff are of --receptor and --ligand; a scene file names its own");
+        "--hydrogens, --dielectric, --force-field and --cutoff are of --receptor and --ligand; a scene file names its "
+        "own");
   }
   if (options.receptor.empty() || options.ligand.empty()) {
     throw std::invalid_argument("--receptor and --ligand go together: give both");
@@ -65,6 +73,7 @@ std::filesystem::path write(const DockingOptions& options, const std::filesystem
   if (folder.empty()) throw std::invalid_argument("--receptor keeps its scene in the folder --cache: give one");
   wire::MolecularField field;
   field.set_dielectric(options.dielectric);
+  field.set_force_field_directory(options.force_field);
   if (options.cutoff_angstrom) field.set_cutoff_angstrom(*options.cutoff_angstrom);
   const std::string text = scene_text(docking_scene(source_of("--receptor", options.receptor, options.hydrogens),
                                                     source_of("--ligand", options.ligand, options.hydrogens), field));

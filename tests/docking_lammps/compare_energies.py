@@ -26,6 +26,10 @@ LJ_BOUND = 1e-8
 COULOMB_BOUND = 1e-7
 FORCE_BOUND = 1e-6  # of the largest
 
+PARAMETERS = "/usr/share/gromacs/top"
+OPLS = "oplsaa"
+MIXING = {OPLS: "geometric", "amber99sb": "arithmetic", "charmm27": "arithmetic"}
+
 STYLES = {
     "1": ("lj/cut/coul/cut 300.0 300.0", "", 1),
     "4r": ("lj/charmm/coul/charmm/implicit 298.0 299.0", " {epsilon!r} {sigma!r}", 4),
@@ -38,7 +42,7 @@ boundary f f f
 dielectric {permittivity}
 read_data pair.data
 pair_style {style}
-pair_modify mix geometric
+pair_modify mix {mixing}
 {coefficients}
 group A molecule 1
 group B molecule 2
@@ -74,13 +78,13 @@ energygrps = chA chB
 """
 
 
-def tandem(lab, receptor, ligand, hydrogens, dielectric):
+def tandem(lab, receptor, ligand, hydrogens, dielectric, force_field=OPLS):
     command = [lab, "energy", "--receptor", receptor, "--ligand", ligand, "--hydrogens", hydrogens, "--dielectric",
-               dielectric, "--atoms", "--json"]
+               dielectric, "--force-field", f"{PARAMETERS}/{force_field}.ff", "--atoms", "--json"]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def run_lammps(lammps, ours, dielectric):
+def run_lammps(lammps, ours, dielectric, mixing="geometric"):
     """Lennard-Jones and Coulomb energy [kJ/mol], and the force on each atom [kJ/mol/Å], the receptor's first."""
     style, more, permittivity = STYLES[dielectric]
     atoms = [(1, atom) for atom in ours["receptor_atoms"]] + [(2, atom) for atom in ours["ligand_atoms"]]
@@ -98,7 +102,7 @@ def run_lammps(lammps, ours, dielectric):
         coefficients.append(f"pair_coeff {t + 1} {t + 1} {epsilon!r} {sigma!r}" +
                             more.format(epsilon=epsilon, sigma=sigma))
     in_file = IN_FILE.format(style=style, name=style.split()[0], permittivity=permittivity,
-                             coefficients="\n".join(coefficients))
+                             mixing=mixing, coefficients="\n".join(coefficients))
     with tempfile.TemporaryDirectory() as folder:
         for name, text in (("pair.data", "\n".join(data) + "\n"), ("pair.in", in_file)):
             with open(os.path.join(folder, name), "w", encoding="ascii") as file:
@@ -122,14 +126,14 @@ def run_tool(folder, *command):
         sys.exit(f"{' '.join(command)} failed:\n{run.stdout}{run.stderr}")
 
 
-def run_gromacs(folder, structure, chains):
+def run_gromacs(folder, structure, chains, force_field):
     """Lennard-Jones and Coulomb energy [kJ/mol] of two chains with GROMACS's own hydrogens, types and charges; and the
     file of the structure that it made."""
     with open(structure, encoding="ascii") as file:
         kept = [line for line in file if line.startswith("ATOM") and line[21] in chains or line.startswith("TER")]
     with open(os.path.join(folder, "pair.pdb"), "w", encoding="ascii") as file:
         file.writelines(kept)
-    run_tool(folder, "gmx_d", "pdb2gmx", "-f", "pair.pdb", "-ff", "oplsaa", "-water", "none", "-ignh", "-o", "built.pdb",
+    run_tool(folder, "gmx_d", "pdb2gmx", "-f", "pair.pdb", "-ff", force_field, "-water", "none", "-ignh", "-o", "built.pdb",
              "-p", "pair.top")
     with open(os.path.join(folder, "built.pdb"), encoding="ascii") as file:
         atoms = [line for line in file if line.startswith("ATOM")]
@@ -168,26 +172,27 @@ def compare_forces(check, ours, forces):
                  FORCE_BOUND)
 
 
-def compare_pair(check, arguments, name, golden):
+def compare_with_lammps(check, arguments, name, force_field, golden):
     structure, *chains = PAIRS[name]
-    files = [f"{structure}:{chain}" for chain in chains]
     for dielectric in STYLES:
-        print(f"{name} {'-'.join(chains)}, built hydrogens, dielectric {dielectric}, LAMMPS")
-        ours = tandem(arguments.lab, *files, "build", dielectric)
-        lj, coulomb, forces = run_lammps(arguments.lammps, ours, dielectric)
+        print(f"{name} {'-'.join(chains)}, {force_field}, built hydrogens, dielectric {dielectric}, LAMMPS")
+        ours = tandem(arguments.lab, *(f"{structure}:{chain}" for chain in chains), "build", dielectric, force_field)
+        assert ours["mixing"] == MIXING[force_field]
+        lj, coulomb, forces = run_lammps(arguments.lammps, ours, dielectric, MIXING[force_field])
         check.within("Lennard-Jones", relative(ours["lj_kj_mol"], lj), LJ_BOUND)
         check.within("Coulomb", relative(ours["coulomb_kj_mol"], coulomb), COULOMB_BOUND)
         compare_forces(check, ours, forces)
         total = [math.fsum(f[k] for f in forces[len(ours["receptor_atoms"]):]) for k in range(3)]
-        golden.append(f"{name} {structure} {' '.join(chains)} {dielectric} {lj!r} {coulomb!r} " +
+        golden.append(f"{name} {structure} {' '.join(chains)} {force_field} {dielectric} {lj!r} {coulomb!r} " +
                       " ".join(map(repr, total)))
-    if shutil.which("gmx_d") is None:
-        print(f"{name}: gmx_d is not installed")
-        return
+
+
+def compare_with_gromacs(check, arguments, name, force_field):
+    structure, *chains = PAIRS[name]
     with tempfile.TemporaryDirectory() as folder:
-        print(f"{name} {'-'.join(chains)}, GROMACS's hydrogens, types and charges")
-        lj, coulomb, built = run_gromacs(folder, structure, chains)
-        ours = tandem(arguments.lab, *(f"{built}:{chain}" for chain in chains), "given", "1")
+        print(f"{name} {'-'.join(chains)}, {force_field}, GROMACS's hydrogens, types and charges")
+        lj, coulomb, built = run_gromacs(folder, structure, chains, force_field)
+        ours = tandem(arguments.lab, *(f"{built}:{chain}" for chain in chains), "given", "1", force_field)
         check.within("Lennard-Jones", relative(ours["lj_kj_mol"], lj), LJ_BOUND)
         check.within("Coulomb", relative(ours["coulomb_kj_mol"], coulomb), COULOMB_BOUND)
 
@@ -203,10 +208,17 @@ def main():
         print(f"skipped: needs the Debian packages lammps, pymol-data ({', '.join(missing) or arguments.lammps})")
         return SKIPPED
     check = Check()
-    golden = ["# Pair, file, chains, dielectric; Lennard-Jones and Coulomb energy [kJ/mol]; force on the second chain",
+    golden = ["# Pair, file, chains, force field, dielectric; Lennard-Jones and Coulomb energy [kJ/mol]; force on the second chain",
               "# [kJ/mol/Å]: LAMMPS's, hydrogens built. Written by tests/docking_lammps/compare_energies.py."]
     for name in PAIRS:
-        compare_pair(check, arguments, name, golden)
+        compare_with_lammps(check, arguments, name, OPLS, golden)
+    compare_with_lammps(check, arguments, "3al1", "amber99sb", golden)
+    if shutil.which("gmx_d") is None:
+        print("gmx_d is not installed")
+    else:
+        for force_field in MIXING:
+            for name in PAIRS:
+                compare_with_gromacs(check, arguments, name, force_field)
     if arguments.golden and not check.failed:
         with open(arguments.golden, "w", encoding="utf-8") as file:
             file.write("\n".join(golden) + "\n")

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -55,8 +56,9 @@ class PdbFile {
  public:
   explicit PdbFile(const std::string& text) {
     const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            ("tandem_" + std::to_string(getpid()) + "_" + (test != nullptr ? test->name() : "setup") + ".pdb");
+    std::string name = test != nullptr ? test->name() : "setup";
+    std::replace(name.begin(), name.end(), '/', '_');  // of a parameter
+    path_ = std::filesystem::temp_directory_path() / ("tandem_" + std::to_string(getpid()) + "_" + name + ".pdb");
     std::ofstream(path_, std::ios::binary) << text;
   }
   ~PdbFile() {

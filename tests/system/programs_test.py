@@ -169,6 +169,7 @@ class Docking(ProgramTest):
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb"), "--receptor and --ligand go together")
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb"), "a.pdb: no such file")
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb", "--cache", ""), "--cache")
+        self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb", "--force-field", "none"), "none.ff")
 
 
 @unittest.skipUnless(os.path.exists("/usr/share/pymol/test/dat/3al1.pdb"), "needs the Debian package pymol-data")
@@ -197,6 +198,13 @@ class Energy(ProgramTest):
         self.assertLess(json.loads(out)["lj_kj_mol"], -10)
         self.assert_setup_error(self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--force-field", "/nowhere"),
                                 "/nowhere", "gromacs-data")
+
+    def test_with_another_force_field(self):
+        code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--force-field", "amber99sb", "--hydrogens", "build")
+        self.assertEqual(code, 0, err)
+        self.assertEqual([json.loads(out)[key] for key in ("force_field", "mixing", "unassigned")], ["amber99sb", "arithmetic", 0])
+        self.assert_setup_error(self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--force-field", "gromos54a7"),
+                                "gromos54a7.ff/forcefield.itp:", "comb-rule 2 or 3")
 
     def test_of_residues_sums_to_the_whole(self):
         code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--per-residue")

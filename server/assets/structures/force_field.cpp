@@ -104,20 +104,29 @@ class ParameterFile {
   bool skipping_ = false;
 };
 
-void check_combination_rule(const fs::path& path) {
+/// Whether σ is mixed arithmetically.
+bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
   if (!file.next_in("defaults", words)) file.fail("no [ defaults ] section");
-  if (words.size() >= 2 && words[0] == "1" && words[1] == "3") return;
-  file.fail("needs nbfunc 1 and comb-rule 3 (geometric σ and ε), as in oplsaa.ff; found " + quoted_text(words[0]) +
-            " and " + quoted_text(words.size() > 1 ? words[1] : std::string_view()));
+  if (words.size() >= 2 && words[0] == "1" && (words[1] == "2" || words[1] == "3")) return words[1] == "2";
+  file.fail("needs nbfunc 1 and comb-rule 2 or 3 (σ mixed arithmetically or geometrically), as in amber99sb.ff, " +
+            std::string("charmm27.ff or oplsaa.ff; found ") + quoted_text(words[0]) + " and " +
+            quoted_text(words.size() > 1 ? words[1] : std::string_view()));
 }
 
 /// Counted from the right, since the column of the atomic number may be missing.
 void read_types(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
-  while (file.next_in("atomtypes", words)) {
+  bool in_types = false;
+  while (file.next(words)) {
+    if (std::string name = section_name(words); !name.empty()) {
+      if (name == "nonbond_params") file.fail("pairs of types with parameters of their own cannot be used");
+      in_types = name == "atomtypes";
+      continue;
+    }
+    if (!in_types) continue;
     if (words.size() < 7) file.fail("an atom type needs name, bond type, mass, charge, ptype, sigma and epsilon");
     const auto from_right = words.rbegin();
     AtomType type;
@@ -162,7 +171,8 @@ HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
   return rule;
 }
 
-/// "ALA 3", then the rules; the count is not needed to tell them apart.
+/// "ALA 3", then the rules; the count is not needed to tell them apart. Rules for the oxygens of a C terminus, which AMBER's
+/// blocks have, are left out: those oxygens come with the structure.
 void read_hydrogens(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
@@ -172,8 +182,8 @@ void read_hydrogens(const fs::path& path, ForceField& force_field) {
       rules = &force_field.hydrogens[std::string(words.front())];
     } else if (rules == nullptr) {
       file.fail("a rule before the first residue");
-    } else {
-      rules->push_back(read_rule(file, words));
+    } else if (HydrogenRule rule = read_rule(file, words); rule.name.starts_with('H')) {
+      rules->push_back(std::move(rule));
     }
   }
 }
@@ -208,7 +218,8 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   std::string section;
   TerminusEdit* edit = nullptr;
   while (file.next(words)) {
-    if (const std::string name = section_name(words); !name.empty()) {
+    if (std::string name = section_name(words); !name.empty()) {
+      if (name == "Add") name = "add";  // so in charmm27.ff
       section = name;
       if (name == "replace" || name == "add" || name == "delete" || is_block_subsection(name)) continue;
       edit = &termini[name];
@@ -229,6 +240,7 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });
+    std::erase_if(edit.replaced, [](const BlockAtom& atom) { return atom.name.starts_with("OT"); });
   }
 }
 
@@ -236,14 +248,31 @@ void read_names(const fs::path& directory, ForceField& force_field) {
   Words words;
   ParameterFile residues(directory / "aminoacids.r2b");
   while (residues.next(words)) {
-    if (words.size() >= 2) force_field.block_of_residue.insert_or_assign(std::string(words[0]), std::string(words[1]));
+    if (words.size() < 2 || words[1] == "-") continue;
+    force_field.block_of_residue.insert_or_assign(std::string(words[0]), std::string(words[1]));
+    if (words.size() < 4 || words[2] == "-" || words[3] == "-") continue;
+    force_field.end_blocks.insert_or_assign(std::string(words[1]),
+                                            std::pair(std::string(words[2]), std::string(words[3])));
   }
   std::error_code error;
+  if (fs::exists(directory / "aminoacids.arn", error)) {
+    ParameterFile own_names(directory / "aminoacids.arn");
+    while (own_names.next(words)) {
+      if (words.size() < 3) own_names.fail("a name of an atom needs residue, name and the force field's name");
+      force_field.block_aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
+    }
+  }
   const bool own = fs::exists(directory / "xlateat.dat", error);
   ParameterFile atoms((own ? directory : directory / "..") / "xlateat.dat");
   while (atoms.next(words)) {
     if (words.size() < 3) continue;  // the count in the first line
     force_field.aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
+  }
+}
+
+void add_stand_ins(ForceField& force_field) {
+  for (const auto& [element, type] : built_in_force_field().types) {
+    force_field.types.insert_or_assign(std::string(kElementPrefix) + element, type);
   }
 }
 
@@ -274,9 +303,13 @@ const AtomType& ForceField::type(std::string_view type_name) const {
   return found->second;
 }
 
-ForceField load_force_field(const fs::path& directory) {
-  if (directory == kBuiltInForceField) return built_in_force_field();
+ForceField load_force_field(const fs::path& directory_or_name) {
+  if (directory_or_name == kBuiltInForceField) return built_in_force_field();
   std::error_code error;
+  fs::path directory = directory_or_name;
+  if (!directory.has_parent_path() && !fs::is_directory(directory, error)) {
+    directory = fs::path(kOplsDirectory).parent_path() / (directory.string() + ".ff");
+  }
   if (!fs::is_directory(directory, error)) {
     throw docking::MoleculeError("force-field directory " + directory.string() + " does not exist" + kRemedy);
   }
@@ -284,8 +317,9 @@ ForceField load_force_field(const fs::path& directory) {
   const fs::path folder = directory.has_filename() ? directory : directory.parent_path();
   force_field.name = folder.stem().string();
   force_field.directory = directory.string();
-  check_combination_rule(directory / "forcefield.itp");
+  force_field.mixes_arithmetically = read_combination_rule(directory / "forcefield.itp");
   read_types(directory / "ffnonbonded.itp", force_field);
+  if (force_field.name != kOplsName) add_stand_ins(force_field);
   read_blocks(directory / "aminoacids.rtp", force_field);
   read_hydrogens(directory / "aminoacids.hdb", force_field);
   force_field.n_termini = read_termini(directory / "aminoacids.n.tdb");

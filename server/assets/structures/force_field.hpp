@@ -5,11 +5,16 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/docking/molecule_error.hpp"
 
 namespace tandem::server {
+
+/// The one of which stand-ins by element and united atoms are types of its own.
+inline constexpr std::string_view kOplsName = "oplsaa";
+inline constexpr std::string_view kElementPrefix = "element ";
 
 struct AtomType {
   double mass_u = 0;
@@ -66,7 +71,11 @@ struct ForceField {
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH
+  std::map<std::string, std::pair<std::string, std::string>, std::less<>>
+      end_blocks;  ///< N and C terminus: ALA → NALA, CALA
   std::vector<AtomAlias> aliases;
+  std::vector<AtomAlias> block_aliases;  ///< to the names of this force field's blocks; residue: a block, or "*"
+  bool mixes_arithmetically = false;     ///< see docking::Molecule
   bool is_by_element =
       false;  ///< types are elements, and "HP", a hydrogen that is not on carbon; blocks only name residues
 
@@ -82,12 +91,13 @@ struct ForceField {
 ///         the same set; ions of Åqvist, J. Phys. Chem. 94 (1990) 8021, with zinc and iron as magnesium
 ForceField built_in_force_field();
 
-/// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b of the folder, and xlateat.dat of it
-/// or of its parent. In place of a folder "built-in": built_in_force_field().
+/// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb, .r2b and, where it has one, .arn of the folder,
+/// and xlateat.dat of it or of its parent. A name stands for that folder of gromacs-data: "amber99sb". Types "element C" … are added where the folder is not OPLS-AA's: what stands in for
+/// atoms without an entry. In place of a folder "built-in": built_in_force_field().
 ///
 /// Fails   MoleculeError: folder or file missing (names the Debian package), a line that cannot be read (names it), a
-///         combination rule other than 3, geometric
+///         combination rule other than 2, arithmetic, and 3, geometric, or parameters of single pairs of types
 /// Cost    about 5 ms
-ForceField load_force_field(const std::filesystem::path& directory);
+ForceField load_force_field(const std::filesystem::path& directory_or_name);
 
 }  // namespace tandem::server

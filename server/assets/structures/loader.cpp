@@ -260,6 +260,10 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
         structure.string() + ": hydrogens are built and united by rules of OPLS-AA, which built-in parameters lack; " +
         "install the Debian package gromacs-data, or take the hydrogens that are given");
   }
+  if (force_field.name != kOplsName && hydrogens == Hydrogens::kUnited) {
+    throw docking::MoleculeError(structure.string() + ": " + force_field.name +
+                                 " has no united atoms; take given or build, or OPLS-AA (" + kOplsDirectory + ")");
+  }
   PdbStructure read = read_structure(structure);
   std::vector<PdbResidue> protein, others;
   for (PdbResidue& residue : read.residues) {
@@ -271,6 +275,7 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
   const std::vector<bool> in_disulfide = disulfides_of(protein, source);
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
+  molecule.mixes_arithmetically = force_field.mixes_arithmetically;
   StructureReport told;
   told.dropped = std::move(read.dropped);
   Loader loader(force_field, molecule, told);

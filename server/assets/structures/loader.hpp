@@ -1,4 +1,4 @@
-// Structure files to molecules: tolerant readers and the OPLS-AA parameters of GROMACS's data files.
+// Structure files to molecules: tolerant readers and the parameters of GROMACS's data files.
 #pragma once
 
 #include <filesystem>
@@ -27,8 +27,8 @@ struct StructureReport {
   std::vector<std::string> dropped;  ///< atoms and residues of the file that were left out, with the reason
 };
 
-/// Reads what is selected (first model, first alternate location) and gives each atom its OPLS-AA type, charge and
-/// Lennard-Jones parameters. Charges and radii of a PQR file stay its own: σ = 2^(5/6) · radius, and of radius 0 no
+/// Reads what is selected (first model, first alternate location) and gives each atom its type, charge and
+/// Lennard-Jones parameters, usually of OPLS-AA. Charges and radii of a PQR file stay its own: σ = 2^(5/6) · radius, and of radius 0 no
 /// Lennard-Jones term.
 ///
 /// An atom without an exact entry is typed by its element (residue_typing.hpp) and named in Molecule::guessed; atoms
@@ -38,11 +38,11 @@ struct StructureReport {
 /// With Hydrogens::kGiven nothing is added: a file without hydrogens gives heavy atoms with all-atom parameters, whose
 /// attraction is about a third too weak.
 ///
-/// Source  the parameter files of `force_field_directory` (GROMACS: ffnonbonded.itp, aminoacids.rtp, …), read at
-///         run time: Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
+/// Source  the parameter files of `force_field_directory` (load_force_field(); GROMACS: ffnonbonded.itp, aminoacids.rtp, …),
+///         read at run time: of OPLS-AA, Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: file missing or damaged, no atoms left, two atoms on one place, chain or residue not there
-///         (names those that are), force field missing (names the Debian package) or with another mixing rule than
-///         the geometric one; hydrogens other than given with kBuiltInForceField
+///         (names those that are), force field missing (names the Debian package) or mixed otherwise than
+///         arithmetically or geometrically; hydrogens other than given with kBuiltInForceField, united with any but OPLS-AA
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
                                 const std::filesystem::path& force_field_directory,
                                 Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr);

@@ -43,7 +43,7 @@ constexpr std::array<Renaming, 12> kCapAtoms = {{
     {"PGLU", "OE1", "OE"},
 }};
 
-constexpr std::array<std::string_view, 4> kCaps = {"ACE", "NAC", "NH2", "NHE"};
+constexpr std::array<std::string_view, 5> kCaps = {"ACE", "NAC", "NME", "NH2", "NHE"};
 
 /// Stand-ins by element: the alkane, amide and sulfide entries of OPLS-AA. Selenium of MSE is taken as sulfur, zinc and iron
 /// as magnesium, whose ions are as small.
@@ -89,6 +89,11 @@ std::string_view stem(std::string_view name) {
   return name;
 }
 
+std::string_view without_last_digit(std::string_view name) {
+  if (!name.empty() && is_digit(name.back())) name.remove_suffix(1);
+  return name;
+}
+
 std::string_view canonical_residue(std::string_view name) {
   for (const auto& [other, canonical] : kResidueNames) {
     if (other == name) return canonical;
@@ -96,12 +101,18 @@ std::string_view canonical_residue(std::string_view name) {
   return name;
 }
 
+/// The block of a residue as GROMACS names it: "HISE" is HIE in AMBER's force fields, HSE in CHARMM's.
+const ResidueBlock* block_named(const ForceField& force_field, std::string_view residue) {
+  const auto renamed = force_field.block_of_residue.find(residue);
+  const ResidueBlock* const block =
+      force_field.block(renamed == force_field.block_of_residue.end() ? residue : renamed->second);
+  return block == nullptr && residue == "NAC" ? force_field.block("NME") : block;
+}
+
 /// Block name without regard to protonation; "HIS" has none of its own.
 const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
   const std::string_view canonical = canonical_residue(residue_name);
-  if (canonical == "HIS") return force_field.block("HISE");
-  const auto renamed = force_field.block_of_residue.find(canonical);
-  return force_field.block(renamed == force_field.block_of_residue.end() ? canonical : renamed->second);
+  return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);
 }
 
 std::string digit_last(std::string_view name) {
@@ -128,7 +139,7 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
       }
     }
     for (const Renaming& cap : kCapAtoms) {
-      if (cap.residue == block.name && cap.from == name) {
+      if (cap.residue == (block.name == "NME" ? "NAC" : block.name) && cap.from == name) {
         name = cap.to;
         break;
       }
@@ -168,13 +179,15 @@ const ResidueBlock* choose_block(const ForceField& force_field, std::string_view
                                  const ResidueContext& context, Names& names) {
   const std::string_view canonical = canonical_residue(residue_name);
   const ResidueBlock* chosen = nullptr;
-  if (canonical == "HIS") chosen = force_field.block(histidine_block(names));
-  if (canonical == "ASP" || canonical == "ASPH") chosen = force_field.block(acid_block(names, 'D', canonical, "ASPH"));
-  if (canonical == "GLU" || canonical == "GLUH") chosen = force_field.block(acid_block(names, 'E', canonical, "GLUH"));
-  if (canonical == "CYS" && context.in_disulfide && !has(names, "HG")) chosen = force_field.block("CYS2");
+  if (canonical == "HIS") chosen = block_named(force_field, histidine_block(names));
+  if (canonical == "ASP" || canonical == "ASPH")
+    chosen = block_named(force_field, acid_block(names, 'D', canonical, "ASPH"));
+  if (canonical == "GLU" || canonical == "GLUH")
+    chosen = block_named(force_field, acid_block(names, 'E', canonical, "GLUH"));
+  if (canonical == "CYS" && context.in_disulfide && !has(names, "HG")) chosen = block_named(force_field, "CYS2");
   if (canonical == "LYS" &&
       std::count_if(names.begin(), names.end(), [](const std::string& name) { return stem(name) == "HZ"; }) == 2) {
-    chosen = force_field.block("LYS");
+    chosen = block_named(force_field, "LYSN");
   }
   return chosen != nullptr ? chosen : default_block(force_field, residue_name);
 }
@@ -225,13 +238,38 @@ struct Composition {
   }
 };
 
+/// The block that a charged end has of its own, as AMBER's force fields do ("NALA", "CALA"); of a residue that is both ends the N
+/// terminus's. None: no such block.
+const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, const std::string& n_end,
+                              const std::string& c_end) {
+  const auto found = force_field.end_blocks.find(block.name);
+  if (found == force_field.end_blocks.end()) return nullptr;
+  if (n_end.ends_with('+')) return force_field.block(found->second.first);
+  return c_end == "COO-" ? force_field.block(found->second.second) : nullptr;
+}
+
+void use_names_of(const ForceField& force_field, std::string_view block, Names& names) {
+  for (std::string& name : names) {
+    for (const AtomAlias& alias : force_field.block_aliases) {
+      if (alias.from != name || (alias.residue != "*" && alias.residue != block)) continue;
+      name = alias.to;
+      break;
+    }
+  }
+}
+
 /// A residue that is both ends, both charged, takes the zwitterion's entries.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             Names& names) {
-  Composition made{block.atoms, {}};
-  const auto rules = force_field.hydrogens.find(block.name);
-  if (rules != force_field.hydrogens.end()) made.rules = rules->second;
-  if (!block.is_amino_acid()) return made;
+  const auto made_of = [&](const ResidueBlock& one) {
+    const auto rules = force_field.hydrogens.find(one.name);
+    return Composition{one.atoms, rules == force_field.hydrogens.end() ? std::vector<HydrogenRule>() : rules->second};
+  };
+  Composition made = made_of(block);
+  if (!block.is_amino_acid()) {
+    use_names_of(force_field, block.name, names);
+    return made;
+  }
   std::string n_end = context.first_of_chain ? n_terminus(names, block.name) : "";
   std::string c_end;
   if (has(names, "OXT")) c_end = has(names, "HXT") || has(names, "HO") ? "COOH" : "COO-";
@@ -240,6 +278,9 @@ Composition block_with_ends(const ForceField& force_field, const ResidueBlock& b
     swap_names(names, "O", "OXT");
     swap_names(names, "HXT", "HO");
   }
+  const ResidueBlock* const end = end_block(force_field, block, n_end, c_end);
+  use_names_of(force_field, end != nullptr ? end->name : block.name, names);
+  if (end != nullptr) return made_of(*end);
   if (n_end.ends_with('+') && c_end == "COO-") {
     n_end = "ZWITTERION_" + n_end;
     c_end = "ZWITTERION_" + c_end;
@@ -261,8 +302,10 @@ class Matcher {
   Matcher(const std::vector<BlockAtom>& atoms, const PdbResidue& residue, const Names& names)
       : atoms_(atoms), names_(names), used_(atoms.size(), false), match_(names.size()) {
     for (std::size_t i = 0; i < names.size(); ++i) match_by_name(i);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (!match_[i] && residue.atoms[i].element == "H") match_hydrogen_by_stem(i);
+    for (const auto key : {without_last_digit, stem}) {
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!match_[i] && residue.atoms[i].element == "H") match_hydrogen(i, key);
+      }
     }
   }
 
@@ -276,11 +319,12 @@ class Matcher {
     }
   }
 
-  void match_hydrogen_by_stem(std::size_t i) {
+  /// HG13 with HG11 where that is free: on one carbon, or else alike on all carbons of that letter.
+  void match_hydrogen(std::size_t i, std::string_view (*key)(std::string_view)) {
     std::optional<std::size_t> spare;
     const BlockAtom* first = nullptr;
     for (std::size_t k = 0; k < atoms_.size(); ++k) {
-      if (atoms_[k].name.front() != 'H' || stem(atoms_[k].name) != stem(names_[i])) continue;
+      if (atoms_[k].name.front() != 'H' || key(atoms_[k].name) != key(names_[i])) continue;
       if (first == nullptr) first = &atoms_[k];
       if (!alike(*first, atoms_[k])) return;
       if (!used_[k] && !spare) spare = k;
@@ -324,21 +368,26 @@ void guess_by_element(const ForceField& force_field, const PdbResidue& residue, 
     return;
   }
   // An unknown element: in a protein a carbon-sized atom is the likeliest.
-  std::string_view type = force_field.is_by_element ? "C" : "opls_135";
-  for (const ElementType& known : kTypeOfElement) {
-    if (known.element == atom.element) type = known.type;
+  std::string type = force_field.is_by_element ? "C" : std::string(kElementPrefix) + "C";
+  if (force_field.name == kOplsName) {
+    type = "opls_135";
+    for (const ElementType& known : kTypeOfElement) {
+      if (known.element == atom.element) type = known.type;
+    }
+    if (is_polar_hydrogen) type = kPolarHydrogen;
+  } else if (force_field.types.contains(std::string(kElementPrefix) + atom.element)) {
+    type = std::string(kElementPrefix) + (is_polar_hydrogen ? "HP" : atom.element);
   }
-  if (is_polar_hydrogen) type = kPolarHydrogen;
-  typed.atoms.push_back({atom.name, std::string(type), 0.0});
+  typed.atoms.push_back({atom.name, type, 0.0});
   typed.guesses.push_back("atom " + place_text(residue, atom.name) + ": not in the force field" +
-                          (block.empty() ? "" : "'s block " + block) + ", taken as " + std::string(type) +
-                          " by its element with " + (atom.charge_e ? "the file's charge" : "charge 0"));
+                          (block.empty() ? "" : "'s block " + block) + ", taken as " + type + " by its element with " +
+                          (atom.charge_e ? "the file's charge" : "charge 0"));
 }
 
 /// Without ring hydrogens the tautomer is a choice: every atom whose entry depends on it is a guess.
 void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& residue, const Names& names,
                            TypedResidue& typed) {
-  const ResidueBlock* other = force_field.block("HISD");
+  const ResidueBlock* other = block_named(force_field, "HISD");
   if (canonical_residue(residue.name) != "HIS" || has(names, "HD1") || has(names, "HE2") || other == nullptr) return;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const BlockAtom* alternative = other->find(names[i]);

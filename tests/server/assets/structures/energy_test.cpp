@@ -23,15 +23,16 @@ TEST(RealPairs, HaveTheEnergiesAndForcesOfLammps) {
   for (std::string line; std::getline(golden, line);) {
     if (line.starts_with('#')) continue;
     std::istringstream words(line);
-    std::string name, file, chain_a, chain_b, dielectric;
+    std::string name, file, chain_a, chain_b, force_field, dielectric;
     double lennard_jones = 0, coulomb = 0;
     Vec3 force;
-    words >> name >> file >> chain_a >> chain_b >> dielectric >> lennard_jones >> coulomb >> force.x() >> force.y() >>
-        force.z();
+    words >> name >> file >> chain_a >> chain_b >> force_field >> dielectric >> lennard_jones >> coulomb >> force.x() >>
+        force.y() >> force.z();
     ASSERT_TRUE(words) << line;
-    if (!std::filesystem::exists(file) || !std::filesystem::exists(test::kOplsDirectory)) continue;
-    const docking::Molecule a = load_molecule(file, {{chain_a}}, test::kOplsDirectory, Hydrogens::kBuild);
-    const docking::Molecule b = load_molecule(file, {{chain_b}}, test::kOplsDirectory, Hydrogens::kBuild);
+    const std::filesystem::path parameters = test::kOplsDirectory.parent_path() / (force_field + ".ff");
+    if (!std::filesystem::exists(file) || !std::filesystem::exists(parameters)) continue;
+    const docking::Molecule a = load_molecule(file, {{chain_a}}, parameters, Hydrogens::kBuild);
+    const docking::Molecule b = load_molecule(file, {{chain_b}}, parameters, Hydrogens::kBuild);
     docking::FieldModel model;
     model.dielectric = dielectric == "4r" ? docking::Dielectric::kDistance : docking::Dielectric::kConstant;
     model.permittivity = dielectric == "4r" ? 4 : 1;
@@ -46,7 +47,7 @@ TEST(RealPairs, HaveTheEnergiesAndForcesOfLammps) {
     ++compared;
   }
   if (compared == 0) GTEST_SKIP() << "needs the Debian packages gromacs-data and pymol-data";
-  EXPECT_EQ(compared, 6U);
+  EXPECT_EQ(compared, 8U);
 }
 
 }  // namespace

@@ -242,17 +242,6 @@ TEST_F(OplsLoader, ReadsTypesInAngstromsAndTheNormalBranchOfIfdef) {
   }
 }
 
-TEST_F(OplsLoader, RefusesAForceFieldThatMixesOtherwise) {
-  const std::filesystem::path amber = test::kOplsDirectory.parent_path() / "amber99sb.ff";
-  try {
-    load_force_field(amber);
-    FAIL() << "amber99sb mixes arithmetically";
-  } catch (const docking::MoleculeError& error) {
-    EXPECT_NE(std::string(error.what()).find("forcefield.itp"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("comb-rule 3"), std::string::npos) << error.what();
-  }
-}
-
 TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatBringsIt) {
   try {
     load_force_field("/nowhere/oplsaa.ff");
