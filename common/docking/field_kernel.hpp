@@ -84,6 +84,7 @@ struct FieldSums {
   // Of pairs below a cut-off, how many were held against each other: atoms with boxes, atoms with atoms, and those of
   // registers with a pair within the cut-off, of which the field was computed.
   std::size_t boxes = 0, distances = 0, pairs = 0;
+  std::size_t on_grid = 0;  ///< atoms that got their part beyond the cut-off from a grid
 };
 
 /// Probes [first, last) of B against these tiles of A, of kLanes atoms each: the neighbours of those probes.
@@ -100,16 +101,27 @@ using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
+/// Sets `nodes` of a row along x, from (row[0], row[1], row[2]) on at distances row[3], what the cut-off leaves out of the
+/// potential of these atoms of A: see far_grid.hpp. A multiple of kLanes nodes; coulomb, c6 and c12 are aligned to 64 bytes.
+using FarRowKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, const float* row, std::size_t nodes,
+                              float* coulomb, float* c6, float* c12) noexcept;
+
 void all_pairs_portable(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_portable(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+void far_row_portable(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
+                      float*) noexcept;
 /// 12 × count × lanes multiply-adds that need nothing but registers: a measure of the CPU's limit.
 double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
 void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_avx2(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+void far_row_avx2(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
+                  float*) noexcept;
 double multiply_adds_avx2(std::size_t count) noexcept;
 void all_pairs_avx512(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_avx512(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+void far_row_avx512(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
+                    float*) noexcept;
 double multiply_adds_avx512(std::size_t count) noexcept;
 #endif
 

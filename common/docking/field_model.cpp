@@ -36,6 +36,10 @@ void validate(const FieldModel& model) {
     throw std::invalid_argument("molecular field: cut-off = " + std::to_string(cutoff) +
                                 " Å, must be 0 (none) or 4 to 100 Å");
   }
+  if (model.has_far_grid && cutoff == 0) {
+    throw std::invalid_argument(
+        "molecular field: the grid is of what a cut-off leaves out; give a cut-off, 8 Å is usual");
+  }
 }
 
 ForceSwitch force_switch(double alpha, double start_angstrom, double cutoff_angstrom) {

@@ -14,6 +14,7 @@
 
 #include "common/docking/cluster_tree.hpp"
 #include "common/docking/exact_field.hpp"
+#include "common/docking/far_grid.hpp"
 #include "common/docking/field_kernel.hpp"
 
 namespace tandem::docking {
@@ -40,6 +41,7 @@ struct NamedKernel {
   std::string_view name;
   AllPairsKernel all_pairs;
   NearKernel near;
+  FarRowKernel far_row;
   double (*multiply_adds)(std::size_t) noexcept;
   std::size_t lanes;
 };
@@ -48,13 +50,13 @@ std::vector<NamedKernel> runnable_kernels() {
   std::vector<NamedKernel> kernels;
 #ifdef TANDEM_FIELD_X86
   if (__builtin_cpu_supports("avx512f")) {
-    kernels.push_back({"avx512", all_pairs_avx512, near_avx512, multiply_adds_avx512, 16});
+    kernels.push_back({"avx512", all_pairs_avx512, near_avx512, far_row_avx512, multiply_adds_avx512, 16});
   }
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    kernels.push_back({"avx2", all_pairs_avx2, near_avx2, multiply_adds_avx2, 8});
+    kernels.push_back({"avx2", all_pairs_avx2, near_avx2, far_row_avx2, multiply_adds_avx2, 8});
   }
 #endif
-  kernels.push_back({"portable", all_pairs_portable, near_portable, multiply_adds_portable, 4});
+  kernels.push_back({"portable", all_pairs_portable, near_portable, far_row_portable, multiply_adds_portable, 4});
   return kernels;
 }
 
@@ -198,6 +200,7 @@ struct MolecularField::Impl {
   NamedKernel kernel;
   std::optional<ClusterTree> tree_a, tree_b;  ///< with a cut-off
   std::optional<NeighbourSearch> search;
+  std::shared_ptr<const FarGrid> far;
   std::size_t count_a = 0;
   std::size_t lj_count_a = 0;
   FieldSums last;
@@ -210,6 +213,7 @@ struct MolecularField::Impl {
   std::vector<Vec3> positions_b;  ///< in B's frame
   std::size_t lj_count_b = 0;
   std::vector<float> c6_b, s3_b, sigma_b, charge_b;
+  std::vector<float> far_c6_b, far_s3_b;  ///< mixed geometrically
   std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
 
   std::size_t all_lj_pairs() const { return lj_count_a * lj_count_b; }
@@ -240,6 +244,7 @@ MolecularField::Impl::Impl(const Molecule& a, const Molecule& b, const FieldMode
   }
   lay_out_a(a, chosen_a, largest_sigma(b));
   lay_out_b(b, chosen_b);
+  if (model.has_far_grid) far = make_far_grid(a, model, constants, kernel.far_row);
 }
 
 void MolecularField::Impl::lay_out_a(const Molecule& a, const Interacting& chosen, float largest_sigma_b) {
@@ -306,6 +311,8 @@ void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chose
     positions_b.push_back(b.positions_angstrom[j]);
     c6_b.push_back(c6_of(b, j, constants.is_arithmetic));
     s3_b.push_back(s3_of(b, j, constants.is_arithmetic));
+    far_c6_b.push_back(c6_of(b, j, false));
+    far_s3_b.push_back(s3_of(b, j, false));
     sigma_b.push_back(sigma_of(b, j));
     charge_b.push_back(static_cast<float>(coulomb * static_cast<double>(charge_of(b, j, model))));
   }
@@ -367,6 +374,10 @@ FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
   FieldSums sums;
   if (f.search) {
     f.add_neighbours(X_AB_angstrom, sums);
+    if (f.far) {
+      f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.positions_b.size());
+      add_far_field(*f.far, f.probes(), f.far_c6_b, f.far_s3_b, sums);
+    }
   } else {
     f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.positions_b.size());
     f.kernel.all_pairs(f.target(), f.probes(), f.constants, sums);
@@ -384,7 +395,12 @@ std::string_view MolecularField::kernel() const {
 }
 
 std::string_view MolecularField::method() const {
+  if (impl_->far) return "clusters and grid";
   return impl_->search ? "clusters" : "all-pairs";
+}
+
+const FarGrid* MolecularField::far_grid() const {
+  return impl_->far.get();
 }
 
 std::size_t MolecularField::pair_count() const {
@@ -402,7 +418,7 @@ std::size_t MolecularField::multiply_adds() const {
   const std::size_t done =
       f.search ? cost.box * f.last.boxes + cost.distance * f.last.distances + cost.switched * f.last.pairs
                : cost.with_lennard_jones * f.all_lj_pairs() + cost.charges_alone * f.all_charge_pairs();
-  return is_fused ? done : done / 2;
+  return (is_fused ? done : done / 2) + kGridMultiplyAdds * f.last.on_grid;
 }
 
 std::vector<std::string_view> MolecularField::available_kernels() {

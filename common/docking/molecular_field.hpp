@@ -11,6 +11,8 @@
 
 namespace tandem::docking {
 
+class FarGrid;
+
 /// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order
 /// of summation per kernel. The same model as exact_field(), cores and cut-off included.
 ///
@@ -30,8 +32,10 @@ class MolecularField {
 
   FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
   std::string_view kernel() const;
-  /// "all-pairs" or "clusters".
+  /// "all-pairs", "clusters", or "clusters and grid".
   std::string_view method() const;
+  /// See far_grid.hpp; none without FieldModel::has_far_grid, or where A is too large for one.
+  const FarGrid* far_grid() const;
   /// Pairs of atoms that evaluate() computes; with a cut-off, that the last call did: whole registers with a pair within
   /// it. Atoms without a term are left out.
   std::size_t pair_count() const;

@@ -206,6 +206,18 @@ class Energy(ProgramTest):
         self.assert_setup_error(self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--force-field", "gromos54a7"),
                                 "gromos54a7.ff/forcefield.itp:", "comb-rule 2 or 3")
 
+    def test_beyond_the_cut_off_from_a_grid(self):
+        pair = ["bench", "docking", "--receptor", self.STRUCTURE + ":A", "--ligand", self.STRUCTURE + ":B", "--hydrogens", "build",
+                "--far-grid", "--seconds", "0.02", "--json"]
+        code, out, err = run("tandem-lab", *pair, "--cutoff", "8")
+        self.assertEqual(code, 0, err)
+        report = json.loads(out)
+        self.assertEqual(report["method"], "clusters and grid")
+        part = report["far_part"]
+        self.assertLess(part["energy_error_kj_mol"], 0.05 * part["energy_kj_mol"])
+        self.assertLess(part["force_error_kj_mol_angstrom"], 0.1 * part["force_kj_mol_angstrom"])
+        self.assert_setup_error(run("tandem-lab", *pair, "--cutoff", "none"), "give a cut-off")
+
     def test_of_residues_sums_to_the_whole(self):
         code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--per-residue")
         self.assertEqual(code, 0, err)

@@ -10,11 +10,13 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/histogram.hpp"
 #include "common/base/json_pretty.hpp"
 #include "common/base/time.hpp"
+#include "common/docking/far_grid.hpp"
 #include "common/docking/molecular_field.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/cli/docking_pair.hpp"
@@ -44,6 +46,7 @@ struct Options {
   std::string out;
   double seconds = 2;
   bool wants_sweep = false;
+  bool wants_grid = false;
   bool wants_json = false;
 };
 
@@ -112,6 +115,33 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
   return row;
 }
 
+/// What the grid adds, against all pairs without a cut-off: root mean squares over the poses.
+json::object far_part(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB) {
+  docking::FieldModel model = pair.model;
+  model.has_far_grid = false;
+  docking::MolecularField near(pair.receptor, pair.ligand, model, field.kernel());
+  model.cutoff_angstrom = 0;
+  docking::MolecularField all(pair.receptor, pair.ligand, model, field.kernel());
+  double energy = 0, energy_error = 0, force = 0, force_error = 0;
+  const SteadyClock clock;
+  Histogram of_all;
+  for (const Pose& X : poses_about(pair.ligand, X_AB)) {
+    const LocalTime begin = clock.now();
+    const docking::FieldResult exact = all.evaluate(X);
+    of_all.record(clock.now() - begin);
+    const docking::FieldResult with = field.evaluate(X), without = near.evaluate(X);
+    energy += std::pow(exact.energy_kj_per_mol() - without.energy_kj_per_mol(), 2);
+    energy_error += std::pow(exact.energy_kj_per_mol() - with.energy_kj_per_mol(), 2);
+    force += (exact.force_on_b - without.force_on_b).squaredNorm();
+    force_error += (exact.force_on_b - with.force_on_b).squaredNorm();
+  }
+  return {{"energy_kj_mol", std::sqrt(energy / kPoses)},
+          {"energy_error_kj_mol", std::sqrt(energy_error / kPoses)},
+          {"force_kj_mol_angstrom", std::sqrt(force / kPoses)},
+          {"force_error_kj_mol_angstrom", std::sqrt(force_error / kPoses)},
+          {"all_pairs_us", microseconds(of_all.quantile(0.5))}};
+}
+
 std::vector<Pose> poses_of(const Options& options, const DockingPair& pair) {
   if (options.interface_atoms == 0) return {Pose{}};
   std::vector<std::size_t> sizes;
@@ -135,22 +165,50 @@ void print_row(const json::object& row) {
               100 * row.at("share_of_limit").as_double(), row.at("limit_gmultiply_adds_per_s").as_double());
 }
 
+void print_far_part(const json::object& part) {
+  const auto number = [&part](const char* key) { return part.at(key).as_double(); };
+  std::printf(
+      "  beyond the cut-off %.4g kJ/mol, force %.4g kJ/mol/Å; the grid misses %.2g kJ/mol and %.2g kJ/mol/Å of it; "
+      "all pairs take %.4g us\n",
+      number("energy_kj_mol"), number("force_kj_mol_angstrom"), number("energy_error_kj_mol"),
+      number("force_error_kj_mol_angstrom"), number("all_pairs_us"));
+}
+
 void run(const Options& options) {
-  const DockingPair pair = load_docking_pair(options.pair);
+  DockingPair pair = load_docking_pair(options.pair);
+  pair.model.has_far_grid = options.wants_grid;
+  const SteadyClock clock;
+  const LocalTime begin = clock.now();
   docking::MolecularField field(pair.receptor, pair.ligand, pair.model, options.kernel);
+  const double set_up_ms = 1e-3 * microseconds(clock.now() - begin);
   json::object result{{"atoms_receptor", pair.receptor.size()},
                       {"atoms_ligand", pair.ligand.size()},
                       {"method", field.method()},
                       {"kernel", field.kernel()},
                       {"dielectric", options.pair.dielectric},
-                      {"cutoff_angstrom", pair.model.cutoff_angstrom}};
+                      {"cutoff_angstrom", pair.model.cutoff_angstrom},
+                      {"set_up_ms", set_up_ms}};
   const std::string title = std::to_string(pair.receptor.size()) + " x " + std::to_string(pair.ligand.size()) +
                             " atoms, " + std::string(field.method()) + ", kernel " + std::string(field.kernel());
   if (!options.wants_json) std::cout << title << std::endl;
+  if (const docking::FarGrid* const grid = field.far_grid()) {
+    result["grid"] = json::object{{"spacing_angstrom", spacing_angstrom(*grid)}, {"nodes", node_count(*grid)}};
+    if (!options.wants_json) {
+      std::printf("grid of %zu nodes, %.2f Å apart; set up in %.0f ms\n", node_count(*grid), spacing_angstrom(*grid),
+                  set_up_ms);
+    }
+  } else if (options.wants_grid && !options.wants_json) {
+    std::printf("no grid: the receptor is too large for one\n");
+  }
   json::array rows;
   for (const Pose& X_AB : poses_of(options, pair)) {
-    rows.emplace_back(measured(pair, field, X_AB, options.seconds));
-    if (!options.wants_json) print_row(rows.back().as_object());
+    json::object row = measured(pair, field, X_AB, options.seconds);
+    if (field.far_grid() != nullptr) row["far_part"] = far_part(pair, field, X_AB);
+    if (!options.wants_json) {
+      print_row(row);
+      if (row.contains("far_part")) print_far_part(row.at("far_part").as_object());
+    }
+    rows.emplace_back(std::move(row));
   }
   if (options.wants_sweep) {
     result["rows"] = rows;
@@ -179,6 +237,7 @@ void add_docking_bench(CLI::App& bench, int& exit_code) {
   auto* const sweep =
       command->add_flag("--sweep", options->wants_sweep, "likewise for 1/32, 1/16, … of them: cost against interface");
   sweep->needs(interface_atoms);
+  command->add_flag("--far-grid", options->wants_grid, "what the cut-off leaves out from a grid about the receptor");
   command->add_option("--out", options->out, "of a sweep: folder for docking-scaling.json and report.html")
       ->needs(sweep);
   command->add_option("--seconds", options->seconds, "time to measure, of each pose [s]")

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 #include "common/docking/molecular_field.hpp"
 #include "tests/support/allocation_counter.hpp"
@@ -14,10 +15,12 @@ TEST(MolecularField, EvaluateAllocatesNothing) {
   std::mt19937 random(1);
   const Molecule a = test::random_molecule(300, random);
   const Molecule b = test::random_molecule(100, random);
-  for (const double cutoff : {0.0, 8.0}) {
+  for (const auto& [cutoff, has_far_grid] : {std::pair(0.0, false), std::pair(8.0, false), std::pair(8.0, true)}) {
     FieldModel model;
     model.cutoff_angstrom = cutoff;
+    model.has_far_grid = has_far_grid;
     for (const std::string_view kernel : MolecularField::available_kernels()) {
+      if (has_far_grid && kernel != MolecularField::default_kernel()) continue;
       MolecularField field(a, b, model, kernel);
       const std::uint64_t before = test::allocation_count();
       const FieldResult result = field.evaluate({{22, 1, 2}, Quat::Identity()});

@@ -67,9 +67,11 @@ std::vector<Chain> chains() {
   const std::string to_cg = kBackbone + "HB2 HB3 CG ", to_ring = to_cg + "ND1 CD2 HD2 CE1 HE1 NE2 ";
   const std::string to_ce = to_cg + "HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2 ";
   return {
-      {residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O", 1) + residue_text("GLY", "N H CA HA2 HA3 C O OXT", 2), 0},
+      {residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O", 1) + residue_text("GLY", "N H CA HA2 HA3 C O OXT", 2),
+       0},
       {residue_text("PRO", "N H2 H3 CA HA CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 C O", 1) +
-           residue_text("ILE", kBackbone + "HB CG1 HG12 HG13 CG2 HG21 HG22 HG23 CD1 HD11 HD12 HD13 OXT", 2), 0},
+           residue_text("ILE", kBackbone + "HB CG1 HG12 HG13 CG2 HG21 HG22 HG23 CD1 HD11 HD12 HD13 OXT", 2),
+       0},
       {capped("ARG", to_cg + "HG2 HG3 CD HD2 HD3 NE HE CZ NH1 HH11 HH12 NH2 HH21 HH22"), 0},
       {capped("ASN", to_cg + "OD1 ND2 HD21 HD22"), -1},
       {capped("ASP", to_cg + "OD1 OD2"), -2},
@@ -152,7 +154,8 @@ TEST(ForceFieldFiles, ParametersOfPairsOfTypesAreRefused) {
   const fs::path folder = fs::temp_directory_path() / ("tandem_pairs_" + std::to_string(getpid()) + ".ff");
   fs::create_directory(folder);
   std::ofstream(folder / "forcefield.itp") << "[ defaults ]\n1 2 yes 0.5 0.8333\n";
-  std::ofstream(folder / "ffnonbonded.itp") << "[ atomtypes ]\nC C 6 12.0 0.0 A 0.35 0.3\n[ nonbond_params ]\nC C 1 0.3 0.3\n";
+  std::ofstream(folder / "ffnonbonded.itp")
+      << "[ atomtypes ]\nC C 6 12.0 0.0 A 0.35 0.3\n[ nonbond_params ]\nC C 1 0.3 0.3\n";
   const std::string message = refusal(folder);
   EXPECT_NE(message.find("ffnonbonded.itp:3: "), std::string::npos) << message;
   std::error_code ignored;

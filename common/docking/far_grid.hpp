@@ -1,0 +1,43 @@
+// What a cut-off leaves out of a field, as a potential on a grid: for large molecules that attract each other from afar.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "common/docking/field_kernel.hpp"
+#include "common/docking/field_model.hpp"
+#include "common/docking/molecule.hpp"
+
+namespace tandem::docking {
+
+/// Beyond this distance from the box about A's atoms nothing is left of the far part; it fades over the last 8 Å.
+inline constexpr double kFarReachAngstrom = 40;
+
+/// Of an atom: 192 of 4 floats.
+inline constexpr std::size_t kGridMultiplyAdds = 768;
+
+class FarGrid;
+
+/// Model   V_far = V − V_cut: r^−α beyond the cut-off, and below it what the force switch adds, a constant below the start
+///         of the switch; smooth everywhere. Σ_i c_i V_far(|x − x_i|) at the nodes of a cubic grid is the same for any
+///         atom of B but for a factor: three fields, of q, of √C6 and of √C12 (geometric, also where the force field
+///         mixes arithmetically). Between nodes: cubic B-splines of the node values, filtered (−1/6, 8/6, −1/6) on each
+///         axis, so fourth order and twice differentiable; the force is the derivative of that energy
+/// In      model  with a cut-off
+/// Out     the spacing is 1 to 3 Å, the finest with at most 4e6 nodes and 2.5e9 nodes times atoms; nothing where 3 Å is not enough
+/// Cost    nodes times atoms: README.md; 16 B a node
+std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
+                                             FarRowKernel far_row);
+
+double spacing_angstrom(const FarGrid& grid);
+std::size_t node_count(const FarGrid& grid);
+
+/// Adds energy, force and torque of these atoms.
+///
+/// In      sizes  2 √ε σ³ and σ³ of each atom of B
+/// Cost    kGridMultiplyAdds an atom
+void add_far_field(const FarGrid& grid, const Probes& b, std::span<const float> c6, std::span<const float> s3,
+                   FieldSums& sums) noexcept;
+
+}  // namespace tandem::docking
