@@ -64,6 +64,7 @@ WayPoint way_point_of(JsonFields& point, const WayPoint& before, bool is_first) 
     result.X_DH.q = quaternion_of_xyz_degrees(point.vector("rotation_xyz_deg", Vec3::Zero(), 360));
   }
   result.buttons = buttons_of(point, before.buttons);
+  result.is_relaxed = point.boolean("relaxed", before.is_relaxed);
   result.phase = point.text("phase", "");
   point.finish();
   return result;
@@ -218,6 +219,10 @@ Twist HandPath::way_twist_at(Duration time) const noexcept {
 
 std::uint32_t HandPath::buttons_at(Duration time) const noexcept {
   return time < points_.front().at ? 0 : points_[segment_of(time)].buttons;
+}
+
+bool HandPath::is_relaxed_at(Duration time) const noexcept {
+  return time >= points_.front().at && points_[segment_of(time)].is_relaxed;
 }
 
 int HandPath::phase_at(Duration time) const noexcept {

@@ -18,6 +18,7 @@ struct WayPoint {
   Pose X_DH;
   std::uint32_t buttons = 0;  ///< held from this way point on
   std::string phase;          ///< name of the stretch that begins here, e.g. "approach", "hold"; "": as before
+  bool is_relaxed = false;    ///< from here on the hand lets itself be moved: it intends to be where it is
 };
 
 /// One sine of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis, t from the multisine's beginning.
@@ -46,6 +47,7 @@ class HandPath {
   Pose pose_at(Duration time) const noexcept;
   Twist twist_at(Duration time) const noexcept;
   std::uint32_t buttons_at(Duration time) const noexcept;
+  bool is_relaxed_at(Duration time) const noexcept;
   /// Index into phases(), or −1 before the first named one.
   int phase_at(Duration time) const noexcept;
   const std::vector<std::string>& phases() const { return phases_; }
@@ -63,8 +65,8 @@ class HandPath {
   std::vector<int> phase_of_point_;
 };
 
-/// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "phase":
-/// "hold"}]}; fields of a point may be left out: the value of the point before holds. Beside the points may stand
+/// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "relaxed":
+/// false, "phase": "hold"}]}; fields of a point may be left out: the value of the point before holds. Beside the points may stand
 /// "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1,
 /// "amplitude_m": 0.01, "phase_rad": 0}]}.
 /// Fails   std::invalid_argument naming file, field, value and remedy

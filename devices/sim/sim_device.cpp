@@ -103,7 +103,7 @@ bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
 }
 
 void SimDevice::advance(double dt_s) noexcept {
-  const RigidState aim = intended();
+  const RigidState aim = intended(dt_s);
   hand_motion_.advance(aim.X, aim.V, force_on_hand_D_, tremor_force(dt_s) + stop_force(), dt_s);
 }
 
@@ -116,7 +116,9 @@ void SimDevice::steer(const Vec3& offset_m, double scale) noexcept {
   made_up_m_ = clamped_to_length(made_up_m_ + kTick_s / kEye_s * missing, kMaxMadeUp_m);
 }
 
-RigidState SimDevice::intended() const noexcept {
+RigidState SimDevice::intended(double dt_s) const noexcept {
+  // Where HandDynamics will have its spring's end in this sub-step: the spring has no force at all.
+  if (path_.is_relaxed_at(path_time_)) return {integrate(hand_motion_.pose(), hand_motion_.twist(), dt_s / 2), Twist{}};
   RigidState aim{path_.pose_at(path_time_), path_.twist_at(path_time_)};
   aim.X.p = aim.X.p / scale_ - offset_m_ + made_up_m_;
   aim.V.v = aim.V.v / scale_ - offset_rate_m_per_s_;

@@ -42,7 +42,7 @@ class SimDevice final : public Device {
 
  private:
   void advance(double dt_s) noexcept;
-  RigidState intended() const noexcept;
+  RigidState intended(double dt_s) const noexcept;
   Vec3 stop_force() const noexcept;
   Duration path_time_at(LocalTime time) const noexcept;
   Vec3 tremor_force(double dt_s) noexcept;

@@ -83,6 +83,21 @@ TEST(HandPath, ReadsWhatAFileSaysAndKeepsWhatItLeavesOut) {
   EXPECT_EQ(path.phase_at(seconds(9)), 0);
 }
 
+TEST(HandPath, RelaxesAtAWayPointUntilALaterOneSaysOtherwise) {
+  const HandPath path = parse_hand_path(R"({"points": [
+      {"t_s": 0.5, "position_m": [1, 2, 3]},
+      {"t_s": 1, "relaxed": true},
+      {"t_s": 2, "position_m": [1, 2, 4]},
+      {"t_s": 3, "relaxed": false}]})",
+                                        "file.json");
+  EXPECT_FALSE(path.is_relaxed_at(seconds(0)));
+  EXPECT_FALSE(path.is_relaxed_at(milliseconds(999)));
+  EXPECT_TRUE(path.is_relaxed_at(seconds(1)));
+  EXPECT_TRUE(path.is_relaxed_at(milliseconds(2500)));
+  EXPECT_FALSE(path.is_relaxed_at(seconds(3)));
+  EXPECT_FALSE(path.is_relaxed_at(seconds(9)));
+}
+
 TEST(HandPath, SaysWhatIsWrongWithAFile) {
   struct Case {
     const char* json;
@@ -108,7 +123,7 @@ TEST(HandPath, SaysWhatIsWrongWithAFile) {
       {R"({"points": [{"t_s": 0, "phase": 3}]})", "p.json: points[0].phase is 3; it must be a text in quotes"},
       {R"({"points": [{"t_s": 0, "positon_m": [0, 0, 0]}]})",
        "p.json: points[0].positon_m is [0, 0, 0]; there is no such field here; known: buttons, phase, position_m, "
-       "rotation_xyz_deg, t_s"},
+       "relaxed, rotation_xyz_deg, t_s"},
       {"{\"points\": [\n  {\"t_s\": 0},,]}",
        "p.json: line 2, column 14: syntax error; it must be one valid JSON value"},
       {R"({"points": [{"t_s": 0}]} x)",

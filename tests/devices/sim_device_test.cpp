@@ -155,6 +155,25 @@ TEST(SimDevice, IsDeflectedByForceOverStiffness) {
   EXPECT_LT(device.hand_twist().v.norm(), 1e-9);
 }
 
+TEST(SimDevice, ARelaxedHandGivesWayAndKeepsItsDamping) {
+  WayPoint rest, relaxed;
+  relaxed.at = milliseconds(100);
+  relaxed.is_relaxed = true;
+  SimDevice device(SimDevice::default_spec(), {}, HandPath({rest, relaxed}), 1);
+  device.read(LocalTime{});
+  device.write(LocalTime{}, Wrench(Vec3(0.2, 0, 0), Vec3(0, 0, 0.001)));
+  for (LocalTime now{}; now <= LocalTime(milliseconds(100)); now += milliseconds(1)) device.read(now);
+  LocalTime now(milliseconds(100));
+  for (int i = 0; i < 1000; ++i) device.read(now += milliseconds(1));
+  // What a damper alone lets it have: F/B and τ/B, after twenty and fifty time constants.
+  EXPECT_NEAR(device.hand_twist().v.x(), 0.2 / 5.8, 1e-9);
+  EXPECT_NEAR(device.hand_twist().w.z(), 0.001 / 0.02, 1e-9);
+  const double before_m = device.hand_pose().p.x();
+  device.write(now, {});
+  for (int i = 0; i < 2000; ++i) device.read(now += milliseconds(1));
+  EXPECT_NEAR(device.hand_pose().p.x() - before_m, 0.2 / 5.8 * 0.3 / 5.8, 1e-6) << "runs out within m/B, and stays";
+}
+
 TEST(SimDevice, MovesTheSameWhateverThePeriodItIsReadAt) {
   std::vector<Vec3> at_two_seconds;
   for (const Duration period : {Duration(microseconds(250)), Duration(milliseconds(1)), Duration(milliseconds(4))}) {
