@@ -32,6 +32,10 @@ constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kLookOut_angstrom = 4, kLookIn_angstrom = 2;
 constexpr double kApart_angstrom = 6;
 constexpr int kSides = 6;
+/// Drawing one molecule out of the other: ways, what it moves at once, what it then gives way by.
+constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
+constexpr double kBlocked_kcal_per_mol = 50;
+constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
 /// Below, in kcal/mol/Å, what is found is no attraction.
 constexpr double kNoPull = 1e-3;
 /// A zero area must be this much above the least energy to leave something to be felt, in kT.
@@ -44,15 +48,21 @@ double extent_angstrom(const Molecule& molecule) {
   return extent;
 }
 
+double gyration_angstrom(const Molecule& molecule) {
+  double sum = 0;
+  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
+  return std::max(1.0, std::sqrt(sum / static_cast<double>(molecule.size())));
+}
+
 /// To four digits: kernels differ in the last ones of a float, and the same scene is to be the same on other machines.
 double rounded(double value) {
   const double step = std::pow(10, std::floor(std::log10(std::max(1e-12, std::abs(value)))) - 3);
   return std::round(value / step) * step;
 }
 
-/// Spread evenly (Fibonacci's spiral).
-Vec3 side(int index) {
-  const double z = 1 - (2 * index + 1.0) / kSides, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
+/// Of `count` spread evenly (Fibonacci's spiral).
+Vec3 side(int index, int count) {
+  const double z = 1 - (2 * index + 1.0) / count, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
   const double r = std::sqrt(1 - z * z);
   return {r * std::cos(turn), r * std::sin(turn), z};
 }
@@ -71,13 +81,19 @@ struct Way {
   double best = 0, least_kcal_per_mol = 0;
 };
 
+/// B displaced by `step` of the 6×6 gradient's coordinates.
+Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
+  return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
+}
+
 /// One pair of molecules on its way together along a line.
 class Approach {
  public:
   Approach(const Molecule& a, const Molecule& b, const FieldModel& model)
       : field_(field_of(a, b, model, true)),
         repulsion_(field_of(a, b, model, false)),
-        farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom) {}
+        farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom),
+        gyration_(gyration_angstrom(b)) {}
 
   /// Of the atoms themselves: charges may push from much farther away.
   double contact(const Vec3& direction_A) {
@@ -102,6 +118,28 @@ class Approach {
     return way;
   }
 
+  /// What holds it near `place` against being drawn out the easiest way, giving way sideways and in turn, kcal/mol/Å; 0
+  /// where nothing holds it there, or every way is blocked.
+  double hold(const Vec3& place) {
+    Pose inside{place, Quat::Identity()};
+    descend(inside, Vec3::Zero(), kSettlingSteps);
+    double easiest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kExits; ++i) {
+      const Vec3 direction_A = side(i, kExits);
+      Pose X = inside;
+      double strongest = 0, energy = 0;
+      for (double out = 0; out < kLookOut_angstrom && energy < kBlocked_kcal_per_mol && strongest < easiest;
+           out += kDrawStep_angstrom) {
+        X.p += kDrawStep_angstrom * direction_A;
+        const docking::FieldResult here = descend(X, direction_A, kSlidingSteps);
+        energy = here.energy_kj_per_mol() / kKilojoulesPerKilocalorie;
+        strongest = std::max(strongest, -here.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie);
+      }
+      if (energy < kBlocked_kcal_per_mol) easiest = std::min(easiest, strongest);
+    }
+    return std::isfinite(easiest) ? easiest : 0;
+  }
+
   /// The energy at which it pushes as strongly, on the way in.
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
@@ -121,21 +159,39 @@ class Approach {
             result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
   }
 
+  /// Steps downhill, none along `held_A`; what acts where they end.
+  docking::FieldResult descend(Pose& X, const Vec3& held_A, int steps) {
+    docking::FieldResult here = field_.evaluate(X);
+    double way = kSlide_angstrom;
+    for (int i = 0; i < steps; ++i) {
+      const Vec3 push = here.force_on_b - here.force_on_b.dot(held_A) * held_A, twist = here.torque_on_b / gyration_;
+      const double size = std::sqrt(push.squaredNorm() + twist.squaredNorm());
+      if (!(size > 0) || !std::isfinite(size)) break;
+      Eigen::Matrix<double, 6, 1> step;
+      step << way / size * push, way / size / gyration_ * twist;
+      const Pose lower = moved(X, step);
+      const docking::FieldResult there = field_.evaluate(lower);
+      if (there.energy_kj_per_mol() < here.energy_kj_per_mol()) {
+        X = lower;
+        here = there;
+      } else {
+        way /= 2;
+      }
+    }
+    return here;
+  }
+
   docking::MolecularField field_;
   docking::MolecularField repulsion_;
   double farthest_;
+  double gyration_;  ///< of B, Å
 };
 
 std::vector<Vec3> ways(const Vec3& offset) {
   std::vector<Vec3> directions;
   if (offset.norm() > 1) directions.push_back(offset.normalized());
-  for (int i = 0; i < kSides; ++i) directions.push_back(side(i));
+  for (int i = 0; i < kSides; ++i) directions.push_back(side(i, kSides));
   return directions;
-}
-
-/// B displaced by `step` of the 6×6 gradient's coordinates.
-Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
-  return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
 }
 
 /// To what scenes may have.
@@ -158,10 +214,11 @@ class Probe {
     }
   }
 
-  double strongest_pull() const {
+  double strongest_pull() {
     double strongest = 0;
-    for (const Pair& pair : pairs_) {
+    for (Pair& pair : pairs_) {
       for (const Way& way : pair.ways) strongest = std::max(strongest, way.strongest_pull);
+      strongest = std::max(strongest, pair.approach.hold(pair.offset));
     }
     return strongest;
   }

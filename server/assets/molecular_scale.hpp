@@ -28,7 +28,8 @@ std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::
 
 /// Fills in the numbers of `field` that are 0 for "found": newtons_per_kcal_per_mol_angstrom, knee_kcal_per_mol and, with a
 /// zero area, minimum_kcal_per_mol. Each two molecules are brought together along their centres, as their files have them,
-/// and from six sides; the minimum is that of the descents from there and from the files' own pose. A zero area in which
+/// and from six sides, and drawn out of where the files have them, the easiest way of 24, giving way to walls: 1 N is the
+/// strongest pull of all these. The minimum is that of the descents from there and from the files' own pose. A zero area in which
 /// all attraction would be is taken out again.
 ///
 /// In      molecules      about their centres

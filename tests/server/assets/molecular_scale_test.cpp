@@ -69,6 +69,45 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr("1 N in the hand is")));
 }
 
+/// A block beside the origin with a pocket of its own in the middle of one face, whose lining alone attracts much.
+docking::Molecule block_with_pocket(const Vec3& pocket) {
+  docking::Molecule block;
+  for (int layer = 0; layer < 3; ++layer) {
+    for (int x = -3; x <= 3; ++x) {
+      for (int y = -3; y <= 3; ++y) {
+        const int from_middle = std::abs(x) + std::abs(y);
+        if (layer == 0 && from_middle < 2) continue;
+        const bool is_lining = layer == 0 ? std::abs(x) == 1 && std::abs(y) == 1 : layer == 1 && from_middle < 2;
+        block.positions_angstrom.push_back(pocket + 3 * Vec3(x, y, -layer));
+        block.sigma_angstrom.push_back(kSigma);
+        block.epsilon_kj_per_mol.push_back(is_lining ? kEpsilon : 0.001);
+        block.charge_e.push_back(0);
+        block.mass_u.push_back(39.95);
+      }
+    }
+  }
+  return block;
+}
+
+TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
+  const Vec3 pocket(40, 0, 0);
+  const docking::Molecule a = block_with_pocket(pocket), b = atom();
+  double pull = 0;  // drawn straight out of it
+  for (double out = 0; out < 8; out += 0.05) {
+    const docking::FieldResult here = docking::exact_field(a, b, {pocket + Vec3(0, 0, out), Quat::Identity()});
+    pull = std::max(pull, -here.force_on_b.z() / kKilojoulesPerKilocalorie);
+  }
+  const std::array<const docking::Molecule*, 2> molecules{&a, &b};
+  const auto strongest_n = [&](const Vec3& native) {
+    wire::MolecularField field = open_field();
+    const std::array<Vec3, 2> centres{Vec3::Zero(), native};
+    complete_molecular_scale(field, molecules, centres, {});
+    return field.newtons_per_kcal_per_mol_angstrom() * pull;
+  };
+  EXPECT_NEAR(strongest_n(pocket), 1, 0.2);
+  EXPECT_NEAR(strongest_n(Vec3(0, 0, 90)) / pull, 0.03, 1e-9) << "from outside nothing is found";
+}
+
 TEST(MolecularScale, KeepsWhatTheAuthorSays) {
   const docking::Molecule a = atom(), b = atom();
   wire::MolecularField field = open_field();
