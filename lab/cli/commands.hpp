@@ -26,6 +26,8 @@ void add_mesh_command(CLI::App& app, int& exit_code);
 void add_reproduce_command(CLI::App& app, int& exit_code);
 /// energy --receptor F[:chains] --ligand F[:chains] [--hydrogens H] [--cutoff C] [--dielectric D] [--json] …
 void add_energy_command(CLI::App& app, int& exit_code);
+/// redock --receptor F[:chains] --ligand F[:chains] [--seeds N] [--rtt-ms T] [--guided] [--out DIR] [--json] …
+void add_redock_command(CLI::App& app, int& exit_code);
 /// fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …] [--json]
 void add_fit_order_command(CLI::App& app, int& exit_code);
 /// report --out FILE --session NAME=DIR …: from the folders that live sessions left to one HTML file and a verdict

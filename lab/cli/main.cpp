@@ -46,6 +46,7 @@ int main(int argument_count, char** arguments) {
   tandem::lab::add_mesh_command(app, exit_code);
   tandem::lab::add_reproduce_command(app, exit_code);
   tandem::lab::add_energy_command(app, exit_code);
+  tandem::lab::add_redock_command(app, exit_code);
   tandem::lab::add_fit_order_command(app, exit_code);
   tandem::lab::add_report_command(app, exit_code);
   try {

@@ -14,6 +14,7 @@
 #include "lab/cli/commands.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/studies/contact/reproduce_touch.hpp"
+#include "lab/studies/docking/reproduce_docking.hpp"
 #include "lab/studies/prediction/reproduce_prediction.hpp"
 #include "lab/studies/rendering/reproduce_laws.hpp"
 
@@ -40,6 +41,8 @@ constexpr std::array kBenchmarks{
               reproduce_prediction},
     Benchmark{"peg", "peg in hole in five steps, five masses", no_file, reproduce_peg},
     Benchmark{"bunny", "Stanford bunny against Stanford bunny (needs glmark2-data)", bunny_file, reproduce_bunny},
+    Benchmark{"docking", "two helices, stable method or none (needs pymol-data, gromacs-data)", docking_file,
+              reproduce_docking},
 };
 
 /// False when a claim does not hold.

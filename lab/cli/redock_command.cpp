@@ -1,0 +1,185 @@
+// `tandem-lab redock`: a complex taken apart, and put together again by two simulated hands over a network.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "common/base/json_pretty.hpp"
+#include "common/base/progress.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "lab/cli/commands.hpp"
+#include "lab/cli/docking_pair.hpp"
+#include "lab/report/format.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/studies/docking/redock.hpp"
+#include "server/assets/docking_scene.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+
+struct Options {
+  DockingOptions pair;
+  std::size_t seeds = 20;
+  std::uint64_t seed = 1;
+  double rtt_ms = 100;
+  std::size_t threads = 0;
+  std::string kernel;
+  std::string out;
+  bool is_guided = false;
+  bool wants_json = false;
+};
+
+wire::MoleculeSource source_of(const std::string& text, const std::string& hydrogens) {
+  const server::StructureChoice choice = server::structure_choice(text);
+  wire::MoleculeSource source;
+  source.set_file(std::filesystem::absolute(choice.file).string());
+  for (const std::string& entry : choice.selection.entries) source.add_chains(entry);
+  source.set_hydrogens(hydrogens);
+  return source;
+}
+
+double cutoff_of(const std::string& text) {
+  if (text == "none") return 0;
+  std::size_t read = 0;
+  double cutoff_angstrom = 0;
+  try {
+    cutoff_angstrom = std::stod(text, &read);
+  } catch (const std::exception&) {
+    read = 0;
+  }
+  if (read == text.size()) return cutoff_angstrom;
+  throw std::invalid_argument("--cutoff " + text + ": must be none, auto or a distance of 4 to 100 Å");
+}
+
+wire::Scene scene_of(const Options& options) {
+  wire::MolecularField field;
+  field.set_force_field_directory(options.pair.force_field_directory);
+  field.set_dielectric(options.pair.dielectric);
+  if (options.pair.cutoff != "auto") field.set_cutoff_angstrom(cutoff_of(options.pair.cutoff));
+  return server::docking_scene(source_of(options.pair.receptor, options.pair.hydrogens),
+                               source_of(options.pair.ligand, options.pair.hydrogens), field);
+}
+
+std::string field_text(const json::object& row, std::string_view name, int decimals) {
+  const json::value* const value = row.if_contains(name);
+  const double number = value != nullptr && value->is_number() ? value->to_number<double>() : std::nan("");
+  return format_fixed(number, decimals);
+}
+
+void print(const json::object& redocked) {
+  const auto about = [&](std::string_view name, int decimals) { return field_text(redocked, name, decimals); };
+  std::cout << about("atoms_receptor", 0) << " x " << about("atoms_ligand", 0) << " atoms, dielectric "
+            << redocked.at("dielectric").get_string().c_str() << ", cut-off " << about("cutoff_angstrom", 0)
+            << " Å, zero area " << about("zero_area_kt", 1) << " kT, " << about("newtons_per_kcal_per_mol_angstrom", 4)
+            << " N per kcal/mol/Å, round trip " << about("round_trip_ms", 0) << " ms\nminimum "
+            << about("minimum_kcal_per_mol", 2) << " kcal/mol, " << about("minimum_rmsd_to_native_angstrom", 2)
+            << " Å from native\n";
+  struct Column {
+    std::string_view name, field;
+    int decimals;
+  };
+  constexpr Column kColumns[]{{"seed", "seed", 0},
+                              {"out Å", "out_angstrom", 2},
+                              {"barrier kcal/mol", "barrier_kcal_per_mol", 1},
+                              {"aim Å", "intended_rmsd_angstrom", 2},
+                              {"let go Å", "released_rmsd_angstrom", 2},
+                              {"settled Å", "settled_rmsd_angstrom", 2},
+                              {"at 0 ms Å", "settled_rmsd_at_zero_delay_angstrom", 2},
+                              {"E-Emin kcal/mol", "settled_above_minimum_kcal_per_mol", 2},
+                              {"step N/ms", "force_step_n_per_ms", 3},
+                              {"at 0 ms N/ms", "force_step_at_zero_delay_n_per_ms", 3},
+                              {"beyond N/ms", "force_step_beyond_n_per_ms", 3},
+                              {"peak N", "peak_force_n", 2}};
+  const auto right = [](const std::string& text, std::string_view header) {
+    const std::size_t width = std::max<std::size_t>(6, text_width(header));
+    return std::string(width - std::min(width, text_width(text)), ' ') + text + "  ";
+  };
+  for (const Column& column : kColumns) std::cout << right(std::string(column.name), column.name);
+  std::cout << '\n';
+  for (const json::value& row : redocked.at("seeds").get_array()) {
+    for (const Column& column : kColumns)
+      std::cout << right(field_text(row.get_object(), column.field, column.decimals), column.name);
+    std::cout << '\n';
+  }
+  std::cout << '\n';
+}
+
+/// What settles the pair, in words.
+void print_remark(const json::object& redocked) {
+  if (redocked.at("locked").get_bool()) {
+    std::cout << "locked: no way out was found, so nothing can be redocked\n";
+    return;
+  }
+  if (!redocked.at("guided").get_bool()) return;
+  double least = std::nan(""), greatest = std::nan("");
+  for (const json::value& row : redocked.at("seeds").get_array()) {
+    const json::value* const offset = row.get_object().if_contains("settled_rmsd_angstrom");
+    if (offset == nullptr) continue;
+    least = std::fmin(least, offset->to_number<double>());
+    greatest = std::fmax(greatest, offset->to_number<double>());
+  }
+  std::cout << "a hand that goes on guiding holds the ligand " << format_fixed(least, 2) << " to "
+            << format_fixed(greatest, 2) << " Å off the minimum\n";
+}
+
+int run(Options options) {
+  if (!options.kernel.empty()) docking::MolecularField::use_by_default(options.kernel);
+  if (options.threads == 0) options.threads = std::max(1U, std::thread::hardware_concurrency());
+  const std::filesystem::path folder = options.out.empty() ? std::filesystem::path() : made_folder(options.out);
+  const auto progress = progress_on_stderr();
+  json::object redocked = redock(scene_of(options), options.seed, options.seeds, from_seconds(options.rtt_ms * 1e-3),
+                                 options.is_guided, options.threads, [&](double done) { progress("redocking", done); });
+  const std::vector<Check> checks = redock_checks(redocked);
+  redocked["claims"] = to_json(checks);
+  const std::string text = pretty_json(redocked);
+  if (!folder.empty()) write_text_file(folder / "redock.json", text);
+  if (options.wants_json) {
+    std::cout << text;
+  } else {
+    print(redocked);
+    print_remark(redocked);
+    print_checks(std::cout, checks);
+  }
+  return all_hold(checks) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_redock_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  options->pair.hydrogens.clear();
+  options->pair.cutoff = "auto";
+  CLI::App* const command = app.add_subcommand("redock", "Two simulated hands put a complex together again");
+  add_docking_options(*command, options->pair);
+  command->get_option("--hydrogens")
+      ->description("those given, built anew, or united with carbon [default: given, or built where a file has none]");
+  command->get_option("--cutoff")
+      ->description("none, auto (8 above a million pairs, as in a room of tandem-server), or a distance, 4 to 100 [Å]");
+  command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000")
+      ->check(CLI::Range(1, 1000).description(""))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "the first")->capture_default_str();
+  command->add_option("--rtt-ms", options->rtt_ms, "round trip of both hands, 0 to 1000 [ms]")
+      ->check(CLI::Range(0.0, 1000.0).description(""))
+      ->capture_default_str();
+  command->add_flag("--guided", options->is_guided, "the hands go on guiding at 200 N/m instead of letting go");
+  command->add_option("--kernel", options->kernel,
+                      "of the molecular field, instead of the widest that this CPU has: \"portable\" gives the same "
+                      "bytes on every x86-64");
+  command->add_option("--threads", options->threads, "trials at a time, 1 to 256 [default: as many as there are cores]")
+      ->check(CLI::Range(1, 256).description(""));
+  command->add_option("--out", options->out, "folder for redock.json");
+  command->add_flag("--json", options->wants_json, "print redock.json instead of a table");
+  command->footer("Exit code: 0 all claims hold, 1 one does not, or the pair is locked, 2 bad input or set-up.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,218 @@
+#include "lab/studies/docking/docking_trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/docking/exact_field.hpp"
+#include "proto/placement.hpp"
+#include "server/assets/docking_scene.hpp"
+#include "server/assets/molecular_scale.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr std::size_t kReceptor = 0, kLigand = 1;
+constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{from_seconds(0.005)};
+/// The speed comes and goes over so long.
+constexpr double kRamp_s = 0.3;
+constexpr std::string_view kSettle = "settle";
+
+const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t body) {
+  return *scene.world.bodies[body].molecule;
+}
+
+bool is_heavy(const docking::Molecule& molecule, std::size_t atom) {
+  return molecule.elements.empty() || molecule.elements[atom] != "H";
+}
+
+/// The atoms of `molecule` within `reach` of one of `other`, which is at X_MO.
+docking::Molecule near_part(const docking::Molecule& molecule, const docking::Molecule& other, const Pose& X_MO,
+                            double reach) {
+  docking::Molecule part;
+  for (std::size_t i = 0; i < molecule.size(); ++i) {
+    const Vec3& here = molecule.positions_angstrom[i];
+    const bool is_near = std::ranges::any_of(other.positions_angstrom, [&](const Vec3& there) {
+      return (X_MO * there - here).squaredNorm() < reach * reach;
+    });
+    if (!is_near) continue;
+    part.positions_angstrom.push_back(here);
+    part.sigma_angstrom.push_back(molecule.sigma_angstrom[i]);
+    part.epsilon_kj_per_mol.push_back(molecule.epsilon_kj_per_mol[i]);
+    part.charge_e.push_back(molecule.charge_e[i]);
+    part.mass_u.push_back(molecule.mass_u[i]);
+  }
+  return part;
+}
+
+/// Poses done at `time` of a way of `count` poses.
+double done(double time_s, double per_pose_s, double count) {
+  const double whole_s = count * per_pose_s + kRamp_s;
+  const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };
+  if (time_s <= 0) return 0;
+  if (time_s >= whole_s) return count;
+  if (time_s < kRamp_s) return ramp(time_s);
+  if (time_s > whole_s - kRamp_s) return count - ramp(whole_s - time_s);
+  return (time_s - kRamp_s / 2) / per_pose_s;
+}
+
+Pose between(std::span<const Pose> poses, double index) {
+  const auto i = std::min(static_cast<std::size_t>(index), poses.size() - 2);
+  const double share = index - static_cast<double>(i);
+  const Vec3 turn = rotation_vector(poses[i + 1].q * poses[i].q.conjugate());
+  return {poses[i].p + share * (poses[i + 1].p - poses[i].p), (quaternion_of(share * turn) * poses[i].q).normalized()};
+}
+
+Pose in_metres(Pose X, double metres_per_angstrom) {
+  X.p *= metres_per_angstrom;
+  return X;
+}
+
+ExperimentUser user(const std::string& name, const devices::HandPath& hand, Duration delay, Duration tick_phase) {
+  ExperimentUser made;
+  made.name = name;
+  made.hand_name = name;
+  made.hand = hand;
+  made.up.delay = made.down.delay = delay;
+  made.tick_phase = tick_phase;
+  return made;
+}
+
+template <class Quantity>
+double greatest(const SessionTrace& trace, Quantity of) {
+  double found = 0;
+  for (const UserTrace& user : trace.users) {
+    for (std::size_t k = 1; k < user.ticks.size(); ++k) found = std::max(found, of(user.ticks[k - 1], user.ticks[k]));
+  }
+  return found;
+}
+
+}  // namespace
+
+Pose native_pose(const server::LoadedScene& scene) {
+  return {scene.molecule_centres_angstrom[kLigand] - scene.molecule_centres_angstrom[kReceptor], Quat::Identity()};
+}
+
+std::pair<Pose, double> native_minimum(const server::LoadedScene& scene) {
+  const docking::Molecule &a = molecule(scene, kReceptor), &b = molecule(scene, kLigand);
+  const Pose native = native_pose(scene);
+  const docking::FieldModel& model = scene.world.field_model;
+  if (model.cutoff_angstrom == 0) return server::minimum_near(a, b, model, native);
+  constexpr double kMore_angstrom = 4;
+  const double reach = model.cutoff_angstrom + kMore_angstrom;
+  const Pose minimum =
+      server::minimum_near(near_part(a, b, native, reach), near_part(b, a, native.inverse(), reach), model, native)
+          .first;
+  return {minimum, docking::exact_field(a, b, minimum, model).energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie};
+}
+
+double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, const Pose& Y_AB) {
+  const docking::Molecule& ligand = molecule(scene, kLigand);
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < ligand.size(); ++i) {
+    if (!is_heavy(ligand, i)) continue;
+    sum += (X_AB * ligand.positions_angstrom[i] - Y_AB * ligand.positions_angstrom[i]).squaredNorm();
+    ++count;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
+}
+
+Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample) {
+  Pose X_AB = sample.X_WB[kReceptor].inverse() * sample.X_WB[kLigand];
+  X_AB.p /= scene.world.metres_per_angstrom;
+  return X_AB;
+}
+
+std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom) {
+  const wire::Placement& receptor = scene.bodies(kReceptor).placement();
+  const Pose X_WA = proto::pose_from_placement(receptor);
+  const Pose X_WB = X_WA * in_metres(X_AB_angstrom, scene.molecular_field().metres_per_angstrom());
+  const Vec3 zyx_deg = X_WB.q.toRotationMatrix().eulerAngles(2, 1, 0) * 180 / std::numbers::pi;
+  wire::Placement& body = *scene.mutable_bodies(kLigand)->mutable_placement();
+  wire::Placement& tool = *scene.mutable_tools(kLigand)->mutable_placement();
+  body.Clear();
+  tool.Clear();
+  for (const double part : X_WB.p) {
+    body.add_position_m(part);
+    tool.add_position_m(part);
+  }
+  for (int axis = 2; axis >= 0; --axis) body.add_rotation_xyz_deg(zyx_deg[axis]);
+  return server::load_scene_text(server::scene_text(scene), "docking trial", "/");
+}
+
+wire::Scene with_found_scale(wire::Scene scene, const server::LoadedScene& loaded) {
+  const wire::MolecularField& found = loaded.description.molecular_field();
+  wire::MolecularField& field = *scene.mutable_molecular_field();
+  field.set_newtons_per_kcal_per_mol_angstrom(found.newtons_per_kcal_per_mol_angstrom());
+  field.set_knee_kcal_per_mol(found.knee_kcal_per_mol());
+  field.set_zero_area_kt(found.zero_area_kt());
+  field.set_minimum_kcal_per_mol(found.minimum_kcal_per_mol());
+  return scene;
+}
+
+devices::HandPath ligand_hand(const server::LoadedScene& scene, std::span<const Pose> poses, Duration per_pose,
+                              bool relaxes) {
+  const Pose X_WA = scene.world.bodies[kReceptor].X_WB;
+  const WorkspaceMapping& workspace = scene.workspaces[kLigand];
+  const auto world = [&](const Pose& X_AB) { return X_WA * in_metres(X_AB, scene.world.metres_per_angstrom); };
+  const Pose start = world(poses.front());
+  const auto point = [&](Duration at, const Pose& X_AB, std::string phase, bool is_relaxed) {
+    const Pose X_WB = world(X_AB);
+    const Quat q_DW = workspace.X_WD.q.conjugate();
+    const Quat turn_W = X_WB.q * start.q.conjugate();
+    devices::WayPoint made;
+    made.at = at;
+    made.X_DH = {q_DW * (X_WB.p - workspace.X_WD.p) / workspace.position_scale,
+                 (q_DW * turn_W * workspace.X_WD.q).normalized()};
+    made.phase = std::move(phase);
+    made.is_relaxed = is_relaxed;
+    return made;
+  };
+  std::vector<devices::WayPoint> points{point(Duration(0), poses.front(), "approach", false)};
+  const double per_pose_s = to_seconds(per_pose), count = static_cast<double>(poses.size() - 1);
+  const Duration whole = from_seconds(count * per_pose_s + kRamp_s);
+  for (Duration at{0}; at < whole; at += kPoint) {
+    points.push_back(point(kRest + at, between(poses, done(to_seconds(at), per_pose_s, count)), "", false));
+  }
+  points.push_back(point(kRest + whole, poses.back(), "hold", false));
+  points.push_back(point(kRest + whole + kHold, poses.back(), std::string(kSettle), relaxes));
+  return devices::HandPath(std::move(points));
+}
+
+devices::HandPath receptor_hand(const devices::HandPath& ligand, bool relaxes) {
+  devices::WayPoint rest, settle;
+  settle.at = settles_at(ligand);
+  settle.phase = kSettle;
+  settle.is_relaxed = relaxes;
+  return devices::HandPath({rest, settle});
+}
+
+Duration settles_at(const devices::HandPath& hand) {
+  return hand.points().back().at;
+}
+
+Experiment docking_experiment(const devices::HandPath& ligand, bool relaxes, Duration round_trip, Duration settling,
+                              std::uint64_t seed) {
+  Experiment made;
+  made.name = "docking";
+  made.seed = seed;
+  made.reference_stage = truth_stage();
+  made.duration = settles_at(ligand) + settling;
+  made.users = {user("receptor", receptor_hand(ligand, relaxes), round_trip / 2, kSlot),
+                user("ligand", ligand, round_trip / 2, 2 * kSlot)};
+  return made;
+}
+
+double force_step_n_per_ms(const SessionTrace& trace) {
+  return greatest(trace, [](const TickSample& before, const TickSample& now) {
+    return (now.stage_D.f - before.stage_D.f).norm() / (to_seconds(now.time - before.time) * 1e3);
+  });
+}
+
+double peak_force_n(const SessionTrace& trace) {
+  return greatest(trace, [](const TickSample&, const TickSample& now) { return now.displayed_D.f.norm(); });
+}
+
+}  // namespace tandem::lab

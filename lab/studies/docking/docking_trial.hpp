@@ -1,0 +1,51 @@
+// What trials of docking are made of: two molecules of a docking scene, the ligand brought along poses by a hand.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "devices/sim/hand_path.hpp"
+#include "lab/session/trace.hpp"
+#include "server/assets/scene_file.hpp"
+
+namespace tandem::lab {
+
+/// Where the files have the ligand's molecule (body 1) in the receptor's (body 0), both about their centres [Å].
+Pose native_pose(const server::LoadedScene& scene);
+/// The pose of least energy nearest to the native one, and that energy [kcal/mol], with what the scene says acts between
+/// the molecules.
+/// Cost    some hundred evaluations of exact_field(); with a cut-off of the atoms within 4 Å more of the other molecule
+std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
+/// Of the ligand's heavy atoms, both poses in the receptor's frame [Å].
+double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, const Pose& Y_AB);
+/// Of the ligand in the receptor's frame [Å], from a trace's bodies.
+Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
+
+/// The scene of docking_scene() or one like it, loaded, with ligand and its tool where `X_AB` has them [Å].
+/// Fails   as server::load_scene_text()
+std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom);
+
+/// `scene` with the numbers of the molecular field that loading found, so that they need not be found again.
+wire::Scene with_found_scale(wire::Scene scene, const server::LoadedScene& loaded);
+
+/// The ligand's hand: rests for 0.3 s (phase "approach"), brings it along `poses` at one pose each `per_pose`, slower at both
+/// ends, holds for 0.5 s (phase "hold") and then either relaxes or goes on guiding ("settle").
+/// In      poses  X_AB [Å], the first as scene_with_ligand_at() has it, at least two
+devices::HandPath ligand_hand(const server::LoadedScene& scene, std::span<const Pose> poses, Duration per_pose,
+                              bool relaxes);
+/// The receptor's: where it is, and relaxes when the ligand's does.
+devices::HandPath receptor_hand(const devices::HandPath& ligand, bool relaxes);
+/// When a hand made so begins to settle.
+Duration settles_at(const devices::HandPath& hand);
+
+/// Two users, one a hand, over `round_trip`; `duration` in all.
+Experiment docking_experiment(const devices::HandPath& ligand, bool relaxes, Duration round_trip, Duration settling,
+                              std::uint64_t seed);
+
+/// The greatest change of a tick's computed force (before the slew limit) from one tick to the next, of all users [N/ms].
+double force_step_n_per_ms(const SessionTrace& trace);
+double peak_force_n(const SessionTrace& trace);
+
+}  // namespace tandem::lab

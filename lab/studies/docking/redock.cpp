@@ -1,0 +1,243 @@
+#include "lab/studies/docking/redock.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/session/virtual_session.hpp"
+#include "lab/studies/docking/docking_trial.hpp"
+#include "lab/studies/docking/exit_path.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+
+constexpr Duration kSettling{from_seconds(4)};
+/// A step of the way, 0.25 Å, at 30 mm/s with 10 mm/Å.
+constexpr Duration kPerPose{from_seconds(0.083)};
+constexpr std::size_t kTriesBeforeLocked = 5;
+
+struct Pair {
+  wire::Scene scene;  ///< with its scale found
+  std::shared_ptr<const server::LoadedScene> loaded;
+  Pose X_AB_min;
+  double minimum_kcal_per_mol = 0;
+};
+
+Pair pair_of(wire::Scene scene, const Pose& start) {
+  Pair pair;
+  pair.loaded = scene_with_ligand_at(scene, start);
+  pair.scene = with_found_scale(std::move(scene), *pair.loaded);
+  std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*pair.loaded);
+  return pair;
+}
+
+double energy_kcal_per_mol(const Pair& pair, const Pose& X_AB) {
+  const auto& bodies = pair.loaded->world.bodies;
+  return docking::exact_field(*bodies[0].molecule, *bodies[1].molecule, X_AB, pair.loaded->world.field_model)
+             .energy_kj_per_mol() /
+         docking::kKilojoulesPerKilocalorie;
+}
+
+/// From outside to where the hands let go.
+std::vector<Pose> way_in(const Pair& pair, const std::vector<Pose>& way_out) {
+  std::size_t last = 0;
+  while (last + 2 < way_out.size() &&
+         ligand_rmsd_angstrom(*pair.loaded, way_out[last], pair.X_AB_min) < kRelease_angstrom) {
+    ++last;
+  }
+  std::vector<Pose> way(way_out.begin() + static_cast<std::ptrdiff_t>(last), way_out.end());
+  std::ranges::reverse(way);
+  return way;
+}
+
+/// The last sample of the bodies that is not later.
+const BodiesSample& bodies_at(const SessionTrace& trace, Duration time) {
+  const auto after = std::ranges::upper_bound(trace.bodies, time, {}, &BodiesSample::time);
+  return after == trace.bodies.begin() ? trace.bodies.front() : *std::prev(after);
+}
+
+double device_limit_n(const Experiment& experiment) {
+  double limit = std::numeric_limits<double>::infinity();
+  for (const ExperimentUser& user : experiment.users) limit = std::min(limit, user.device.spec.force_limit_n);
+  return limit;
+}
+
+bool stayed(const SessionTrace& trace) {
+  return std::ranges::all_of(trace.users, &UserTrace::stayed_connected);
+}
+
+double rounded(double value) {
+  return std::round(value * 1e4) / 1e4;
+}
+
+bool is_out(const std::vector<Pose>& way_out) {
+  return way_out_angstrom(way_out) >= kExitDistance_angstrom;
+}
+
+/// The highest Lennard-Jones energy of its poses.
+double barrier_kcal_per_mol(const Pair& pair, const std::vector<Pose>& way) {
+  docking::FieldModel model = pair.loaded->world.field_model;
+  model.dielectric = docking::Dielectric::kNone;
+  const auto& bodies = pair.loaded->world.bodies;
+  docking::MolecularField field(*bodies[0].molecule, *bodies[1].molecule, model);
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Pose& X_AB : way) highest = std::max(highest, field.evaluate(X_AB).lennard_jones_kj_per_mol);
+  return highest / docking::kKilojoulesPerKilocalorie;
+}
+
+json::object trial_row(const Pair& pair, const std::vector<Pose>& way_out, std::uint64_t seed, Duration round_trip,
+                       bool guided) {
+  json::object row{{"seed", seed},
+                   {"out_angstrom", rounded(way_out_angstrom(way_out))},
+                   {"poses", way_out.size()},
+                   {"barrier_kcal_per_mol", rounded(barrier_kcal_per_mol(pair, way_out))}};
+  if (!is_out(way_out)) return row;
+  const std::vector<Pose> way = way_in(pair, way_out);
+  const auto scene = scene_with_ligand_at(pair.scene, way.front());
+  const devices::HandPath hand = ligand_hand(*scene, way, kPerPose, !guided);
+  Experiment experiment = docking_experiment(hand, !guided, round_trip, kSettling, seed);
+  const SessionTrace trace = run_virtual_session(experiment, scene);
+  Experiment at_zero = docking_experiment(hand, !guided, Duration(0), kSettling, seed);
+  for (ExperimentUser& user : at_zero.users) user.pipeline.stage = experiment.reference_stage;
+  const SessionTrace reference = run_virtual_session(at_zero, scene);
+
+  const Pose released = ligand_pose(*scene, bodies_at(trace, settles_at(hand)));
+  const Pose settled = ligand_pose(*scene, trace.bodies.back());
+  const Pose settled_at_zero = ligand_pose(*scene, reference.bodies.back());
+  const auto rmsd = [&](const Pose& X_AB) { return rounded(ligand_rmsd_angstrom(*scene, X_AB, pair.X_AB_min)); };
+  const TrialView view{experiment, trace, &reference, nullptr};
+  row["intended_rmsd_angstrom"] = rmsd(way.back());
+  row["released_rmsd_angstrom"] = rmsd(released);
+  row["settled_rmsd_angstrom"] = rmsd(settled);
+  row["settled_rmsd_at_zero_delay_angstrom"] = rmsd(settled_at_zero);
+  row["settled_above_minimum_kcal_per_mol"] = rounded(energy_kcal_per_mol(pair, settled) - pair.minimum_kcal_per_mol);
+  row["force_step_n_per_ms"] = rounded(force_step_n_per_ms(trace));
+  row["force_step_at_zero_delay_n_per_ms"] = rounded(force_step_n_per_ms(reference));
+  row["force_step_beyond_n_per_ms"] = rounded(trial_metric(view, "force_step_max_n_per_ms"));
+  row["peak_force_n"] = rounded(peak_force_n(trace));
+  row["device_limit_n"] = device_limit_n(experiment);
+  row["virtual_s"] = rounded(to_seconds(experiment.duration));
+  row["stayed_connected"] = stayed(trace);
+  row["docked"] = stayed(trace) && rmsd(settled) <= kDocked_angstrom;
+  return row;
+}
+
+/// Does jobs 0 … count − 1 on some threads. Throws the first failure.
+void for_each(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& job) {
+  std::atomic<std::size_t> next{0};
+  std::mutex failing;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        job(i);
+      } catch (...) {
+        const std::lock_guard lock(failing);
+        if (failure == nullptr) failure = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  std::vector<std::jthread> others;
+  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(work);
+  work();
+  others.clear();
+  if (failure != nullptr) std::rethrow_exception(failure);
+}
+
+json::object about(const Pair& pair, Duration round_trip, bool guided) {
+  const server::LoadedScene& scene = *pair.loaded;
+  const auto& bodies = scene.world.bodies;
+  const wire::MolecularField& field = scene.description.molecular_field();
+  return {{"atoms_receptor", bodies[0].molecule->size()},
+          {"atoms_ligand", bodies[1].molecule->size()},
+          {"dielectric", field.dielectric()},
+          {"cutoff_angstrom", field.cutoff_angstrom()},
+          {"zero_area_kt", field.zero_area_kt()},
+          {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
+          {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},
+          {"minimum_rmsd_to_native_angstrom", rounded(ligand_rmsd_angstrom(scene, pair.X_AB_min, native_pose(scene)))},
+          {"round_trip_ms", to_seconds(round_trip) * 1e3},
+          {"field_kernel", docking::MolecularField::default_kernel()},
+          {"guided", guided},
+          {"locked", false}};
+}
+
+double number(const json::object& row, std::string_view name) {
+  const json::value* const value = row.if_contains(name);
+  return value != nullptr && value->is_number() ? value->to_number<double>() : std::nan("");
+}
+
+double greatest(const json::array& rows, std::string_view name) {
+  double found = std::nan("");
+  for (const json::value& row : rows) found = std::fmax(found, number(row.get_object(), name));
+  return found;
+}
+
+}  // namespace
+
+json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
+                    bool guided, std::size_t threads, const std::function<void(double)>& progress) {
+  const Pair pair = pair_of(scene, {Vec3(0, 0, 100), Quat::Identity()});
+  const auto& bodies = pair.loaded->world.bodies;
+  json::object result = about(pair, round_trip, guided);
+  std::vector<std::vector<Pose>> ways(seeds);
+  const auto find_way = [&](std::size_t i) {
+    ways[i] = exit_path(*bodies[0].molecule, *bodies[1].molecule, pair.loaded->world.field_model, pair.X_AB_min,
+                        first_seed + i);
+  };
+  const std::size_t tries = std::min(seeds, kTriesBeforeLocked);
+  for_each(tries, threads, find_way);
+  const bool is_locked = std::none_of(ways.begin(), ways.begin() + static_cast<std::ptrdiff_t>(tries), is_out);
+  std::vector<json::object> rows(is_locked ? tries : seeds);
+  std::size_t done = 0;
+  std::mutex telling;
+  for_each(rows.size(), threads, [&](std::size_t i) {
+    if (ways[i].empty()) find_way(i);
+    rows[i] = trial_row(pair, ways[i], first_seed + i, round_trip, guided);
+    const std::lock_guard lock(telling);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(rows.size()));
+  });
+  result["locked"] = is_locked;
+  json::array& kept = result["seeds"].emplace_array();
+  for (json::object& row : rows) kept.emplace_back(std::move(row));
+  return result;
+}
+
+std::vector<Check> redock_checks(const json::object& redocked) {
+  const json::array& rows = redocked.at("seeds").get_array();
+  const std::string scope = redocked.at("guided").get_bool() ? "redocking, hand guiding" : "redocking";
+  if (redocked.at("locked").get_bool()) {
+    return {{scope, "farthest way out that was found", greatest(rows, "out_angstrom"), Relation::kAtLeast,
+             kExitDistance_angstrom, "Å", 2}};
+  }
+  std::vector<Check> checks;
+  if (!redocked.at("guided").get_bool()) {
+    const auto docked = std::ranges::count_if(rows, [](const json::value& row) {
+      const json::value* const is_docked = row.get_object().if_contains("docked");
+      return is_docked != nullptr && is_docked->get_bool();
+    });
+    checks.push_back({scope, "share of starts that settle within 1 Å of the minimum",
+                      static_cast<double>(docked) / static_cast<double>(rows.size()), Relation::kAtLeast, kDockedShare,
+                      "", 2});
+  }
+  checks.push_back({scope, "force step beyond zero delay's", greatest(rows, "force_step_beyond_n_per_ms"),
+                    Relation::kAtMost, kStepBeyond_n_per_ms, "N/ms", 3});
+  checks.push_back({scope, "greatest force shown", greatest(rows, "peak_force_n"), Relation::kAtMost,
+                    greatest(rows, "device_limit_n"), "N", 2});
+  return checks;
+}
+
+}  // namespace tandem::lab

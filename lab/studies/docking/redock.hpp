@@ -1,0 +1,41 @@
+// Redocking by hands: a complex taken apart and put together again by two simulated users over a network.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "common/base/json.hpp"
+#include "common/base/time.hpp"
+#include "lab/report/check.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem::lab {
+
+/// Within this RMSD of the minimum nearest to native a ligand is docked [Å].
+inline constexpr double kDocked_angstrom = 1;
+/// Of the starts that do.
+inline constexpr double kDockedShare = 0.8;
+/// Hands let go at the first pose of the way that is so far from the minimum (RMSD) [Å].
+inline constexpr double kRelease_angstrom = 1.5;
+/// By so much a force may step more than at zero delay.
+inline constexpr double kStepBeyond_n_per_ms = 0.1;
+
+/// Of each seed: a way out (exit_path()) from the minimum nearest to native, the same way back by the ligand's hand, up to
+/// kRelease_angstrom from the minimum; then both hands relax for four seconds. The same again at zero delay on the stage
+/// that shows the server's own force.
+///
+/// In      scene    of docking_scene()
+///         guided   the ligand's hand does not relax: where it ends is an offset, and no claim
+///         threads  trials at a time
+///         progress  called with the share that is done
+/// Out     what the pair is; "locked" true when the first five seeds find no way out; "seeds", a row each
+/// Fails   as server::load_scene_text()
+boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
+                           bool guided, std::size_t threads, const std::function<void(double)>& progress = {});
+
+/// What is claimed of it; of a locked pair that there is a way out.
+std::vector<Check> redock_checks(const boost::json::object& redocked);
+
+}  // namespace tandem::lab

@@ -1,0 +1,282 @@
+#include "lab/studies/docking/reproduce_docking.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "devices/sim/sim_device.hpp"
+#include "lab/metrics/high_pass.hpp"
+#include "lab/report/format.hpp"
+#include "lab/session/virtual_session.hpp"
+#include "lab/studies/docking/docking_trial.hpp"
+#include "lab/studies/rendering/conventions.hpp"
+#include "server/assets/docking_scene.hpp"
+#include "server/assets/molecular_scale.hpp"
+#include "server/assets/scene_checks.hpp"
+#include "server/assets/structures/loader.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
+constexpr double kKt_kcal_per_mol = 0.592484;
+constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kStep_angstrom = 0.25;
+/// A step of the way, at 60 mm/s.
+constexpr Duration kPerPose{from_seconds(0.0417)}, kSettling{from_seconds(2)}, kAlone{from_seconds(6)};
+constexpr double kAloneFrom_s = 3;
+constexpr double kTremor_n = 0.05;
+constexpr std::uint64_t kSeeds = 5;
+constexpr double kTimesLess = 10;
+constexpr double kRate_hz = 1000;
+
+/// What the ligand's hand is shown, tick by tick.
+struct Shown {
+  std::vector<double> at_s;
+  std::vector<Vec3> force_n;
+  double vibration_rms_n = 0;  ///< above kVibration_hz, of all axes
+  double peak_n = 0;
+  double step_n_per_ms = 0;
+};
+
+struct Pair {
+  wire::Scene scene;
+  Pose X_AB_min;
+  double minimum_kcal_per_mol = 0;
+  std::vector<Pose> approach;
+};
+
+wire::MoleculeSource helix(const std::string& chain) {
+  wire::MoleculeSource source;
+  source.set_file(kHelices);
+  source.add_chains(chain);
+  return source;
+}
+
+/// On the line of their centres, turned as the files have them, to 1.5 Å deeper than where they touch.
+std::vector<Pose> approach_of(const server::LoadedScene& scene) {
+  const auto& bodies = scene.world.bodies;
+  const Vec3 line = native_pose(scene).p.normalized();
+  const double contact =
+      server::contact_distance_angstrom(*bodies[0].molecule, *bodies[1].molecule, scene.world.field_model, line);
+  std::vector<Pose> poses;
+  for (double out = kApart_angstrom; out > -kPressed_angstrom; out -= kStep_angstrom)
+    poses.push_back({(contact + out) * line, Quat::Identity()});
+  return poses;
+}
+
+Pair pair_of_helices() {
+  Pair pair;
+  pair.scene = server::docking_scene(helix("A"), helix("B"), {});
+  const auto loaded = scene_with_ligand_at(pair.scene, {Vec3(0, 0, 100), Quat::Identity()});
+  pair.scene = with_found_scale(std::move(pair.scene), *loaded);
+  std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*loaded);
+  pair.approach = approach_of(*loaded);
+  return pair;
+}
+
+/// Figures of what was shown.
+Shown judged(Shown shown) {
+  double sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> along;
+    for (const Vec3& force : shown.force_n) along.push_back(force[axis]);
+    sum += std::pow(rms(high_passed(along, kRate_hz, kVibration_hz)), 2);
+  }
+  shown.vibration_rms_n = std::sqrt(sum);
+  for (std::size_t k = 0; k < shown.force_n.size(); ++k) {
+    shown.peak_n = std::max(shown.peak_n, shown.force_n[k].norm());
+    if (k > 0) shown.step_n_per_ms = std::max(shown.step_n_per_ms, (shown.force_n[k] - shown.force_n[k - 1]).norm());
+  }
+  return shown;
+}
+
+Shown with_stable_method(const Pair& pair, const std::string& device, Duration round_trip) {
+  const auto scene = scene_with_ligand_at(pair.scene, pair.approach.front());
+  const devices::HandPath hand = ligand_hand(*scene, pair.approach, kPerPose, false);
+  Experiment experiment = docking_experiment(hand, false, round_trip, kSettling, 1);
+  for (ExperimentUser& user : experiment.users) user.device = devices::find_device_profile(device);
+  const SessionTrace trace = run_virtual_session(experiment, scene);
+  Shown shown;
+  for (const TickSample& tick : trace.users[1].ticks) {
+    shown.at_s.push_back(to_seconds(tick.time));
+    shown.force_n.push_back(tick.displayed_D.f);
+  }
+  return judged(std::move(shown));
+}
+
+/// A molecule fixed to the handle of a simulated device.
+struct HeldMolecule {
+  devices::SimDevice device;
+  Pose X_WM_start;
+
+  HeldMolecule(const devices::DeviceProfile& profile, const devices::HandPath& path, const Pose& X_WM)
+      : device(profile.spec, devices::holding(devices::HandParameters{}, profile), path, 1), X_WM_start(X_WM) {}
+
+  /// Metres; the device's frame lies where the molecule starts, its axes as the world's.
+  Pose pose_at(LocalTime now) {
+    const Pose X_DH = device.read(now).X_DH;
+    return {X_WM_start.p + X_DH.p, (X_DH.q * X_WM_start.q).normalized()};
+  }
+  Vec3 show(LocalTime now, const Wrench& wrench) {
+    const devices::DeviceSpec& spec = device.spec();
+    const Vec3 force = clamped_to_length(wrench.f, spec.force_limit_n);
+    device.write(now, {force, clamped_to_length(wrench.t, spec.torque_limit_n_m)});
+    return force;
+  }
+};
+
+/// Each molecule is its hand's: force and torque of the field where the hands are, times the same scale, held for a
+/// millisecond, a round trip later; no body, no coupling, no zero area, no knee. What the devices cannot show is cut off.
+Shown without(const Pair& pair, const std::string& device, Duration round_trip) {
+  const auto scene = scene_with_ligand_at(pair.scene, pair.approach.front());
+  const physics::WorldDescription& world = scene->world;
+  docking::MolecularField field(*world.bodies[0].molecule, *world.bodies[1].molecule, world.field_model);
+  const devices::HandPath path = ligand_hand(*scene, pair.approach, kPerPose, false);
+  const devices::DeviceProfile profile = devices::find_device_profile(device);
+  HeldMolecule receptor(profile, receptor_hand(path, false), world.bodies[0].X_WB);
+  HeldMolecule ligand(profile, path, world.bodies[1].X_WB);
+  const double metres = world.metres_per_angstrom;
+  const double newtons = world.newtons_per_kcal_per_mol_angstrom / docking::kKilojoulesPerKilocalorie;
+  std::deque<std::array<Wrench, 2>> on_the_way(static_cast<std::size_t>(round_trip / kHapticPeriod));
+  Shown shown;
+  for (Duration at{0}; at < settles_at(path) + kSettling; at += kHapticPeriod) {
+    const LocalTime now(at);
+    const Pose X_WA = receptor.pose_at(now), X_WB = ligand.pose_at(now);
+    Pose X_AB = X_WA.inverse() * X_WB;
+    const Vec3 p_AB_m = X_AB.p;
+    X_AB.p /= metres;
+    const docking::FieldResult here = field.evaluate(X_AB);
+    const Vec3 f = newtons * here.force_on_b, t = newtons * metres * here.torque_on_b;
+    on_the_way.push_back({Wrench{X_WA.q * -f, X_WA.q * (-t - p_AB_m.cross(f))}, Wrench{X_WA.q * f, X_WA.q * t}});
+    receptor.show(now, on_the_way.front()[0]);
+    shown.at_s.push_back(to_seconds(at));
+    shown.force_n.push_back(ligand.show(now, on_the_way.front()[1]));
+    on_the_way.pop_front();
+  }
+  return judged(std::move(shown));
+}
+
+/// E − E_min in kT, from kAloneFrom_s on the greatest: both hands relaxed at the minimum, both trembling.
+double left_alone_kt(const Pair& pair, std::uint64_t seed, Duration round_trip) {
+  const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
+  devices::WayPoint start, settle;
+  start.is_relaxed = settle.is_relaxed = true;
+  settle.at = kHapticPeriod;
+  Experiment experiment = docking_experiment(devices::HandPath({start, settle}), true, round_trip, kAlone, seed);
+  for (ExperimentUser& user : experiment.users) user.hand_parameters.tremor_rms_n = kTremor_n;
+  const SessionTrace trace = run_virtual_session(experiment, scene);
+  double greatest = 0;
+  for (const BodiesSample& sample : trace.bodies) {
+    if (to_seconds(sample.time) < kAloneFrom_s) continue;
+    const double energy = sample.field_energy_kj_per_mol / docking::kKilojoulesPerKilocalorie;
+    greatest = std::max(greatest, (energy - pair.minimum_kcal_per_mol) / kKt_kcal_per_mol);
+  }
+  return greatest;
+}
+
+/// One condition, both ways.
+struct Comparison {
+  std::string name, published_direct, published_stable;
+  std::string device;
+  Duration round_trip{0};
+  Shown direct, stable;
+
+  double power_ratio() const { return std::pow(direct.vibration_rms_n / stable.vibration_rms_n, 2); }
+};
+
+Comparison compared(const Pair& pair, Comparison condition) {
+  condition.direct = without(pair, condition.device, condition.round_trip);
+  condition.stable = with_stable_method(pair, condition.device, condition.round_trip);
+  return condition;
+}
+
+Plot force_figure(const Comparison& trial) {
+  Plot figure;
+  figure.caption = "Force on the ligand's hand, " + trial.name + ": approach, contact, pressed and held.";
+  figure.description = figure.caption;
+  figure.x.label = "time [s]";
+  figure.y.label = "force [N]";
+  for (const bool is_direct : {true, false}) {
+    const Shown& shown = is_direct ? trial.direct : trial.stable;
+    Series series{is_direct ? "shown directly" : "stable method", shown.at_s, {}, is_direct ? 1 : 0};
+    for (const Vec3& force : shown.force_n) series.y.push_back(force.norm());
+    figure.series.push_back(std::move(series));
+  }
+  return figure;
+}
+
+boost::json::object json_of(const Shown& shown) {
+  return {{"vibration_rms_n", shown.vibration_rms_n}, {"peak_n", shown.peak_n}, {"step_n_per_ms", shown.step_n_per_ms}};
+}
+
+}  // namespace
+
+std::filesystem::path docking_file() {
+  const std::filesystem::path parameters = server::kOplsDirectory;
+  return std::filesystem::exists(kHelices) ? parameters / "forcefield.itp" : std::filesystem::path(kHelices);
+}
+
+Reproduction reproduce_docking(const Clock&) {
+  const Pair pair = pair_of_helices();
+  const std::string exact = "sim", phantom = "phantom-premium-1.5-6dof";
+  const Comparison steps = compared(pair, {"no delay", "kicks and vibration", "smooth", phantom, Duration(0), {}, {}});
+  const Comparison late = compared(pair, {"100 ms", "", "", phantom, from_seconds(0.1), {}, {}});
+  const Comparison ideal = compared(pair, {"no delay, exact positions", "", "", exact, Duration(0), {}, {}});
+  const double zero_kt = pair.scene.molecular_field().zero_area_kt();
+  double alone_kt = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed)
+    alone_kt = std::max(alone_kt, left_alone_kt(pair, seed, from_seconds(0.1)));
+
+  Reproduction result;
+  result.title = "Docking of two helices with the stable method and without";
+  result.summary =
+      "The thesis docks a helix of 154 atoms and a peptide of 266; neither is published, so these are the helices "
+      "of PDB 3AL1. A hand of 0.3 kg and 200 N/m brings one to the other's, which rests in a hand like it, at 60 "
+      "mm/s (10 mm/Å) from 8 Å outside to 3 Å deeper than contact, and holds it there, both on the thesis' Phantom "
+      "Premium with its steps of 0.03 mm. Directly: force and torque of the field where the two hands are, held "
+      "for 1 ms, a round trip later, cut off at the device's limits. Stable method: bodies, coupling, zero area "
+      "and knee as a room of tandem-server has them. Same scale: the strongest pull is 1 N. Where positions are "
+      "exact and 1 kHz is kept, as no device and network do, so soft a contact is smooth without it too. Left "
+      "alone: both hands relaxed at the least energy, 0.05 N of tremor in each, 100 ms of round trip, five seeds.";
+  const auto add = [&](const std::string& what, const std::string& published, double value, int decimals,
+                       const std::string& unit) {
+    result.rows.push_back({what, published, format_fixed(value, decimals) + " " + unit});
+  };
+  for (const Comparison* trial : {&steps, &late, &ideal}) {
+    add(trial->name + ": above 30 Hz, rms, directly", trial->published_direct, trial->direct.vibration_rms_n, 4, "N");
+    add(trial->name + ": above 30 Hz, rms, stable", trial->published_stable, trial->stable.vibration_rms_n, 4, "N");
+    add(trial->name + ": greatest step, directly", "", trial->direct.step_n_per_ms, 3, "N/ms");
+    add(trial->name + ": greatest step, stable", "", trial->stable.step_n_per_ms, 3, "N/ms");
+    add(trial->name + ": greatest force, directly", "", trial->direct.peak_n, 2, "N");
+    add(trial->name + ": greatest force, stable", "", trial->stable.peak_n, 2, "N");
+  }
+  add("left alone from 3 s to 6 s, E − E_min at most", "", alone_kt, 2, "kT");
+  const std::string less = "power above 30 Hz, directly over stable";
+  result.claims = {
+      {"contact, no delay", less, steps.power_ratio(), Relation::kAtLeast, kTimesLess, "", 1},
+      {"contact, 100 ms", less, late.power_ratio(), Relation::kAtLeast, kTimesLess, "", 1},
+      {"left alone", "E − E_min within the zero area and its edge", alone_kt, Relation::kAtMost, zero_kt + 1, "kT", 2}};
+  result.figures = {force_figure(steps), force_figure(late), force_figure(ideal)};
+  const wire::MolecularField& field = pair.scene.molecular_field();
+  boost::json::object details{{"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
+                              {"zero_area_kt", zero_kt},
+                              {"minimum_kcal_per_mol", pair.minimum_kcal_per_mol},
+                              {"tremor_rms_n", kTremor_n},
+                              {"alone_kt", alone_kt}};
+  for (const Comparison* trial : {&steps, &late, &ideal}) {
+    details[trial->name] = boost::json::object{{"device", trial->device},
+                                               {"round_trip_ms", to_seconds(trial->round_trip) * 1e3},
+                                               {"directly", json_of(trial->direct)},
+                                               {"stable", json_of(trial->stable)}};
+  }
+  result.details = std::move(details);
+  return result;
+}
+
+}  // namespace tandem::lab

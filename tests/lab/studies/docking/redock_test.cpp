@@ -1,0 +1,93 @@
+// Two hands put a complex together again, on a real pair; and what is claimed of results of known numbers.
+#include "lab/studies/docking/redock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "lab/studies/docking/reproduce_docking.hpp"
+#include "server/assets/docking_scene.hpp"
+#include "tests/support/molecules.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+
+wire::MoleculeSource helix(const std::string& chain) {
+  wire::MoleculeSource source;
+  source.set_file(test::k3al1File.string());
+  source.add_chains(chain);
+  return source;
+}
+
+bool has_files() {
+  return std::filesystem::exists(test::k3al1File) && std::filesystem::exists(test::kOplsDirectory);
+}
+
+TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
+  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  const json::object redocked =
+      redock(server::docking_scene(helix("A"), helix("B"), {}), 1, 2, from_seconds(0.1), false, 1);
+  EXPECT_FALSE(redocked.at("locked").get_bool());
+  ASSERT_EQ(redocked.at("seeds").get_array().size(), 2U);
+  for (const json::value& value : redocked.at("seeds").get_array()) {
+    const json::object& row = value.get_object();
+    EXPECT_GE(row.at("out_angstrom").to_number<double>(), 8);
+    EXPECT_GE(row.at("intended_rmsd_angstrom").to_number<double>(), kRelease_angstrom);
+    EXPECT_LE(row.at("intended_rmsd_angstrom").to_number<double>(), 2.1);
+    EXPECT_LE(row.at("settled_rmsd_angstrom").to_number<double>(), kDocked_angstrom);
+    EXPECT_TRUE(row.at("docked").get_bool());
+    // The zero area and its edge, 1 kT each.
+    EXPECT_LE(row.at("settled_above_minimum_kcal_per_mol").to_number<double>(), 2 * 0.593);
+  }
+  EXPECT_TRUE(all_hold(redock_checks(redocked)));
+}
+
+TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
+  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  const wire::Scene scene = server::docking_scene(helix("A"), helix("B"), {});
+  const auto settled = [&](bool guided) {
+    const json::object redocked = redock(scene, 1, 1, from_seconds(0.1), guided, 1);
+    return redocked.at("seeds").at(0).at("settled_rmsd_angstrom").to_number<double>();
+  };
+  EXPECT_GT(settled(true), 1.5 * settled(false));
+}
+
+json::object row(double settled_angstrom, double beyond_n_per_ms, double peak_n) {
+  return {{"docked", settled_angstrom <= kDocked_angstrom},
+          {"out_angstrom", 8.1},
+          {"settled_rmsd_angstrom", settled_angstrom},
+          {"force_step_beyond_n_per_ms", beyond_n_per_ms},
+          {"peak_force_n", peak_n},
+          {"device_limit_n", 7}};
+}
+
+json::object of_rows(json::array rows) {
+  return {{"locked", false}, {"guided", false}, {"seeds", std::move(rows)}};
+}
+
+TEST(Redock, ClaimsFailWithTheirNumbers) {
+  const json::object good = row(0.2, 0.05, 1), far = row(4, 0.05, 1), jumpy = row(0.2, 0.2, 1),
+                     strong = row(0.2, 0, 7.1);
+  EXPECT_TRUE(all_hold(redock_checks(of_rows({good, good, good, good, far}))));
+  EXPECT_FALSE(all_hold(redock_checks(of_rows({good, good, good, far}))));
+  EXPECT_FALSE(all_hold(redock_checks(of_rows({good, jumpy}))));
+  EXPECT_FALSE(all_hold(redock_checks(of_rows({good, strong}))));
+  const json::object no_way{{"out_angstrom", 3.0}};
+  EXPECT_FALSE(all_hold(redock_checks(of_rows({no_way, good}))));
+  json::object locked = of_rows({no_way, no_way});
+  locked["locked"] = true;
+  ASSERT_EQ(redock_checks(locked).size(), 1U);
+  EXPECT_FALSE(all_hold(redock_checks(locked)));
+}
+
+TEST(ReproduceDocking, ItsClaimsHold) {
+  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  const SteadyClock clock;
+  for (const Check& claim : reproduce_docking(clock).claims)
+    EXPECT_TRUE(claim.holds()) << claim.claim << claim.value_text();
+}
+
+}  // namespace
+}  // namespace tandem::lab
