@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/docking/molecular_field.hpp"
+#include "common/haptics/coupling/laws.hpp"
 #include "common/physics/world_description.hpp"
 #include "server/assets/molecular_scale.hpp"
 #include "server/assets/scene_checks.hpp"
@@ -91,9 +92,9 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   put(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
-/// As of the shipped docking scene.
+/// The law of rooms that name none; coefficients as of the shipped docking scene.
 void set_coupling(wire::Coupling& coupling) {
-  coupling.set_law("spring-damper");
+  coupling.set_law(std::string(haptics::kDefaultCouplingLaw));
   coupling.set_stiffness_n_per_m(250);
   coupling.set_damping_n_s_per_m(5);
   coupling.set_stiffness_n_m_per_rad(0.3);

@@ -17,7 +17,7 @@ constexpr double kPenalty_angstrom = 0.05;
 constexpr double kNoise = 1;
 constexpr int kRelaxations = 4;
 constexpr double kRelax_angstrom = 0.1;
-constexpr std::array kBounds_kcal_per_mol{10.0, 20.0, 30.0, 40.0, kExitBound_kcal_per_mol};
+constexpr std::array kLowerBounds_kcal_per_mol{10.0, 20.0, 30.0, 40.0};
 constexpr std::size_t kNoParent = static_cast<std::size_t>(-1);
 
 struct Node {
@@ -161,16 +161,19 @@ double way_out_angstrom(std::span<const Pose> way) {
 
 std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                             const Pose& X_AB_angstrom, std::uint64_t seed, std::size_t effort) {
-  std::vector<Pose> farthest;
-  for (const double bound : kBounds_kcal_per_mol) {
-    Tree tree(a, b, model, X_AB_angstrom, seed, bound);
+  const auto grown = [&](double bound_kcal_per_mol) {
+    Tree tree(a, b, model, X_AB_angstrom, seed, bound_kcal_per_mol);
     tree.grow(effort);
-    std::vector<Pose> way = tree.way();
-    if (tree.is_out() || farthest.empty() || way_out_angstrom(way) > way_out_angstrom(farthest))
-      farthest = std::move(way);
-    if (tree.is_out()) break;
+    return tree;
+  };
+  // The highest first: where it lets nothing out, none does.
+  const Tree highest = grown(kExitBound_kcal_per_mol);
+  if (!highest.is_out()) return highest.way();
+  for (const double bound : kLowerBounds_kcal_per_mol) {
+    const Tree tree = grown(bound);
+    if (tree.is_out()) return tree.way();
   }
-  return farthest;
+  return highest.way();
 }
 
 }  // namespace tandem::lab

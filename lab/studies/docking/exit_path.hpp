@@ -25,7 +25,8 @@ inline constexpr std::size_t kExitEffort = 60'000;
 double way_out_angstrom(std::span<const Pose> way);
 
 /// A noisy way for molecule B out of A, through poses of bounded energy alone, the motion between them looked at in
-/// quarters. The bound is raised, 10, 20, … 50 kcal/mol, until there is one: hands are no stronger than they have to be.
+/// quarters. Of the bounds 10, 20, … 50 kcal/mol the lowest that lets it out counts: hands are no stronger than they have to
+/// be.
 ///
 /// Model   a tree of poses. Each time the one that is farthest in a random direction, less 0.05 Å for each time that it was
 ///         tried, takes a step that way, on the way and with the turn that it came by, and with noise; then it gives way
