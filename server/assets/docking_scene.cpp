@@ -19,13 +19,13 @@
 namespace tandem::server {
 namespace {
 
-constexpr double kMetresPerAngstrom = 0.01;
+/// Of small molecules; of larger ones so much that the larger one's radius of gyration is that of a thing in the hand.
+constexpr double kMetresPerAngstrom = 0.01, kGyrationRadius_m = 0.08;
 constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;
 /// A third of a millisecond of one AVX-512 core: server and clients each compute them in every tick.
 constexpr std::size_t kMaxAllPairs = 1'000'000;
-/// Of a small molecule; larger ones weigh less, so that a hand can turn them as easily.
-constexpr double kMass_kg = 0.2, kMinMass_kg = 0.02, kGyrationRadius_m = 0.065;
+constexpr double kMass_kg = 0.2;
 /// As a window draws the tools that hold them.
 constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
 
@@ -49,15 +49,22 @@ Vec3 centre(docking::Molecule& molecule) {
   return centre;
 }
 
-double gyration_radius_m(const docking::Molecule& molecule) {
-  double sum = 0;
-  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
-  return kMetresPerAngstrom * std::sqrt(sum / static_cast<double>(molecule.size()));
-}
-
 /// Rounded for people: µm, and ten thousandths of a degree.
 double rounded(double value, double step) {
   return std::round(value / step) * step;
+}
+
+double gyration_radius_angstrom(const docking::Molecule& molecule) {
+  double sum = 0;
+  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(molecule.size()));
+}
+
+/// A hand bears little torque: what touches far from the middle of a large thing would turn it out of the hand.
+/// In      both about their centres
+double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& b) {
+  const double radius_angstrom = std::max(gyration_radius_angstrom(a), gyration_radius_angstrom(b));
+  return std::min(kMetresPerAngstrom, rounded(kGyrationRadius_m / std::max(1.0, radius_angstrom), 1e-5));
 }
 
 template <class Numbers>
@@ -72,13 +79,11 @@ void place(wire::Placement& placement, double y_m, const Quat& q) {
   put(placement.mutable_rotation_xyz_deg(), zyx.reverse() * 180 / std::numbers::pi, 1e-4);
 }
 
-void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource& source,
-         const docking::Molecule& molecule, double y_m, const Quat& q) {
+void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource& source, double y_m, const Quat& q) {
   wire::Body& body = *scene.add_bodies();
   body.set_name(name);
   *body.add_shapes()->mutable_molecule() = source;
-  const double ratio = kGyrationRadius_m / std::max(1e-3, gyration_radius_m(molecule));
-  body.set_mass_kg(rounded(std::clamp(kMass_kg * ratio * ratio, kMinMass_kg, kMass_kg), 1e-3));
+  body.set_mass_kg(kMass_kg);
   body.set_gravity(false);
   body.set_graspable(true);
   body.set_linear_damping_per_s(2);
@@ -92,13 +97,14 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   put(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
-/// The law of rooms that name none; coefficients as of the shipped docking scene.
+/// The law of rooms that name none, as stiff at 1 N, the strongest pull, as the linear spring of 250 N/m in the shipped docking
+/// scene (4 mm: k = F_max √(−ln(1 − 1 N/F_max)) / 4 mm), turning likewise: softer, it leaves a large ligand behind on its way.
 void set_coupling(wire::Coupling& coupling) {
   coupling.set_law(std::string(haptics::kDefaultCouplingLaw));
-  coupling.set_stiffness_n_per_m(250);
-  coupling.set_damping_n_s_per_m(5);
-  coupling.set_stiffness_n_m_per_rad(0.3);
-  coupling.set_damping_n_m_s_per_rad(0.015);
+  coupling.set_stiffness_n_per_m(500);
+  coupling.set_damping_n_s_per_m(3);
+  coupling.set_stiffness_n_m_per_rad(0.8);
+  coupling.set_damping_n_m_s_per_rad(0.008);
   coupling.set_force_limit_n(6.5);
   coupling.set_torque_limit_n_m(0.3);
 }
@@ -119,7 +125,6 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
     molecular.set_cutoff_angstrom(pairs > kMaxAllPairs ? docking::kUsualCutoffAngstrom : 0);
   }
   if (!molecular.has_zero_area_kt() && pairs <= kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
-  molecular.set_metres_per_angstrom(kMetresPerAngstrom);
   docking::FieldModel model;
   docking::set_dielectric(model, molecular.dielectric());
   model.cutoff_angstrom = molecular.cutoff_angstrom();
@@ -127,12 +132,14 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
 
   const Vec3 centre_a = centre(a);
   const Vec3 offset = centre(b) - centre_a;
+  molecular.set_metres_per_angstrom(metres_per_angstrom(a, b));
   const Vec3 line = offset.norm() > 1 ? Vec3(offset.normalized()) : Vec3(Vec3::UnitY());
-  const double half_m = 0.5 * kMetresPerAngstrom * (contact_distance_angstrom(a, b, model, line) + kApart_angstrom);
+  const double half_m =
+      0.5 * molecular.metres_per_angstrom() * (contact_distance_angstrom(a, b, model, line) + kApart_angstrom);
   const Quat q = Quat::FromTwoVectors(line, Vec3::UnitY());
   scene.set_name("docking");
-  add(scene, "receptor", receptor, a, -half_m, q);
-  add(scene, "ligand", ligand, b, half_m, q);
+  add(scene, "receptor", receptor, -half_m, q);
+  add(scene, "ligand", ligand, half_m, q);
   set_coupling(*scene.mutable_coupling());
   for (int i = 0; i < 3; ++i) scene.add_gravity_m_per_s2(0);
   wire::Limits& limits = *scene.mutable_limits();

@@ -236,6 +236,35 @@ class Energy(ProgramTest):
         self.assert_setup_error(self.energy(file + ":A", file + ":B", "--save", self.path("x.mol2")), "tandem-lab: ", "in .pdb or .cif")
 
 
+@unittest.skipUnless(os.path.exists("/usr/share/pymol/test/dat/3al1.pdb"), "needs the Debian package pymol-data")
+@unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
+class Redock(ProgramTest):
+    STRUCTURE = "/usr/share/pymol/test/dat/3al1.pdb"
+
+    def redock(self, ligand, *options):
+        return run("tandem-lab", "redock", "--receptor", self.STRUCTURE + ":A", "--ligand", self.STRUCTURE + ":" + ligand,
+                   "--seeds", "1", *options)
+
+    def test_prints_what_it_writes(self):
+        folder = self.path("redocked")
+        code, out, err = self.redock("B", "--json", "--out", folder)
+        self.assertEqual(code, 0, err)
+        redocked = json.loads(out)
+        with open(os.path.join(folder, "redock.json"), encoding="utf-8") as kept:
+            self.assertEqual(json.load(kept), redocked)
+        (seed,) = redocked["seeds"]
+        self.assertTrue(seed["docked"])
+        self.assertEqual(redocked["round_trip_ms"], 100)
+
+    def test_of_a_guiding_hand_prints_the_offset(self):
+        code, out, err = self.redock("B", "--guided")
+        self.assertEqual(code, 0, err)
+        self.assertIn("Å off the minimum", out)
+
+    def test_of_what_is_no_complex_is_refused(self):
+        self.assert_setup_error(self.redock("A"), "tandem-lab: ", "no complex", "name two parts of one complex")
+
+
 class Check(ProgramTest):
     def test_a_coupling_that_is_unstable_is_refused_with_a_value_that_is_not(self):
         arguments = ["check", "--law", "spring-damper", "--device", "omega.6", "--tool-mass", "0.05", "--json"]

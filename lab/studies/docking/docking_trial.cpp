@@ -14,7 +14,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
-constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{from_seconds(0.005)};
+constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
 /// The speed comes and goes over so long.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";

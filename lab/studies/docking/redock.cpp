@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "lab/session/virtual_session.hpp"
 #include "lab/studies/docking/docking_trial.hpp"
 #include "lab/studies/docking/exit_path.hpp"
+#include "proto/scene_ranges.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -35,11 +37,21 @@ struct Pair {
   double minimum_kcal_per_mol = 0;
 };
 
+double rounded(double value) {
+  return std::round(value * 1e4) / 1e4;
+}
+
 Pair pair_of(wire::Scene scene, const Pose& start) {
   Pair pair;
   pair.loaded = scene_with_ligand_at(scene, start);
   pair.scene = with_found_scale(std::move(scene), *pair.loaded);
   std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*pair.loaded);
+  if (!(pair.minimum_kcal_per_mol <= -kHardlyHeld_kcal_per_mol)) {
+    throw std::invalid_argument(
+        "receptor and ligand are no complex: near where their files have them the least energy is " +
+        proto::number_text(rounded(pair.minimum_kcal_per_mol)) + " kcal/mol, and it must be " +
+        proto::number_text(-kHardlyHeld_kcal_per_mol) + " at most; name two parts of one complex");
+  }
   return pair;
 }
 
@@ -76,10 +88,6 @@ double device_limit_n(const Experiment& experiment) {
 
 bool stayed(const SessionTrace& trace) {
   return std::ranges::all_of(trace.users, &UserTrace::stayed_connected);
-}
-
-double rounded(double value) {
-  return std::round(value * 1e4) / 1e4;
 }
 
 bool is_out(const std::vector<Pose>& way_out) {

@@ -31,7 +31,7 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 ///         threads  trials at a time
 ///         progress  called with the share that is done
 /// Out     what the pair is; "locked" true when the first five seeds find no way out; "seeds", a row each
-/// Fails   as server::load_scene_text()
+/// Fails   as server::load_scene_text(); std::invalid_argument: they are no complex as the files have them
 boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
                            bool guided, std::size_t threads, const std::function<void(double)>& progress = {});
 

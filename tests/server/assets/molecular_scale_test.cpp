@@ -274,6 +274,29 @@ TEST(DockingScene, OfFilesWithoutHydrogensNeedsNoParameterFiles) {
   EXPECT_THAT(scene->notes_for_users, ::testing::Contains(HasSubstr("built-in parameters by element, no charges")));
 }
 
+TEST(DockingScene, ALargePairFitsTheHand) {
+  const std::filesystem::path file = "/usr/share/pymol/data/demo/1tii.pdb";
+  if (!std::filesystem::exists(file) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  const auto chain = [&](const std::string& name) {
+    wire::MoleculeSource source;
+    source.set_file(file.string());
+    source.add_chains(name);
+    source.set_hydrogens("given");
+    return source;
+  };
+  const double scale_m = docking_scene(chain("D"), chain("E"), {}).molecular_field().metres_per_angstrom();
+  double larger_m = 0;
+  for (const char* name : {"D", "E"}) {
+    const docking::Molecule molecule = load_molecule(file, {{name}}, kOplsDirectory);
+    const Vec3 centre = molecule.centre_of_mass_angstrom();
+    double sum = 0;
+    for (const Vec3& position : molecule.positions_angstrom) sum += (position - centre).squaredNorm();
+    larger_m = std::max(larger_m, scale_m * std::sqrt(sum / static_cast<double>(molecule.size())));
+  }
+  EXPECT_NEAR(larger_m, 0.08, 2e-4) << "scale rounded to 0.01 mm";
+  EXPECT_LT(scale_m, 0.008);
+}
+
 TEST(DockingScene, AWrongDielectricIsSaid) {
   if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
   wire::MolecularField field;

@@ -57,6 +57,12 @@ TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
   EXPECT_GT(settled(true), 0.02);
 }
 
+TEST(Redock, WhatIsNoComplexIsSaid) {
+  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  EXPECT_THROW(redock(server::docking_scene(helix("A"), helix("A"), {}), 1, 1, from_seconds(0.1), false, 1),
+               std::invalid_argument);
+}
+
 json::object row(double settled_angstrom, double beyond_n_per_ms, double peak_n) {
   return {{"docked", settled_angstrom <= kDocked_angstrom},
           {"out_angstrom", 8.1},
