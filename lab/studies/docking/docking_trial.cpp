@@ -59,9 +59,7 @@ double done(double time_s, double per_pose_s, double count) {
 
 Pose between(std::span<const Pose> poses, double index) {
   const auto i = std::min(static_cast<std::size_t>(index), poses.size() - 2);
-  const double share = index - static_cast<double>(i);
-  const Vec3 turn = rotation_vector(poses[i + 1].q * poses[i].q.conjugate());
-  return {poses[i].p + share * (poses[i + 1].p - poses[i].p), (quaternion_of(share * turn) * poses[i].q).normalized()};
+  return pose_between(poses[i], poses[i + 1], index - static_cast<double>(i));
 }
 
 Pose in_metres(Pose X, double metres_per_angstrom) {
@@ -117,6 +115,11 @@ double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, 
     ++count;
   }
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
+}
+
+Pose pose_between(const Pose& from, const Pose& to, double share) {
+  const Vec3 turn = rotation_vector(to.q * from.q.conjugate());
+  return {from.p + share * (to.p - from.p), (quaternion_of(share * turn) * from.q).normalized()};
 }
 
 Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample) {

@@ -20,6 +20,8 @@ Pose native_pose(const server::LoadedScene& scene);
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
 /// Of the ligand's heavy atoms, both poses in the receptor's frame [Å].
 double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, const Pose& Y_AB);
+/// From one to the other, `share` of the way.
+Pose pose_between(const Pose& from, const Pose& to, double share);
 /// Of the ligand in the receptor's frame [Å], from a trace's bodies.
 Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
 

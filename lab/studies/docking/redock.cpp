@@ -64,12 +64,15 @@ double energy_kcal_per_mol(const Pair& pair, const Pose& X_AB) {
 
 /// From outside to where the hands let go.
 std::vector<Pose> way_in(const Pair& pair, const std::vector<Pose>& way_out) {
+  const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(*pair.loaded, X_AB, pair.X_AB_min); };
   std::size_t last = 0;
-  while (last + 2 < way_out.size() &&
-         ligand_rmsd_angstrom(*pair.loaded, way_out[last], pair.X_AB_min) < kRelease_angstrom) {
-    ++last;
-  }
+  while (last + 2 < way_out.size() && rmsd(way_out[last]) < kRelease_angstrom) ++last;
   std::vector<Pose> way(way_out.begin() + static_cast<std::ptrdiff_t>(last), way_out.end());
+  Pose nearer = way_out[last == 0 ? 0 : last - 1];
+  while (rmsd(way.front()) > kFarthestRelease_angstrom) {
+    const Pose middle = pose_between(nearer, way.front(), 0.5);
+    (rmsd(middle) < kRelease_angstrom ? nearer : way.front()) = middle;
+  }
   std::ranges::reverse(way);
   return way;
 }

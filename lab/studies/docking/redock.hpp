@@ -17,8 +17,8 @@ namespace tandem::lab {
 inline constexpr double kDocked_angstrom = 1;
 /// Of the starts that do.
 inline constexpr double kDockedShare = 0.8;
-/// Hands let go at the first pose of the way that is so far from the minimum (RMSD) [Å].
-inline constexpr double kRelease_angstrom = 1.5;
+/// Hands let go at the first pose of the way out that is so far from the minimum (RMSD), or on the way there [Å].
+inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
 /// By so much a force may step more than at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;
 
