@@ -97,14 +97,17 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   put(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
-/// The law of rooms that name none, as stiff at 1 N, the strongest pull, as the linear spring of 250 N/m in the shipped docking
-/// scene (4 mm: k = F_max √(−ln(1 − 1 N/F_max)) / 4 mm), turning likewise: softer, it leaves a large ligand behind on its way.
-void set_coupling(wire::Coupling& coupling) {
+/// The law of rooms that name none, of small molecules about as stiff at 1 N, the strongest pull, as the linear spring of the
+/// shipped docking scene. A smaller scale needs a stiffer spring: what pushes a ligand through a narrow way are newtons for
+/// each ångström that it is behind.
+void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
+  constexpr double kMaxTurn = 1.75;
+  const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);
   coupling.set_law(std::string(haptics::kDefaultCouplingLaw));
-  coupling.set_stiffness_n_per_m(500);
+  coupling.set_stiffness_n_per_m(rounded(500 * stiffer, 10));
   coupling.set_damping_n_s_per_m(3);
-  coupling.set_stiffness_n_m_per_rad(0.8);
-  coupling.set_damping_n_m_s_per_rad(0.008);
+  coupling.set_stiffness_n_m_per_rad(rounded(0.8 * turn, 0.1));
+  coupling.set_damping_n_m_s_per_rad(rounded(0.008 * std::sqrt(turn), 0.001));
   coupling.set_force_limit_n(6.5);
   coupling.set_torque_limit_n_m(0.3);
 }
@@ -140,7 +143,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   scene.set_name("docking");
   add(scene, "receptor", receptor, -half_m, q);
   add(scene, "ligand", ligand, half_m, q);
-  set_coupling(*scene.mutable_coupling());
+  set_coupling(*scene.mutable_coupling(), molecular.metres_per_angstrom());
   for (int i = 0; i < 3; ++i) scene.add_gravity_m_per_s2(0);
   wire::Limits& limits = *scene.mutable_limits();
   if (molecular.cutoff_angstrom() == 0 && pairs > physics::WorldLimits().atom_pairs) {

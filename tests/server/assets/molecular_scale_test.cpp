@@ -284,7 +284,8 @@ TEST(DockingScene, ALargePairFitsTheHand) {
     source.set_hydrogens("given");
     return source;
   };
-  const double scale_m = docking_scene(chain("D"), chain("E"), {}).molecular_field().metres_per_angstrom();
+  const wire::Scene scene = docking_scene(chain("D"), chain("E"), {});
+  const double scale_m = scene.molecular_field().metres_per_angstrom();
   double larger_m = 0;
   for (const char* name : {"D", "E"}) {
     const docking::Molecule molecule = load_molecule(file, {{name}}, kOplsDirectory);
@@ -295,6 +296,7 @@ TEST(DockingScene, ALargePairFitsTheHand) {
   }
   EXPECT_NEAR(larger_m, 0.08, 2e-4) << "scale rounded to 0.01 mm";
   EXPECT_LT(scale_m, 0.008);
+  EXPECT_NEAR(scene.coupling().stiffness_n_per_m() * scale_m, 5, 0.05) << "newtons for each angstrom, as of small ones";
 }
 
 TEST(DockingScene, AWrongDielectricIsSaid) {
