@@ -1,6 +1,7 @@
 // The parts of a molecule that are more than data: its centre, and the check that every field kernel relies on.
 #include "common/docking/molecule.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -32,6 +33,18 @@ Vec3 Molecule::centre_of_mass_angstrom() const {
   }
   if (mass > 0) return weighted / mass;
   return size() == 0 ? sum : Vec3(sum / static_cast<double>(size()));
+}
+
+Vec3 Molecule::centre() {
+  const Vec3 before = centre_of_mass_angstrom();
+  for (Vec3& position : positions_angstrom) position -= before;
+  return before;
+}
+
+double Molecule::gyration_radius_angstrom() const {
+  double sum = 0;
+  for (const Vec3& position : positions_angstrom) sum += position.squaredNorm();
+  return std::max(1.0, std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, size()))));
 }
 
 std::vector<std::size_t> residue_starts(const Molecule& molecule) {

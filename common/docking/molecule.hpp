@@ -34,6 +34,11 @@ struct Molecule {
 
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;
+  /// Moves all atoms so that their centre of mass is the origin.
+  /// Out     where it was
+  Vec3 centre();
+  /// About the origin, all atoms alike; 1 at least, a bond's length: a single atom has no extent, and no lever.
+  double gyration_radius_angstrom() const;
 };
 
 /// The first atom of each residue, ascending: of each run of atoms with one chain, residue and segment.
@@ -48,5 +53,7 @@ std::vector<std::size_t> residue_starts(const Molecule& molecule);
 void validate(const Molecule& molecule);
 
 inline constexpr double kKilojoulesPerKilocalorie = 4.184;
+/// kT at 298.15 K.
+inline constexpr double kThermalEnergy_kcal_per_mol = 0.592484;
 
 }  // namespace tandem::docking

@@ -8,15 +8,7 @@
 namespace tandem::physics {
 namespace {
 
-double gyration_radius_angstrom(const docking::Molecule& molecule) {
-  double sum = 0;
-  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
-  // At least a bond's length: a single atom has no extent, and no lever.
-  return std::max(1.0, std::sqrt(sum / static_cast<double>(molecule.size())));
-}
-
-/// At 298.15 K.
-constexpr double kKt_kcal_per_mol = 0.592484;
+constexpr double kKt_kcal_per_mol = docking::kThermalEnergy_kcal_per_mol;
 /// How fast the logarithm of an energy above the knee grows: of r^−12 at 3 Å 4, and more as attraction takes off it. Ours.
 constexpr double kSteepness_per_angstrom = 8;
 constexpr double kMinScale = 1e-12;
@@ -84,7 +76,7 @@ MolecularForces::MolecularForces(const WorldDescription& world) : world_(&world)
       if (!world.bodies[a].molecule || !world.bodies[b].molecule) continue;
       const docking::Molecule& molecule_a = *world.bodies[a].molecule;
       const docking::Molecule& molecule_b = *world.bodies[b].molecule;
-      const double radius = 0.5 * (gyration_radius_angstrom(molecule_a) + gyration_radius_angstrom(molecule_b));
+      const double radius = 0.5 * (molecule_a.gyration_radius_angstrom() + molecule_b.gyration_radius_angstrom());
       pairs_.push_back({a, b, docking::MolecularField(molecule_a, molecule_b, world.field_model),
                         radius * world.metres_per_angstrom, 0, 0});
     }

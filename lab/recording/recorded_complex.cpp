@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/docking/atom_contacts.hpp"
 #include "common/docking/exact_field.hpp"
 #include "lab/recording/session_replay.hpp"
 #include "proto/recording/exact_state.hpp"
@@ -83,12 +84,6 @@ docking::Molecule in_its_file(const server::LoadedScene& scene, std::size_t body
   return molecule;
 }
 
-double rmsd_angstrom(const docking::Molecule& molecule, const Pose& X) {
-  double sum = 0;
-  for (const Vec3& position : molecule.positions_angstrom) sum += (X * position - position).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, molecule.size())));
-}
-
 }  // namespace
 
 boost::json::object save_recorded_complex(const std::filesystem::path& recording, std::optional<Duration> at,
@@ -113,7 +108,7 @@ boost::json::object save_recorded_complex(const std::filesystem::path& recording
   };
   const Pose X_AB = pose(0).inverse() * pose(1);
   const docking::FieldResult result = docking::exact_field(receptor, ligand, X_AB, scene.world.field_model);
-  const double rmsd = rmsd_angstrom(ligand, X_AB), t_s = to_seconds(*search.found);
+  const double rmsd = docking::rmsd_angstrom(ligand, X_AB, Pose{}), t_s = to_seconds(*search.found);
   std::vector<std::string> remarks = server::energy_remarks(result, scene.world.field_model);
   remarks.insert(remarks.begin(), recording.filename().string() + " at " + std::to_string(t_s) + " s");
   server::save_complex(file, receptor, ligand, X_AB, remarks);

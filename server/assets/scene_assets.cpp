@@ -331,8 +331,7 @@ std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire
   } catch (const docking::MoleculeError& error) {
     field.refuse(std::string("cannot be used: ") + error.what());
   }
-  centre_angstrom = molecule->centre_of_mass_angstrom();
-  for (Vec3& position : molecule->positions_angstrom) position -= centre_angstrom;
+  centre_angstrom = molecule->centre();
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);

@@ -40,12 +40,8 @@ class Tree {
   Tree(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model, const Pose& X_AB,
        std::uint64_t seed, double bound_kcal_per_mol)
       : field_(a, b, without_charges(model)), random_(seed, 1), bound_kcal_per_mol_(bound_kcal_per_mol) {
-    double sum = 0;
-    for (const Vec3& position : b.positions_angstrom) {
-      radius_ = std::max(radius_, position.norm());
-      sum += position.squaredNorm();
-    }
-    gyration_ = std::max(1.0, std::sqrt(sum / static_cast<double>(b.size())));
+    for (const Vec3& position : b.positions_angstrom) radius_ = std::max(radius_, position.norm());
+    gyration_ = b.gyration_radius_angstrom();
     nodes_.push_back({X_AB});
   }
 

@@ -26,7 +26,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
-constexpr double kKt_kcal_per_mol = 0.592484;
+using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
 /// A step of the way, at 60 mm/s.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kSettling{from_seconds(2)}, kAlone{from_seconds(6)};
@@ -194,7 +194,7 @@ double left_alone_kt(const Pair& pair, std::uint64_t seed, Duration round_trip) 
   for (const BodiesSample& sample : trace.bodies) {
     if (to_seconds(sample.time) < kAloneFrom_s) continue;
     const double energy = sample.field_energy_kj_per_mol / docking::kKilojoulesPerKilocalorie;
-    greatest = std::max(greatest, (energy - pair.minimum_kcal_per_mol) / kKt_kcal_per_mol);
+    greatest = std::max(greatest, (energy - pair.minimum_kcal_per_mol) / kThermalEnergy_kcal_per_mol);
   }
   return greatest;
 }

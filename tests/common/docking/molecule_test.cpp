@@ -229,6 +229,14 @@ TEST(Molecule, CentreOfMassWeighsByMass) {
   molecule.positions_angstrom.emplace_back(4, 0, 3);
   molecule.mass_u.push_back(24);
   EXPECT_LT((molecule.centre_of_mass_angstrom() - Vec3(3, 0, 2)).norm(), 1e-15);
+  const Vec3 first = molecule.positions_angstrom.front();
+  EXPECT_LT((molecule.centre() - Vec3(3, 0, 2)).norm(), 1e-15);
+  EXPECT_LT((molecule.positions_angstrom.front() - (first - Vec3(3, 0, 2))).norm(), 1e-15);
+  EXPECT_LT(molecule.centre_of_mass_angstrom().norm(), 1e-15);
+  molecule.positions_angstrom = {{3, 0, 0}, {0, -3, 0}};
+  EXPECT_NEAR(molecule.gyration_radius_angstrom(), 3, 1e-15);
+  molecule.positions_angstrom = {{0, 0, 0}};
+  EXPECT_EQ(molecule.gyration_radius_angstrom(), 1);
 }
 
 /// What every kernel this CPU can run must hold.
