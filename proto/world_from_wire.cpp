@@ -44,6 +44,7 @@ docking::FieldModel field_model_of(const wire::MolecularField& field) {
   docking::FieldModel model;
   docking::set_dielectric(model, field.dielectric());
   model.cutoff_angstrom = field.cutoff_angstrom();
+  model.has_far_grid = field.far_grid();
   docking::validate(model);
   return model;
 }

@@ -67,15 +67,20 @@ Central inside_core(Central at_core, double core2, double r2) {
   return at_core;
 }
 
+/// What a grid brings back is here computed.
+double cutoff_angstrom(const FieldModel& model) {
+  return model.has_far_grid ? 0 : model.cutoff_angstrom;
+}
+
 class PairField {
  public:
   PairField(const FieldModel& model, bool is_arithmetic)
       : dielectric_(model.dielectric),
         is_arithmetic_(is_arithmetic),
         coulomb_(kCoulombKjAngstromPerMol / model.permittivity),
-        repulsion_(12, model.cutoff_angstrom),
-        attraction_(6, model.cutoff_angstrom),
-        charge_(model.dielectric == Dielectric::kDistance ? 2 : 1, model.cutoff_angstrom) {}
+        repulsion_(12, cutoff_angstrom(model)),
+        attraction_(6, cutoff_angstrom(model)),
+        charge_(model.dielectric == Dielectric::kDistance ? 2 : 1, cutoff_angstrom(model)) {}
 
   Central lennard_jones(double r2, double sigma_a, double sigma_b, double epsilon) const {
     if (sigma_a == 0 || sigma_b == 0 || epsilon == 0) return {};

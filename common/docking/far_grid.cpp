@@ -73,8 +73,9 @@ class FarGrid {
     for (std::size_t i = 0; i < a.size(); ++i) {
       const Vec3 at = a.positions_angstrom[i] - centre;
       const double cube = std::pow(a.sigma_angstrom[i], 3);
-      const std::array<double, 6> of_atom{at.x(), at.y(), at.z(), 2 * std::sqrt(a.epsilon_kj_per_mol[i]) * cube, cube,
-                                          model.dielectric == Dielectric::kNone ? 0 : a.charge_e[i]};
+      const std::array<double, 6> of_atom{at.x(), at.y(),
+                                          at.z(), 2 * std::sqrt(a.epsilon_kj_per_mol[i]) * cube,
+                                          cube,   model.dielectric == Dielectric::kNone ? 0 : a.charge_e[i]};
       for (std::size_t k = 0; k < 6; ++k) atoms[k].push_back(static_cast<float>(of_atom[k]));
     }
     Target target;
@@ -109,8 +110,10 @@ class FarGrid {
         Nodes plane = {}, plane_x = {}, plane_y = {};
         for (std::size_t l = 0; l < 4; ++l) {
           const Node* const p = nodes_.data() + index(ix - 1, iy + l - 1, iz + k - 1);
-          const Nodes row = wx.value[0] * p[0].of + wx.value[1] * p[1].of + wx.value[2] * p[2].of + wx.value[3] * p[3].of;
-          const Nodes row_x = wx.slope[0] * p[0].of + wx.slope[1] * p[1].of + wx.slope[2] * p[2].of + wx.slope[3] * p[3].of;
+          const Nodes row =
+              wx.value[0] * p[0].of + wx.value[1] * p[1].of + wx.value[2] * p[2].of + wx.value[3] * p[3].of;
+          const Nodes row_x =
+              wx.slope[0] * p[0].of + wx.slope[1] * p[1].of + wx.slope[2] * p[2].of + wx.slope[3] * p[3].of;
           plane += wy.value[l] * row;
           plane_x += wy.value[l] * row_x;
           plane_y += wy.slope[l] * row;
@@ -139,9 +142,7 @@ class FarGrid {
   }
 
  private:
-  std::size_t index(std::size_t x, std::size_t y, std::size_t z) const {
-    return (z * count_[1] + y) * count_[0] + x;
-  }
+  std::size_t index(std::size_t x, std::size_t y, std::size_t z) const { return (z * count_[1] + y) * count_[0] + x; }
   bool is_inside(double at, std::size_t axis) const {
     return at >= 1 && at < static_cast<double>(count_[axis] - kBorder);
   }
@@ -152,9 +153,9 @@ class FarGrid {
     const double share = faded(coordinate(y, 1), low_.y(), high_.y()) * faded(coordinate(z, 2), low_.z(), high_.z());
     if (share == 0) return;
     const std::size_t count = count_[0];
-    const std::array<float, 4> row{
-        static_cast<float>(origin_.x() - centre.x()), static_cast<float>(coordinate(y, 1) - centre.y()),
-        static_cast<float>(coordinate(z, 2) - centre.z()), static_cast<float>(spacing_)};
+    const std::array<float, 4> row{static_cast<float>(origin_.x() - centre.x()),
+                                   static_cast<float>(coordinate(y, 1) - centre.y()),
+                                   static_cast<float>(coordinate(z, 2) - centre.z()), static_cast<float>(spacing_)};
     far_row(target, atoms, constants, row.data(), count, sums, sums + count, sums + 2 * count);
     for (std::size_t x = 0; x < count; ++x) {
       const auto here = static_cast<float>(share * faded(coordinate(x, 0), low_.x(), high_.x()));
@@ -185,20 +186,34 @@ class FarGrid {
   std::vector<Node> nodes_;
 };
 
-std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
-                                             FarRowKernel far_row) {
+namespace {
+
+/// Without values; null where no spacing is affordable.
+std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   Vec3 low = a.positions_angstrom.front(), high = low;
   for (const Vec3& position : a.positions_angstrom) {
     low = low.cwiseMin(position);
     high = high.cwiseMax(position);
   }
   for (double spacing = kFinestAngstrom; spacing <= kCoarsestAngstrom; spacing *= kCoarser) {
-    FarGrid grid(low, high, spacing);
-    if (!grid.is_affordable(a.size())) continue;
-    grid.fill(a, model, constants, far_row);
-    return std::make_shared<const FarGrid>(std::move(grid));
+    auto grid = std::make_unique<FarGrid>(low, high, spacing);
+    if (grid->is_affordable(a.size())) return grid;
   }
   return nullptr;
+}
+
+}  // namespace
+
+std::optional<double> far_grid_spacing_angstrom(const Molecule& a) {
+  const auto grid = empty_far_grid(a);
+  return grid == nullptr ? std::nullopt : std::optional(grid->spacing());
+}
+
+std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
+                                             FarRowKernel far_row) {
+  std::unique_ptr<FarGrid> grid = empty_far_grid(a);
+  if (grid != nullptr) grid->fill(a, model, constants, far_row);
+  return grid;
 }
 
 double spacing_angstrom(const FarGrid& grid) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "common/docking/field_kernel.hpp"
@@ -19,13 +20,16 @@ inline constexpr std::size_t kGridMultiplyAdds = 768;
 
 class FarGrid;
 
+/// 1 to 3 Å, the finest with at most 4e6 nodes and 2.5e9 nodes times atoms; nothing: 3 Å is not enough.
+std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
+
 /// Model   V_far = V − V_cut: r^−α beyond the cut-off, and below it what the force switch adds, a constant below the start
 ///         of the switch; smooth everywhere. Σ_i c_i V_far(|x − x_i|) at the nodes of a cubic grid is the same for any
 ///         atom of B but for a factor: three fields, of q, of √C6 and of √C12 (geometric, also where the force field
 ///         mixes arithmetically). Between nodes: cubic B-splines of the node values, filtered (−1/6, 8/6, −1/6) on each
 ///         axis, so fourth order and twice differentiable; the force is the derivative of that energy
 /// In      model  with a cut-off
-/// Out     the spacing is 1 to 3 Å, the finest with at most 4e6 nodes and 2.5e9 nodes times atoms; nothing where 3 Å is not enough
+/// Out     nothing where far_grid_spacing_angstrom() is
 /// Cost    nodes times atoms: README.md; 16 B a node
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                                              FarRowKernel far_row);

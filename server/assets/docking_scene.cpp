@@ -42,29 +42,16 @@ docking::Molecule load(wire::MoleculeSource& source, const std::string& force_fi
   return has_any || force_field_directory == kBuiltInForceField ? molecule : load_with("build");
 }
 
-/// Returns the centre.
-Vec3 centre(docking::Molecule& molecule) {
-  const Vec3 centre = molecule.centre_of_mass_angstrom();
-  for (Vec3& position : molecule.positions_angstrom) position -= centre;
-  return centre;
-}
-
 /// Rounded for people: µm, and ten thousandths of a degree.
 double rounded(double value, double step) {
   return std::round(value / step) * step;
 }
 
-double gyration_radius_angstrom(const docking::Molecule& molecule) {
-  double sum = 0;
-  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
-  return std::sqrt(sum / static_cast<double>(molecule.size()));
-}
-
 /// A hand bears little torque: what touches far from the middle of a large thing would turn it out of the hand.
 /// In      both about their centres
 double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& b) {
-  const double radius_angstrom = std::max(gyration_radius_angstrom(a), gyration_radius_angstrom(b));
-  return std::min(kMetresPerAngstrom, rounded(kGyrationRadius_m / std::max(1.0, radius_angstrom), 1e-5));
+  const double radius_angstrom = std::max(a.gyration_radius_angstrom(), b.gyration_radius_angstrom());
+  return std::min(kMetresPerAngstrom, rounded(kGyrationRadius_m / radius_angstrom, 1e-5));
 }
 
 template <class Numbers>
@@ -125,7 +112,8 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   docking::Molecule b = load(ligand, molecular.force_field_directory());
   const std::size_t pairs = a.size() * b.size();
   if (!molecular.has_cutoff_angstrom()) {
-    molecular.set_cutoff_angstrom(pairs > kMaxAllPairs ? docking::kUsualCutoffAngstrom : 0);
+    const bool is_cut = pairs > kMaxAllPairs || molecular.far_grid();
+    molecular.set_cutoff_angstrom(is_cut ? docking::kUsualCutoffAngstrom : 0);
   }
   if (!molecular.has_zero_area_kt() && pairs <= kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
   docking::FieldModel model;
@@ -133,8 +121,8 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   model.cutoff_angstrom = molecular.cutoff_angstrom();
   docking::validate(model);
 
-  const Vec3 centre_a = centre(a);
-  const Vec3 offset = centre(b) - centre_a;
+  const Vec3 centre_a = a.centre();
+  const Vec3 offset = b.centre() - centre_a;
   molecular.set_metres_per_angstrom(metres_per_angstrom(a, b));
   const Vec3 line = offset.norm() > 1 ? Vec3(offset.normalized()) : Vec3(Vec3::UnitY());
   const double half_m =

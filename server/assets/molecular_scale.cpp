@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/docking/exact_field.hpp"
+#include "common/docking/far_grid.hpp"
 #include "common/docking/molecular_field.hpp"
 #include "common/physics/world_description.hpp"
 #include "proto/scene_ranges.hpp"
@@ -40,18 +41,11 @@ constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
 constexpr double kNoPull = 1e-3;
 /// A zero area must be this much above the least energy to leave something to be felt, in kT.
 constexpr double kFelt_kt = 3;
-constexpr double kKt_kcal_per_mol = 0.592484;
 
 double extent_angstrom(const Molecule& molecule) {
   double extent = 0;
   for (const Vec3& position : molecule.positions_angstrom) extent = std::max(extent, position.norm());
   return extent;
-}
-
-double gyration_angstrom(const Molecule& molecule) {
-  double sum = 0;
-  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
-  return std::max(1.0, std::sqrt(sum / static_cast<double>(molecule.size())));
 }
 
 /// To four digits: kernels differ in the last ones of a float, and the same scene is to be the same on other machines.
@@ -69,8 +63,10 @@ Vec3 side(int index, int count) {
 
 docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldModel model, bool has_charges) {
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
-  // The same numbers on every CPU: recordings and checkpoints are of the same scene elsewhere.
-  return {a, b, model, "portable"};
+  model.has_far_grid = model.has_far_grid && has_charges;
+  // The same numbers on every CPU: recordings and checkpoints are of the same scene elsewhere. A grid takes the portable
+  // kernel seconds, and others that differ in the last digits of a float give the same numbers to the four that are kept.
+  return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 
 /// What is found of two molecules on a line together; distances in Å.
@@ -93,7 +89,7 @@ class Approach {
       : field_(field_of(a, b, model, true)),
         repulsion_(field_of(a, b, model, false)),
         farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom),
-        gyration_(gyration_angstrom(b)) {}
+        gyration_(b.gyration_radius_angstrom()) {}
 
   /// Of the atoms themselves: charges may push from much farther away.
   double contact(const Vec3& direction_A) {
@@ -311,11 +307,33 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
   return {X, here.energy_kj_per_mol() / kKilojoulesPerKilocalorie};
 }
 
+namespace {
+
+/// What is summed in each step, for people.
+std::string method_note(std::span<const Molecule* const> molecules, const FieldModel& model) {
+  std::size_t pairs = 0;
+  bool is_too_large = false;
+  for (std::size_t a = 0; a < molecules.size(); ++a) {
+    for (std::size_t b = a + 1; b < molecules.size(); ++b) {
+      pairs += molecules[a]->size() * molecules[b]->size();
+      is_too_large = is_too_large || (model.has_far_grid && !docking::far_grid_spacing_angstrom(*molecules[a]));
+    }
+  }
+  if (model.cutoff_angstrom == 0) return "all " + std::to_string(pairs) + " pairs of atoms act on each other";
+  const std::string within =
+      "atoms within " + proto::number_text(model.cutoff_angstrom) + " angstrom act on each other";
+  if (is_too_large) return within + "; a molecule is too large for the grid of what is beyond";
+  return within + (model.has_far_grid ? ", and what is beyond by a grid" : "");
+}
+
+}  // namespace
+
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const Molecule* const> molecules,
                                                   std::span<const Vec3> centres_angstrom, const FieldModel& model) {
   std::vector<std::string> notes;
   if (molecules.size() < 2) return notes;
+  notes.push_back(method_note(molecules, model));
   std::optional<Probe> made;  // takes its time, and an author may have given all numbers
   const auto probe = [&]() -> Probe& { return made ? *made : made.emplace(molecules, centres_angstrom, model); };
   if (field.newtons_per_kcal_per_mol_angstrom() == 0) {
@@ -336,7 +354,7 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
     field.set_minimum_kcal_per_mol(bounded(probe().minimum(), "MolecularField.minimum_kcal_per_mol"));
   }
   const double minimum = field.minimum_kcal_per_mol();
-  if (minimum < -(field.zero_area_kt() + kFelt_kt) * kKt_kcal_per_mol) {
+  if (minimum < -(field.zero_area_kt() + kFelt_kt) * docking::kThermalEnergy_kcal_per_mol) {
     notes.push_back("no force within " + proto::number_text(field.zero_area_kt()) + " kT of the least energy, " +
                     proto::number_text(minimum) + " kcal/mol");
   } else {

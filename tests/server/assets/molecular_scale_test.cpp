@@ -10,6 +10,7 @@
 
 #include "common/docking/exact_field.hpp"
 #include "common/docking/molecular_field.hpp"
+#include "common/physics/molecular_forces.hpp"
 #include "server/assets/docking_scene.hpp"
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/scene_file.hpp"
@@ -66,7 +67,7 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   EXPECT_GE(field.knee_kcal_per_mol(), energy(r) - 1e-3);
   EXPECT_LE(field.knee_kcal_per_mol(), energy(r - 0.1) + 1e-3);
   EXPECT_EQ(field.minimum_kcal_per_mol(), 0) << "nobody asked";
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("1 N in the hand is")));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("pairs of atoms act on each other"), HasSubstr("1 N in the hand is")));
 }
 
 /// A block beside the origin with a pocket of its own in the middle of one face, whose lining alone attracts much.
@@ -288,15 +289,47 @@ TEST(DockingScene, ALargePairFitsTheHand) {
   const double scale_m = scene.molecular_field().metres_per_angstrom();
   double larger_m = 0;
   for (const char* name : {"D", "E"}) {
-    const docking::Molecule molecule = load_molecule(file, {{name}}, kOplsDirectory);
-    const Vec3 centre = molecule.centre_of_mass_angstrom();
-    double sum = 0;
-    for (const Vec3& position : molecule.positions_angstrom) sum += (position - centre).squaredNorm();
-    larger_m = std::max(larger_m, scale_m * std::sqrt(sum / static_cast<double>(molecule.size())));
+    docking::Molecule molecule = load_molecule(file, {{name}}, kOplsDirectory);
+    molecule.centre();
+    larger_m = std::max(larger_m, scale_m * molecule.gyration_radius_angstrom());
   }
   EXPECT_NEAR(larger_m, 0.08, 2e-4) << "scale rounded to 0.01 mm";
   EXPECT_LT(scale_m, 0.008);
   EXPECT_NEAR(scene.coupling().stiffness_n_per_m() * scale_m, 5, 0.05) << "newtons for each angstrom, as of small ones";
+}
+
+TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
+  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  wire::MolecularField field;
+  const auto load = [&] {
+    return load_scene_text(scene_text(docking_scene(helix("A"), helix("B"), field)), "two files", ".");
+  };
+  field.set_zero_area_kt(0);
+  const auto all = load();
+  EXPECT_THAT(all->notes_for_users, ::testing::Contains("all 48400 pairs of atoms act on each other"));
+  field.set_cutoff_angstrom(8);
+  const auto cut = load();
+  field.clear_cutoff_angstrom();
+  field.set_far_grid(true);
+  const auto grid = load();
+  EXPECT_EQ(grid->description.molecular_field().cutoff_angstrom(), 8);
+  EXPECT_THAT(grid->notes_for_users,
+              ::testing::Contains("atoms within 8 angstrom act on each other, and what is beyond by a grid"));
+  const auto force_kcal_per_mol = [](const LoadedScene& scene, double apart_m) {
+    physics::MolecularForces forces(scene.world);
+    std::array<Wrench, 2> wrenches{};
+    forces.add_wrenches(std::array{Pose{}, Pose{Vec3(0, apart_m, 0), Quat::Identity()}}, wrenches);
+    return Vec3(wrenches[1].f / scene.world.newtons_per_kcal_per_mol_angstrom);
+  };
+  for (const double apart_m : {0.15, 0.25}) {
+    const Vec3 wanted = force_kcal_per_mol(*all, apart_m);
+    const Vec3 missed = wanted - force_kcal_per_mol(*grid, apart_m);
+    EXPECT_LT(missed.norm(), 0.02 * wanted.norm()) << apart_m;
+    EXPECT_GT((wanted - force_kcal_per_mol(*cut, apart_m)).norm(), 0.2 * wanted.norm()) << apart_m;
+  }
+  // The numbers that are found are those of all pairs too.
+  EXPECT_NEAR(grid->world.newtons_per_kcal_per_mol_angstrom, all->world.newtons_per_kcal_per_mol_angstrom,
+              0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }
 
 TEST(DockingScene, AWrongDielectricIsSaid) {
