@@ -73,6 +73,12 @@ std::string find_molecular_problem(const wire::Scene& scene, const std::string& 
   } catch (const std::invalid_argument& error) {
     return (path.empty() ? "" : path + ".") + "molecular_field: " + error.what();
   }
+  // Each grid is 64 MB and a second's work.
+  const auto molecules = std::ranges::count_if(
+      scene.bodies(), [](const wire::Body& body) { return body.shapes_size() > 0 && body.shapes(0).has_molecule(); });
+  if (scene.molecular_field().far_grid() && molecules > 2) {
+    return (path.empty() ? "" : path + ".") + "molecular_field.far_grid is of two molecules; leave it out here";
+  }
   return {};
 }
 

@@ -205,8 +205,8 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
 }
 
 void HapticCore::nudge_towards(const Vec3& place_W) noexcept {
+  if (!nudge_way_D_.isZero(0)) return;  // one at a time, so that no push breaks off
   const Vec3 way_W = place_W - record_.handle_W.X.p;
-  nudge_way_D_.setZero();
   nudged_s_ = 0;
   if (way_W.allFinite() && way_W.norm() > 1e-6)
     nudge_way_D_ = workspace_.mapping().X_WD.q.conjugate() * way_W.normalized();
@@ -219,9 +219,9 @@ void HapticCore::advance_nudge() noexcept {
   if (nudge_way_D_.isZero(0)) return;
   nudged_s_ += period_s_;
   const double into_s = std::fmod(nudged_s_, kPeriod_s);
-  if (nudged_s_ >= kPushes * kPeriod_s) {
+  if (nudged_s_ >= kPushes * kPeriod_s || !is_displaying() || is_clutched()) {
     nudge_way_D_.setZero();
-  } else if (is_displaying() && !is_clutched() && into_s < kPush_s) {
+  } else if (into_s < kPush_s) {
     const double rise = std::sin(std::numbers::pi * into_s / kPush_s);
     nudge_D_ = nudge_n_ * rise * rise * nudge_way_D_;
   }

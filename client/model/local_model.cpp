@@ -241,6 +241,15 @@ void LocalModel::bring_in(PartnerHere& here) noexcept {
     here.is_here = true;
     has_jumped_ = true;
   }
+  if (here.held.is_valid() && here.held == partner.holds() && partner.place()) {
+    // Put elsewhere in his hand (Room::place()); else only what delay makes of a motion is between the two.
+    constexpr double kElsewhere_m = 0.005;
+    const Pose X_BT = world_.body(here.held).X.inverse() * world_.tool(here.tool).tool.X;
+    if ((X_BT.p - partner.place()->p).norm() > kElsewhere_m) {
+      world_.move_grip(here.tool, *partner.place(), settings_.body.speed_limit_m_per_s * step_s_);
+    }
+    return;
+  }
   if (here.held.is_valid() || !partner.holds().is_valid() || !partner.place()) return;
   const auto is_it = [&partner](const Copy& copy) { return copy.id == partner.holds() && copy.is_known; };
   if (std::none_of(copies_.begin(), copies_.end(), is_it)) return;

@@ -170,7 +170,8 @@ class Site final : public RoomWatcher {
   Answer serve(const Request& request, std::uint64_t unix_ms) {
     Answer answer{request.site, request.user, {}, std::nullopt};
     answer.message.set_request(request.number);
-    if (!X_AB_) return refused(answer, wire::ERROR_NOT_ALLOWED, "the molecules are nowhere yet; try again");
+    if (!X_AB_ || !docking::is_evaluable(*X_AB_))
+      return refused(answer, wire::ERROR_NOT_ALLOWED, "the molecules are nowhere yet; try again");
     switch (request.asked.kind()) {
       case Kind::KEEP:
         return keep(request, unix_ms, answer);

@@ -164,7 +164,7 @@ class FullDisk(ProgramTest):
     def test_is_told_once_and_the_session_goes_on(self):
         def small_disk():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 
         port = free_port()
         server = subprocess.Popen([program("tandem-server"), "--insecure", "--port", str(port), "--scene", "free",

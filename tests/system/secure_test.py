@@ -13,7 +13,7 @@ import time
 import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, free_port, program, run
-from wire import frame, part, receive_exactly, tls, token_bytes, whole
+from wire import PROTOCOL_VERSION, frame, part, receive_exactly, tls, token_bytes, whole
 
 HELLO, JOIN, GRAB = 2, 3, 4
 JOINED, ERROR, GOODBYE = 3, 10, 11
@@ -225,7 +225,7 @@ class TlsPeer:
 
     def join(self, ticket):
         """`ticket`: fields of JoinRoom besides the name."""
-        self.say(HELLO, whole(1, 2) + part(3, b"state-tcp"))
+        self.say(HELLO, whole(1, PROTOCOL_VERSION) + part(3, b"state-tcp"))
         self.hear()
         self.say(JOIN, part(2, b"eve") + ticket)
         return self.hear()
@@ -413,7 +413,7 @@ class Datagrams(SecureTest):
     def test_of_a_stranger_are_answered_by_silence(self):
         with SecureServer(self.folder) as server, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
             stranger.connect(("127.0.0.1", server.port))
-            for datagram in (b"", b"x", bytes(33), b"\x40" + bytes(7) + b"\x01" + bytes(7) + b"\x01" + bytes(100)):
+            for datagram in (b"", b"x", bytes(33), bytes([PROTOCOL_VERSION << 5]) + bytes(7) + b"\x01" + bytes(7) + b"\x01" + bytes(100)):
                 stranger.send(datagram)
             stranger.settimeout(0.5)
             with self.assertRaises(TimeoutError):
