@@ -102,7 +102,7 @@ class Configuration(ProgramTest):
         text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
         text = text.replace("/var/cache/tandem", self.path("cache")).replace("/var/lib/tandem", self.path("state"))
         # These name files that are not here, or go with one, or end the program.
-        text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff) = .*$", "", text, flags=re.M)
+        text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
         code, out, err = run("tandem-server", "--config", config, "--port", "0")  # the command line goes before
         self.assertEqual(code, 0, err)
