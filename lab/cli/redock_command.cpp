@@ -37,15 +37,6 @@ struct Options {
   bool wants_json = false;
 };
 
-wire::MoleculeSource source_of(const std::string& text, const std::string& hydrogens) {
-  const server::StructureChoice choice = server::structure_choice(text);
-  wire::MoleculeSource source;
-  source.set_file(std::filesystem::absolute(choice.file).string());
-  for (const std::string& entry : choice.selection.entries) source.add_chains(entry);
-  source.set_hydrogens(hydrogens);
-  return source;
-}
-
 double cutoff_of(const std::string& text) {
   if (text == "none") return 0;
   std::size_t read = 0;
@@ -64,8 +55,8 @@ wire::Scene scene_of(const Options& options) {
   field.set_force_field_directory(options.pair.force_field_directory);
   field.set_dielectric(options.pair.dielectric);
   if (options.pair.cutoff != "auto") field.set_cutoff_angstrom(cutoff_of(options.pair.cutoff));
-  return server::docking_scene(source_of(options.pair.receptor, options.pair.hydrogens),
-                               source_of(options.pair.ligand, options.pair.hydrogens), field);
+  return server::docking_scene(server::molecule_source(options.pair.receptor, options.pair.hydrogens),
+                               server::molecule_source(options.pair.ligand, options.pair.hydrogens), field);
 }
 
 std::string field_text(const json::object& row, std::string_view name, int decimals) {

@@ -27,13 +27,8 @@ struct DockingOptions {
 
 /// Of "FILE:A,B/478".
 wire::MoleculeSource source_of(const std::string& option, const std::string& text, const std::string& hydrogens) {
-  const StructureChoice choice = structure_choice(text);
-  if (choice.file.empty()) throw std::invalid_argument(option + " \"" + text + "\" names no file");
-  wire::MoleculeSource source;
-  source.set_file(std::filesystem::absolute(choice.file).string());
-  for (const std::string& entry : choice.selection.entries) source.add_chains(entry);
-  source.set_hydrogens(hydrogens);
-  return source;
+  if (structure_choice(text).file.empty()) throw std::invalid_argument(option + " \"" + text + "\" names no file");
+  return molecule_source(text, hydrogens);
 }
 
 void declare(CLI::App& app, DockingOptions& options) {

@@ -140,6 +140,15 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   return scene;
 }
 
+wire::MoleculeSource molecule_source(const std::string& text, const std::string& hydrogens) {
+  const StructureChoice choice = structure_choice(text);
+  wire::MoleculeSource source;
+  source.set_file(std::filesystem::absolute(choice.file).string());
+  for (const std::string& entry : choice.selection.entries) source.add_chains(entry);
+  source.set_hydrogens(hydrogens);
+  return source;
+}
+
 std::string scene_text(const wire::Scene& scene) {
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;

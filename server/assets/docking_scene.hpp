@@ -19,6 +19,9 @@ namespace tandem::server {
 wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource ligand,
                           const wire::MolecularField& field);
 
+/// Of "FILE:A,B/478" (structure_choice()), the file's path absolute. `hydrogens` empty: docking_scene() chooses.
+wire::MoleculeSource molecule_source(const std::string& text, const std::string& hydrogens);
+
 /// As scene files are written: JSON, with the fields that are set.
 std::string scene_text(const wire::Scene& scene);
 

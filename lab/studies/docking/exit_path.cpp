@@ -8,6 +8,7 @@
 
 #include "common/base/random.hpp"
 #include "common/docking/molecular_field.hpp"
+#include "lab/studies/docking/docking_trial.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -128,12 +129,10 @@ class Tree {
   }
 
   bool is_free(const Pose& from, const Pose& to) {
-    const Vec3 turn = rotation_vector(to.q * from.q.conjugate());
     // The end first: it is what is most often not free.
     for (int quarter = kQuarters; quarter > 0; --quarter) {
       const double share = static_cast<double>(quarter) / kQuarters;
-      const docking::FieldResult here =
-          look({from.p + share * (to.p - from.p), (quaternion_of(share * turn) * from.q).normalized()});
+      const docking::FieldResult here = look(pose_between(from, to, share));
       if (!(here.lennard_jones_kj_per_mol <= bound_kcal_per_mol_ * docking::kKilojoulesPerKilocalorie)) return false;
     }
     return true;
