@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <deque>
 #include <fstream>
@@ -42,22 +43,30 @@ constexpr const char* kAsInFiles = "as in the files";
 
 using Kind = wire::AskPose;
 
-/// Two bodies, and the step after which they were there.
+/// Two bodies, the step after which they were there, and how often the room was told to place them before.
 struct Sample {
   Pose X_WA, X_WB;
   Step step;
+  std::uint64_t placings = 0;
+};
+
+/// Poses that can be gone back to, and which of them is now's; those behind it can be gone forward to.
+struct Trail {
+  std::vector<Pose> poses;
+  std::size_t at = 0;
 };
 
 struct Request {
-  std::size_t site = 0;
   UserId user;
   std::string user_name;
   std::uint32_t number = 0;
   wire::AskPose asked;
 };
 
+class Site;
+
 struct Answer {
-  std::size_t site = 0;
+  Site* site = nullptr;
   UserId user;
   wire::ServerControl message;
   std::optional<RoomCommand> placing;
@@ -95,22 +104,22 @@ std::string csv_text(const std::string& text) {
   return out + "\"";
 }
 
-/// Fit for a file's name.
-std::string file_name(const std::string& room) {
-  std::string name;
-  for (const char c : room) {
-    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
-    name += is_plain ? c : '_';
-  }
-  return name;
-}
-
 std::string hex_of(const std::string& bytes, std::size_t count) {
   std::ostringstream text;
   for (std::size_t i = 0; i < std::min(count, bytes.size()); ++i) {
     text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(bytes[i]));
   }
   return text.str();
+}
+
+/// Fit for a file's name, and no other room's.
+std::string file_name(const std::string& room) {
+  std::string name;
+  for (const char c : room) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
+    name += is_plain ? std::string(1, c) : "%" + hex_of({c}, 1);
+  }
+  return name;
 }
 
 std::error_code replace_text(const std::filesystem::path& file, const std::string& text) {
@@ -136,7 +145,7 @@ class Site final : public RoomWatcher {
     }
     kept_.push_back(described(as_in_files()));
     kept_.front().set_name(kAsInFiles);
-    read_list();
+    for (const wire::KeptPose& pose : listed()) kept_.push_back(pose);
     kept_for_io = kept_;
   }
   ~Site() override {
@@ -145,18 +154,30 @@ class Site final : public RoomWatcher {
   Site(const Site&) = delete;
   Site& operator=(const Site&) = delete;
 
-  void on_command(const RoomCommand& /*command*/) noexcept override {}
+  void on_command(const RoomCommand& command) noexcept override {
+    placings_ += command.kind == RoomCommand::Kind::kPlace ? 1 : 0;
+  }
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
-    if (of.is_empty()) return;
-    samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done()};
+    // Of a room that everybody has left, only that it was told.
+    if (of.is_empty() && placings_ == placings_told_) return;
+    placings_told_ = placings_;
+    samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done(), placings_};
     samples_.publish();
   }
 
   /// Looks where the molecules are.
   void watch() {
+    if (is_refused_.exchange(false)) {
+      trail_ = before_placing_;
+      is_placing_ = false;
+    }
     if (!samples_.poll()) return;
     const Sample& now = samples_.front();
+    // Where they were before they are placed is not where they went from there.
+    if (is_placing_ && now.placings <= placed_) return;
+    is_placing_ = false;
+    placed_ = now.placings;
     X_AB_ = now.X_WA.inverse() * now.X_WB;
     X_AB_->p /= scene_->world.metres_per_angstrom;
     if (!still_ || docking::rmsd_angstrom(b_, *still_, *X_AB_) > kStill_angstrom) {
@@ -167,14 +188,32 @@ class Site final : public RoomWatcher {
     if (rested_s >= kRests_s && is_elsewhere()) mark(*X_AB_);
   }
 
+  /// The next request, unless the room has not yet placed what the last one sent elsewhere.
+  std::optional<Answer> serve_next(std::uint64_t unix_ms) {
+    Request request;
+    if (is_placing_ || !requests.pop(request)) return std::nullopt;
+    before_placing_ = trail_;
+    Answer answer = serve(request, unix_ms);
+    is_placing_ = answer.placing.has_value();
+    return answer;
+  }
+
+  const Room* room;
+  realtime::Ring<Request> requests{kMaxWaiting};
+  std::vector<wire::KeptPose> kept_for_io;  ///< io's own
+  /// io: the room could not be told what the last answer wanted placed.
+  void refuse_placing() { is_refused_ = true; }
+
+ private:
   Answer serve(const Request& request, std::uint64_t unix_ms) {
-    Answer answer{request.site, request.user, {}, std::nullopt};
+    Answer answer{this, request.user, {}, std::nullopt};
     answer.message.set_request(request.number);
     if (!X_AB_ || !docking::is_evaluable(*X_AB_))
       return refused(answer, wire::ERROR_NOT_ALLOWED, "the molecules are nowhere yet; try again");
+    if (request.asked.kind() == Kind::KEEP) return keep(request, unix_ms, answer);
+    if (!room->moves(first_) && !room->moves(second_))
+      return refused(answer, wire::ERROR_NOT_ALLOWED, "neither molecule moves in this scene");
     switch (request.asked.kind()) {
-      case Kind::KEEP:
-        return keep(request, unix_ms, answer);
       case Kind::GO_TO: {
         const auto found = std::ranges::find(kept_, request.asked.number(), &wire::KeptPose::number);
         if (found == kept_.end()) return refused(answer, wire::ERROR_BAD_VALUE, "no pose has that number here");
@@ -183,9 +222,9 @@ class Site final : public RoomWatcher {
       case Kind::UNDO:
         return undo(request, answer);
       case Kind::REDO:
-        if (at_ + 1 >= trail_.size() || is_elsewhere())
+        if (trail_.at + 1 >= trail_.poses.size() || is_elsewhere())
           return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go forward to");
-        return place(trail_[++at_], "forward again", request, answer);
+        return place(trail_.poses[++trail_.at], "forward again", request, answer);
       case Kind::MINIMISE:
         return minimise(request, answer);
       default:
@@ -193,24 +232,21 @@ class Site final : public RoomWatcher {
     }
   }
 
-  const Room* room;
-  std::vector<wire::KeptPose> kept_for_io;  ///< io's own
-
- private:
   Pose as_in_files() const { return {centre_b_ - centre_a_, Quat::Identity()}; }
 
   bool is_elsewhere() const {
-    return trail_.empty() || docking::rmsd_angstrom(b_, trail_[at_], *X_AB_) > kElsewhere_angstrom;
+    return trail_.poses.empty() || docking::rmsd_angstrom(b_, trail_.poses[trail_.at], *X_AB_) > kElsewhere_angstrom;
   }
 
   /// Behind where the trail is now, if it is not the same; what was ahead is gone.
   void mark(const Pose& X_AB) {
     constexpr double kSame_angstrom = 0.01;
-    if (!trail_.empty() && docking::rmsd_angstrom(b_, trail_[at_], X_AB) < kSame_angstrom) return;
-    trail_.resize(trail_.empty() ? 0 : at_ + 1);
-    if (trail_.size() == kMaxTrail) trail_.erase(trail_.begin());
-    trail_.push_back(X_AB);
-    at_ = trail_.size() - 1;
+    auto& [poses, at] = trail_;
+    if (!poses.empty() && docking::rmsd_angstrom(b_, poses[at], X_AB) < kSame_angstrom) return;
+    poses.resize(poses.empty() ? 0 : at + 1);
+    if (poses.size() == kMaxTrail) poses.erase(poses.begin());
+    poses.push_back(X_AB);
+    at = poses.size() - 1;
   }
 
   static Answer& refused(Answer& answer, wire::ErrorCode code, const std::string& text) {
@@ -226,11 +262,12 @@ class Site final : public RoomWatcher {
     taken.set_text(request.user_name + ": " + text);
     Pose X_SB = X_AB;
     X_SB.p *= scene_->world.metres_per_angstrom;
+    const bool moves_second = room->moves(second_);
     answer.placing.emplace();
     answer.placing->kind = RoomCommand::Kind::kPlace;
-    answer.placing->body = second_;
-    answer.placing->beside = first_;
-    answer.placing->X_SB = X_SB;
+    answer.placing->body = moves_second ? second_ : first_;
+    answer.placing->beside = moves_second ? first_ : second_;
+    answer.placing->X_SB = moves_second ? X_SB : X_SB.inverse();
     // What was asked meanwhile starts from there.
     X_AB_ = still_ = X_AB;
     return answer;
@@ -244,14 +281,9 @@ class Site final : public RoomWatcher {
   }
 
   Answer& undo(const Request& request, Answer& answer) {
-    if (trail_.empty()) return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
-    if (is_elsewhere()) {
-      mark(*X_AB_);
-    } else if (at_ == 0) {
-      return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
-    }
-    if (at_ == 0) return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
-    return place(trail_[--at_], "back", request, answer);
+    if (!trail_.poses.empty() && is_elsewhere()) mark(*X_AB_);
+    if (trail_.at == 0) return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
+    return place(trail_.poses[--trail_.at], "back", request, answer);
   }
 
   Answer& minimise(const Request& request, Answer& answer) {
@@ -298,19 +330,22 @@ class Site final : public RoomWatcher {
     return answer;
   }
 
-  void read_list() {
-    if (folder_.empty()) return;
+  /// As the folder has them now: as far as they are a list.
+  std::vector<wire::KeptPose> listed() const {
+    std::vector<wire::KeptPose> poses;
+    if (folder_.empty()) return poses;
     std::error_code error;
     const std::filesystem::path file = folder_ / "poses.json";
-    if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return;
+    if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return poses;
     std::ifstream in(file, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     wire::KeptPoses list;
-    if (!google::protobuf::util::JsonStringToMessage(text, &list).ok()) return;
+    if (!google::protobuf::util::JsonStringToMessage(text, &list).ok()) return poses;
     for (const wire::KeptPose& pose : list.poses()) {
-      if (kept_.size() > kMaxKeptPoses || pose.number() != kept_.size() || !read(pose.in_first())) return;
-      kept_.push_back(pose);
+      if (poses.size() == kMaxKeptPoses || pose.number() != poses.size() + 1 || !read(pose.in_first())) break;
+      poses.push_back(pose);
     }
+    return poses;
   }
 
   /// Empty, or what stands in the way.
@@ -321,6 +356,9 @@ class Site final : public RoomWatcher {
     if (lock_ < 0) lock_ = ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (lock_ < 0) return "the server cannot write into its folder (--keep)";
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) return "another server keeps poses in that folder (--keep)";
+    if (!is_known_ && listed().size() != static_cast<std::size_t>(pose.number() - 1))
+      return "another server has kept poses in that folder (--keep) since this one read them; start this one again";
+    is_known_ = true;
     wire::KeptPoses list;
     for (std::size_t i = 1; i < kept_.size(); ++i) *list.add_poses() = kept_[i];
     google::protobuf::util::JsonPrintOptions options;
@@ -387,20 +425,23 @@ class Site final : public RoomWatcher {
   Duration period_;
   std::filesystem::path folder_;
   int lock_ = -1;
+  bool is_known_ = false;       ///< that what stands in the folder is what is kept; with the lock it stays so
+  std::uint64_t placings_ = 0, placings_told_ = 0;  ///< the room's own
   realtime::Mailbox<Sample> samples_;
+  std::atomic<bool> is_refused_{false};
+  bool is_placing_ = false;
+  std::uint64_t placed_ = 0;  ///< by the newest sample
   std::vector<wire::KeptPose> kept_;
   std::optional<Pose> X_AB_;   ///< newest [Å]
   std::optional<Pose> still_;  ///< since then it has moved less than kStill_angstrom
   Step still_since_{};
-  std::vector<Pose> trail_;
-  std::size_t at_ = 0;  ///< where in it
+  Trail trail_, before_placing_;
 };
 
 }  // namespace
 
 struct PoseKeeper::Impl {
   std::vector<std::unique_ptr<Site>> sites;
-  realtime::Ring<Request> requests{kMaxWaiting};
   realtime::Ring<Answer> answers{kMaxWaiting};
   std::deque<Answer> unsaid;
   std::function<std::uint64_t()> unix_ms;
@@ -435,10 +476,13 @@ void PoseKeeper::start() {
 }
 
 void PoseKeeper::work() {
-  for (const auto& site : impl_->sites) site->watch();
-  Request request;
-  while (impl_->unsaid.empty() && impl_->requests.pop(request)) {
-    impl_->unsaid.push_back(impl_->sites[request.site]->serve(request, impl_->unix_ms()));
+  for (const auto& site : impl_->sites) {
+    site->watch();
+    while (impl_->unsaid.empty()) {
+      std::optional<Answer> answer = site->serve_next(impl_->unix_ms());
+      if (!answer) break;
+      impl_->unsaid.push_back(std::move(*answer));
+    }
   }
   while (!impl_->unsaid.empty() && impl_->answers.push(impl_->unsaid.front())) impl_->unsaid.pop_front();
 }
@@ -455,22 +499,22 @@ const std::vector<wire::KeptPose>& PoseKeeper::kept(const Room& room) const {
 
 bool PoseKeeper::ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
                      const wire::AskPose& asked) {
-  for (std::size_t i = 0; i < impl_->sites.size(); ++i) {
-    if (impl_->sites[i]->room == &room) return impl_->requests.push({i, user, user_name, request, asked});
-  }
-  return false;
+  Site* const site = impl_->find(room);
+  return site != nullptr && site->requests.push({user, user_name, request, asked});
 }
 
 void PoseKeeper::deliver(
-    const std::function<void(const Room&, UserId, const wire::ServerControl&, const RoomCommand*)>& on_answer) {
+    const std::function<bool(const Room&, UserId, const wire::ServerControl&, const RoomCommand*)>& on_answer) {
   Answer answer;
   while (impl_->answers.pop(answer)) {
-    Site& site = *impl_->sites[answer.site];
+    Site& site = *answer.site;
     if (answer.message.has_kept_pose()) {
       site.kept_for_io.push_back(answer.message.kept_pose());
       site.kept_for_io.back().clear_is_news();
     }
-    on_answer(*site.room, answer.user, answer.message, answer.placing ? &*answer.placing : nullptr);
+    const bool is_done =
+        on_answer(*site.room, answer.user, answer.message, answer.placing ? &*answer.placing : nullptr);
+    if (answer.placing && !is_done) site.refuse_placing();
   }
 }
 

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxKeptPoses = 200;
 
 /// Of rooms whose scenes have exactly two molecules; of others it does nothing.
 ///
-/// Model   Kept under `folder`/ROOM-SCENE/: poses.json, which a later server of the same room and scene reads again; poses.csv,
+/// Model   The second molecule is put elsewhere, or where it is static the first. Kept under `folder`/ROOM-SCENE/: poses.json, which a later server of the same room and scene reads again; poses.csv,
 ///         a line a pose; NUMBER.cif and, where it can hold them, NUMBER.pdb. Undo goes back to where the second molecule
 ///         last rested, for kRests_s and farther than kElsewhere_angstrom from before, or was before it was sent
 ///         elsewhere; redo goes forward again, until it is moved on
@@ -51,8 +51,9 @@ class PoseKeeper {
   bool ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
            const wire::AskPose& asked);
   /// What has become of it: a kept_pose and a pose_taken are for all users of the room, an error for who asked, all with
-  /// his request; `placing`, where the molecules are to be put elsewhere, lacks the seat.
-  void deliver(const std::function<void(const Room& room, UserId user, const wire::ServerControl& answer,
+  /// his request; `placing`, where the molecules are to be put elsewhere, lacks the seat, and until the room was told it, or
+  /// on_answer() returned false because it cannot be, nothing more is answered of that room.
+  void deliver(const std::function<bool(const Room& room, UserId user, const wire::ServerControl& answer,
                                         const RoomCommand* placing)>& on_answer);
 
  private:

@@ -147,10 +147,13 @@ void Room::reset() noexcept {
   }
 }
 
+bool Room::moves(BodyId body) const noexcept {
+  return std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
+}
+
 /// A hand that holds it stays where it is, and has it from there: its coupling feels no step.
 void Room::place(BodyId body, const Pose& X_WB) noexcept {
-  const bool moves = std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
-  if (!moves || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
+  if (!moves(body) || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
   constexpr double kWholeWay_m = 1e6;
   Twist velocity;
   for (const auto& user : users_) {
@@ -246,12 +249,12 @@ void Room::resume(const RoomState& state) {
            of.V.w.norm() <= proto::kMaxTurnRadPerS;
   };
   for (const proto::BodyState& body : state.bodies) {
-    if (std::ranges::find(moving_bodies_, body.id) == moving_bodies_.end() || !is_there(body.state)) continue;
+    if (!moves(body.id) || !is_there(body.state)) continue;
     world_.set_body(body.id, body.state);
     is_as_at_start_ = false;
   }
   for (const RoomState::Tool& tool : state.tools) {
-    const bool holds = std::ranges::find(moving_bodies_, tool.held) != moving_bodies_.end();
+    const bool holds = moves(tool.held);
     if (tool.tool >= scene_->world.tools.size() || !is_there(tool.state) || !is_finite(tool.X_BT)) continue;
     left_[tool.tool] = tool;
     if (!holds) left_[tool.tool]->held = BodyId{};

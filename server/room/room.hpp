@@ -146,6 +146,8 @@ class Room {
   /// One fixed step at `now` (stamps updates; does not change the physics).
   void step(ServerTime now) noexcept;
   Step steps_done() const { return step_; }
+  /// A static body, and one that the scene lacks, do not.
+  bool moves(BodyId body) const noexcept;
   /// Nobody is here or has asked to come, and all is as the scene says, or stays as it was left: a step would change
   /// nothing that anybody could miss.
   bool is_idle() const;

@@ -181,12 +181,17 @@ void SessionHub::Impl::tell_poses() {
           return connection.state == ConnectionState::kActive && &connection.seats->room() == &room &&
                  connection.seat.user == user;
         });
-        if (asker == connections.end() && !answer.has_kept_pose()) return;  // nobody's any more
+        if (asker == connections.end() && !answer.has_kept_pose()) return false;  // nobody's any more
         if (placing != nullptr && !asker->second->seats->place(asker->second->seat, *placing)) {
-          return send(*asker->second, error_answer(answer.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
+          send(*asker->second, error_answer(answer.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
+          return false;
         }
-        if (answer.has_error()) return send(*asker->second, answer);
-        tell_room(room, user, answer.request(), answer);
+        if (answer.has_error()) {
+          send(*asker->second, answer);
+        } else {
+          tell_room(room, user, answer.request(), answer);
+        }
+        return true;
       });
 }
 

@@ -20,20 +20,22 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Two helices apart, nobody holding them; loaded once.
+/// Two helices apart, nobody holding them.
+std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& static_bodies) {
+  wire::Scene scene = docking_scene(molecule_source(std::string(test::k3al1File) + ":A", ""),
+                                    molecule_source(std::string(test::k3al1File) + ":B", ""), wire::MolecularField());
+  for (wire::Tool& tool : *scene.mutable_tools()) tool.clear_holds();
+  for (const int body : static_bodies) {
+    scene.mutable_bodies(body)->clear_mass_kg();
+    scene.mutable_bodies(body)->clear_graspable();
+  }
+  // Too weak to move them while nobody holds them.
+  scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
+  return load_scene_text(scene_text(scene), "helices", ".");
+}
+
 const std::shared_ptr<const LoadedScene>& helices() {
-  static const std::shared_ptr<const LoadedScene> kScene = [] {
-    wire::MoleculeSource a, b;
-    a.set_file(test::k3al1File);
-    b.set_file(test::k3al1File);
-    a.add_chains("A");
-    b.add_chains("B");
-    wire::Scene scene = docking_scene(a, b, wire::MolecularField());
-    for (wire::Tool& tool : *scene.mutable_tools()) tool.clear_holds();
-    // Too weak to move them while nobody holds them.
-    scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
-    return load_scene_text(scene_text(scene), "helices", ".");
-  }();
+  static const std::shared_ptr<const LoadedScene> kScene = load_helices({});
   return kScene;
 }
 
@@ -48,10 +50,10 @@ class PoseKeeperTest : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   /// Another room of the same scene, and its keeper.
-  void start(const std::filesystem::path& folder) {
+  void start(const std::filesystem::path& folder, const std::shared_ptr<const LoadedScene>& scene = helices()) {
     keeper_.reset();
     rooms_.clear();
-    rooms_.push_back(std::make_unique<Room>(RoomId{1}, "a room", helices()));
+    rooms_.push_back(std::make_unique<Room>(RoomId{1}, "a room", scene));
     keeper_ = std::make_unique<PoseKeeper>(folder, rooms_, [] { return 1'700'000'000'000ULL; });
     ASSERT_TRUE(room().post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
     step(1);
@@ -89,15 +91,19 @@ class PoseKeeperTest : public ::testing::Test {
     asked.set_name(name);
     EXPECT_TRUE(keeper_->ask(room(), UserId{7}, "ada", 31, asked));
     keeper_->work();
+    return serve();
+  }
+
+  wire::ServerControl serve() {
     wire::ServerControl told;
     keeper_->deliver([&](const Room& of, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
       EXPECT_EQ(&of, &room());
       EXPECT_EQ(user, UserId{7});
       told = answer;
-      if (placing == nullptr) return;
+      if (placing == nullptr) return true;
       RoomCommand command = *placing;
       command.seat = {0, UserId{7}};
-      EXPECT_TRUE(room().post(command));
+      return !is_busy_ && room().post(command);
     });
     step(1);
     return told;
@@ -111,6 +117,7 @@ class PoseKeeperTest : public ::testing::Test {
       std::filesystem::temp_directory_path() / ("tandem_poses_" + std::to_string(::getpid()));
   std::vector<std::unique_ptr<Room>> rooms_;
   std::unique_ptr<PoseKeeper> keeper_;
+  bool is_busy_ = false;
 };
 
 TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
@@ -133,6 +140,83 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   ask(wire::AskPose::UNDO);
   move({0, 0, 4}, 700);
   EXPECT_THAT(ask(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to")) << "it went elsewhere";
+}
+
+TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
+  const Pose first = pose();
+  move({0, 0, 0}, 700);
+  move({5, 0, 0}, 700);
+  move({0, 5, 0}, 700);
+  const Pose third = pose();
+  for (const auto kind : {wire::AskPose::UNDO, wire::AskPose::REDO}) {
+    wire::AskPose asked;
+    asked.set_kind(kind);
+    for (int i = 0; i < 2; ++i) EXPECT_TRUE(keeper_->ask(room(), UserId{7}, "ada", 31, asked));
+    keeper_->work();
+    // The room has not stepped: the second of them is not of where it still is.
+    keeper_->work();
+    EXPECT_TRUE(serve().has_pose_taken());
+    EXPECT_TRUE(serve().has_pose_taken());
+    EXPECT_LT(apart_angstrom(pose(), kind == wire::AskPose::UNDO ? first : third), 0.2);
+  }
+}
+
+TEST_F(PoseKeeperTest, WhatABusyRoomWasNotToldLeavesTheTrailAsItWas) {
+  move({0, 0, 0}, 700);
+  move({5, 0, 0}, 700);
+  const Pose second = pose();
+  ask(wire::AskPose::UNDO);
+  const Pose first = pose();
+  is_busy_ = true;
+  ask(wire::AskPose::REDO);
+  EXPECT_LT(apart_angstrom(pose(), first), 0.1);
+  is_busy_ = false;
+  EXPECT_TRUE(ask(wire::AskPose::REDO).has_pose_taken());
+  EXPECT_LT(apart_angstrom(pose(), second), 0.2);
+}
+
+TEST_F(PoseKeeperTest, TheFirstIsMovedWhereTheSecondIsStatic) {
+  start(folder_, load_helices({1}));
+  const Pose X_WB = room().world().body(BodyId{2}).X;
+  EXPECT_TRUE(ask(wire::AskPose::GO_TO, 0).has_pose_taken());
+  EXPECT_EQ(room().world().body(BodyId{2}).X.p, X_WB.p);
+  EXPECT_LT(ask(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
+  start(folder_, load_helices({0, 1}));
+  EXPECT_TRUE(ask(wire::AskPose::KEEP).has_kept_pose());
+  EXPECT_THAT(ask(wire::AskPose::GO_TO, 0).error().text(), HasSubstr("neither molecule moves"));
+}
+
+TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
+  std::vector<std::unique_ptr<Room>> rooms;
+  rooms.push_back(std::make_unique<Room>(RoomId{1}, "a room", helices()));
+  PoseKeeper other(folder_, rooms, [] { return 1ULL; });
+  ASSERT_TRUE(rooms[0]->post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
+  rooms[0]->step(ServerTime{});
+  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 1U);
+  const auto ask_other = [&] {
+    wire::AskPose asked;
+    asked.set_kind(wire::AskPose::KEEP);
+    EXPECT_TRUE(other.ask(*rooms[0], UserId{7}, "ada", 31, asked));
+    other.work();
+    wire::ServerControl told;
+    other.deliver([&told](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
+      told = answer;
+      return true;
+    });
+    return told;
+  };
+  EXPECT_THAT(ask_other().error().text(), HasSubstr("another server keeps poses in that folder"));
+  keeper_.reset();
+  EXPECT_THAT(ask_other().error().text(), HasSubstr("has kept poses in that folder"));
+}
+
+TEST_F(PoseKeeperTest, ARoomOfAnotherNameHasAnotherFolder) {
+  ask(wire::AskPose::KEEP);
+  std::vector<std::unique_ptr<Room>> rooms;
+  for (const char* name : {"a_room", "a room"}) rooms.push_back(std::make_unique<Room>(RoomId{1}, name, helices()));
+  const PoseKeeper other(folder_, rooms, [] { return 1ULL; });
+  EXPECT_EQ(other.kept(*rooms[0]).size(), 1U);
+  EXPECT_EQ(other.kept(*rooms[1]).size(), 2U);
 }
 
 TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
@@ -161,7 +245,7 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   EXPECT_EQ(keeper_->kept(room())[1].name(), "a \"first\" one");
   move({9, 0, 0}, 20);
   ask(wire::AskPose::GO_TO, 1);
-  EXPECT_LT((helices()->world.metres_per_angstrom * apart.in_first(0) - pose().p.x()), 1e-3);
+  EXPECT_NEAR(helices()->world.metres_per_angstrom * apart.in_first(0), pose().p.x(), 1e-3);
   EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 3U) << "counted on";
 }
 
