@@ -1,9 +1,12 @@
 // Placement as a pose. Server and client both need it, and neither may use the other.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "common/base/spatial.hpp"
+#include "proto/state.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem::proto {
@@ -20,6 +23,11 @@ inline Pose pose_from_placement(const wire::Placement& placement) {
   const Quat rotation = Eigen::AngleAxisd(angles.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angles.y(), Vec3::UnitY()) *
                         Eigen::AngleAxisd(angles.x(), Vec3::UnitX());
   return {vector_of(placement.position_m()), rotation.normalized()};
+}
+
+/// Three numbers in metres that a scene can have.
+inline bool is_place(const google::protobuf::RepeatedField<double>& metres) {
+  return metres.size() == 3 && std::ranges::all_of(metres, [](double x) { return std::abs(x) <= kMaxPositionM; });
 }
 
 }  // namespace tandem::proto

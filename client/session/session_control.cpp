@@ -6,6 +6,7 @@
 
 #include "client/session/session_impl.hpp"
 #include "proto/coupling_fields.hpp"
+#include "proto/placement.hpp"
 #include "proto/soft_shape.hpp"
 
 namespace tandem::client {
@@ -156,14 +157,10 @@ void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
 
 /// Of a user who is here, and a place that is one.
 void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now) {
-  constexpr double kMaxPlace_m = 1000;
   const wire::Point& point = told.point();
-  const auto is_place = [](const auto& p) {
-    return p.size() == 3 && std::ranges::all_of(p, [](double x) { return std::abs(x) <= kMaxPlace_m; });
-  };
   const bool is_own = told.user() == scene.joined()->user();
   const auto who = std::ranges::find(users, told.user(), &wire::UserJoined::user);
-  if ((!is_own && who == users.end()) || !is_place(point.place()) || !is_place(point.place_w()) ||
+  if ((!is_own && who == users.end()) || !proto::is_place(point.place()) || !proto::is_place(point.place_w()) ||
       point.body() > std::size_t(scene.joined()->scene().bodies_size())) {
     return;
   }

@@ -78,12 +78,6 @@ std::vector<std::size_t> molecules_of(const server::LoadedScene& scene) {
   return {bodies[0], bodies[1]};
 }
 
-docking::Molecule in_its_file(const server::LoadedScene& scene, std::size_t body) {
-  docking::Molecule molecule = *scene.world.bodies[body].molecule;
-  for (Vec3& position : molecule.positions_angstrom) position += scene.molecule_centres_angstrom[body];
-  return molecule;
-}
-
 }  // namespace
 
 boost::json::object save_recorded_complex(const std::filesystem::path& recording, std::optional<Duration> at,
@@ -100,7 +94,8 @@ boost::json::object save_recorded_complex(const std::filesystem::path& recording
   if (!search.found) throw std::invalid_argument(recording.string() + " has no states by then; give a later time");
   const server::LoadedScene& scene = *search.scene;
   const std::vector<std::size_t> bodies = molecules_of(scene);
-  const docking::Molecule receptor = in_its_file(scene, bodies[0]), ligand = in_its_file(scene, bodies[1]);
+  const docking::Molecule receptor = server::molecule_in_its_file(scene, bodies[0]),
+                          ligand = server::molecule_in_its_file(scene, bodies[1]);
   const auto pose = [&](std::size_t i) {
     Pose X = search.poses.at(body_id_at(bodies[i]).value);
     X.p /= scene.world.metres_per_angstrom;

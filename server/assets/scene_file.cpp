@@ -263,6 +263,12 @@ class SceneBuilder {
 
 }  // namespace
 
+docking::Molecule molecule_in_its_file(const LoadedScene& scene, std::size_t body) {
+  docking::Molecule molecule = *scene.world.bodies[body].molecule;
+  for (Vec3& position : molecule.positions_angstrom) position += scene.molecule_centres_angstrom[body];
+  return molecule;
+}
+
 physics::MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
   return physics::moved_mass(held ? scene.world.bodies[*held].mass : scene.world.tools[tool].mass, held.has_value());
 }

@@ -37,6 +37,9 @@ inline constexpr double kToolGyrationRadius_m = 0.015;
 /// What the coupling of tool `tool` moves while it holds body `held`, or nothing.
 physics::MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept;
 
+/// The molecule of a body, about the origin of its file.
+docking::Molecule molecule_in_its_file(const LoadedScene& scene, std::size_t body);
+
 /// Loads, completes and checks a scene file.
 /// Fails   SceneError; nothing is skipped silently
 std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file, const SceneLoading& loading = {});

@@ -1,7 +1,6 @@
 #include "server/recording/pose_keeper.hpp"
 
 #include <fcntl.h>
-#include <google/protobuf/util/json_util.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -9,24 +8,19 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <iomanip>
-#include <iterator>
 #include <optional>
 #include <span>
 #include <sstream>
 #include <utility>
 
-#include "common/base/folders.hpp"
 #include "common/docking/atom_contacts.hpp"
 #include "common/docking/exact_field.hpp"
 #include "common/realtime/mailbox.hpp"
 #include "common/realtime/ring.hpp"
 #include "common/recording/recorder_thread.hpp"
 #include "server/assets/molecular_scale.hpp"
-#include "server/assets/structures/structure_writer.hpp"
-#include "server/recording/room_checkpoint.hpp"
-#include "tandem/checkpoint.pb.h"
+#include "server/recording/kept_pose_files.hpp"
 
 namespace tandem::server {
 namespace {
@@ -37,8 +31,6 @@ constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.
 constexpr std::size_t kMaxTrail = 100;
 /// Some seconds, for 200 evaluations.
 constexpr std::size_t kMaxPairsToMinimise = 10'000'000;
-constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
-constexpr int kPoseNumbers = 7;
 constexpr const char* kAsInFiles = "as in the files";
 
 using Kind = wire::AskPose;
@@ -72,23 +64,10 @@ struct Answer {
   std::optional<RoomCommand> placing;
 };
 
-docking::Molecule in_its_file(const docking::Molecule& molecule, const Vec3& centre) {
-  docking::Molecule moved = molecule;
-  for (Vec3& position : moved.positions_angstrom) position += centre;
-  return moved;
-}
-
 void write(const Pose& X, google::protobuf::RepeatedField<double>& out) {
   out.Clear();
   for (const double number : X.p) out.Add(number);
   for (const double number : {X.q.w(), X.q.x(), X.q.y(), X.q.z()}) out.Add(number);
-}
-
-std::optional<Pose> read(const google::protobuf::RepeatedField<double>& in) {
-  if (in.size() != kPoseNumbers) return std::nullopt;
-  const Pose X{{in[0], in[1], in[2]}, Quat(in[3], in[4], in[5], in[6])};
-  if (!docking::is_evaluable(X)) return std::nullopt;
-  return X;
 }
 
 std::string text_of(double value) {
@@ -97,41 +76,11 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// As a CSV field; names have no control characters.
-std::string csv_text(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
-std::string hex_of(const std::string& bytes, std::size_t count) {
-  std::ostringstream text;
-  for (std::size_t i = 0; i < std::min(count, bytes.size()); ++i) {
-    text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(bytes[i]));
-  }
-  return text.str();
-}
-
-/// Fit for a file's name, and no other room's.
-std::string file_name(const std::string& room) {
-  std::string name;
-  for (const char c : room) {
-    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
-    name += is_plain ? std::string(1, c) : "%" + hex_of({c}, 1);
-  }
-  return name;
-}
-
-std::error_code replace_text(const std::filesystem::path& file, const std::string& text) {
-  return replace_file(file, {std::as_bytes(std::span(text))});
-}
-
 /// A room with two molecules.
 class Site final : public RoomWatcher {
  public:
   Site(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second)
       : room(&of),
-        name_(of.name()),
         first_(body_id_at(first)),
         second_(body_id_at(second)),
         scene_(of.shared_scene()),
@@ -141,11 +90,11 @@ class Site final : public RoomWatcher {
         centre_b_(scene_->molecule_centres_angstrom[second]),
         period_(of.period()) {
     if (!folder.empty()) {
-      folder_ = folder / (file_name(name_) + "-" + hex_of(checkpoint_of(of).scene_sha256(), 4));
+      folder_ = folder / kept_pose_folder(of);
     }
     kept_.push_back(described(as_in_files()));
     kept_.front().set_name(kAsInFiles);
-    for (const wire::KeptPose& pose : listed()) kept_.push_back(pose);
+    for (const wire::KeptPose& pose : read_kept_poses(folder_)) kept_.push_back(pose);
     kept_for_io = kept_;
   }
   ~Site() override {
@@ -217,7 +166,7 @@ class Site final : public RoomWatcher {
       case Kind::GO_TO: {
         const auto found = std::ranges::find(kept_, request.asked.number(), &wire::KeptPose::number);
         if (found == kept_.end()) return refused(answer, wire::ERROR_BAD_VALUE, "no pose has that number here");
-        return leave_for(*read(found->in_first()), "to " + found->name(), request, answer);
+        return leave_for(*in_first(*found), "to " + found->name(), request, answer);
       }
       case Kind::UNDO:
         return undo(request, answer);
@@ -330,24 +279,6 @@ class Site final : public RoomWatcher {
     return answer;
   }
 
-  /// As the folder has them now: as far as they are a list.
-  std::vector<wire::KeptPose> listed() const {
-    std::vector<wire::KeptPose> poses;
-    if (folder_.empty()) return poses;
-    std::error_code error;
-    const std::filesystem::path file = folder_ / "poses.json";
-    if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return poses;
-    std::ifstream in(file, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    wire::KeptPoses list;
-    if (!google::protobuf::util::JsonStringToMessage(text, &list).ok()) return poses;
-    for (const wire::KeptPose& pose : list.poses()) {
-      if (poses.size() == kMaxKeptPoses || pose.number() != poses.size() + 1 || !read(pose.in_first())) break;
-      poses.push_back(pose);
-    }
-    return poses;
-  }
-
   /// Empty, or what stands in the way.
   std::string write_down(const wire::KeptPose& pose) {
     if (folder_.empty()) return {};
@@ -356,67 +287,18 @@ class Site final : public RoomWatcher {
     if (lock_ < 0) lock_ = ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (lock_ < 0) return "the server cannot write into its folder (--keep)";
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) return "another server keeps poses in that folder (--keep)";
-    if (!is_known_ && listed().size() != static_cast<std::size_t>(pose.number() - 1))
+    if (!is_known_ && read_kept_poses(folder_).size() != static_cast<std::size_t>(pose.number() - 1))
       return "another server has kept poses in that folder (--keep) since this one read them; start this one again";
     is_known_ = true;
-    wire::KeptPoses list;
-    for (std::size_t i = 1; i < kept_.size(); ++i) *list.add_poses() = kept_[i];
-    google::protobuf::util::JsonPrintOptions options;
-    options.add_whitespace = true;
-    std::string json;
-    if (!google::protobuf::util::MessageToJsonString(list, &json, options).ok()) return "its name is no UTF-8";
     try {
-      save(pose);
+      save_kept_pose(folder_, pose, *room, first_, second_);
+      write_kept_poses(folder_, std::span(kept_).subspan(1));
     } catch (const std::exception& problem) {
       return problem.what();
     }
-    error = replace_text(folder_ / "poses.csv", csv());
-    if (!error) error = replace_text(folder_ / "poses.json", json);
-    return error ? error.message() : std::string();
+    return {};
   }
 
-  void save(const wire::KeptPose& pose) const {
-    const docking::Molecule a = in_its_file(a_, centre_a_), b = in_its_file(b_, centre_b_);
-    const Pose X_AB = *read(pose.in_first());
-    const Pose X_files = Pose{centre_a_, Quat::Identity()} * X_AB * Pose{-centre_b_, Quat::Identity()};
-    docking::FieldResult result;
-    result.lennard_jones_kj_per_mol = pose.lj_kj_per_mol();
-    result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
-    std::vector<std::string> remarks = energy_remarks(result, scene_->world.field_model);
-    remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + name_);
-    const std::filesystem::path file = folder_ / std::to_string(pose.number());
-    // A file of that number is of a list that was lost, or of a server that was killed before it listed it.
-    for (const char* ending : {".cif", ".pdb"}) {
-      std::filesystem::path name = file;
-      std::error_code error;
-      std::filesystem::remove(name += ending, error);
-    }
-    save_complex(file.string() + ".cif", a, b, X_files, remarks);
-    try {
-      save_complex(file.string() + ".pdb", a, b, X_files, remarks);
-    } catch (const docking::MoleculeError&) {
-      // What PDB cannot hold is in the other.
-    }
-  }
-
-  std::string csv() const {
-    std::ostringstream text;
-    text << "number,kept_unix_ms,name,user,lj_kj_mol,coulomb_kj_mol,total_kj_mol,rmsd_angstrom,contacts,hydrogen_bonds,"
-            "x_angstrom,y_angstrom,z_angstrom,qw,qx,qy,qz\n"
-         << std::setprecision(12);
-    for (std::size_t i = 1; i < kept_.size(); ++i) {
-      const wire::KeptPose& pose = kept_[i];
-      text << pose.number() << ',' << pose.kept_ms() << ',' << csv_text(pose.name()) << ','
-           << csv_text(pose.user_name()) << ',' << pose.lj_kj_per_mol() << ',' << pose.coulomb_kj_per_mol() << ','
-           << pose.lj_kj_per_mol() + pose.coulomb_kj_per_mol() << ',' << pose.rmsd_angstrom() << ',' << pose.contacts()
-           << ',' << pose.hydrogen_bonds();
-      for (const double number : pose.in_first()) text << ',' << number;
-      text << '\n';
-    }
-    return text.str();
-  }
-
-  std::string name_;
   BodyId first_, second_;
   std::shared_ptr<const LoadedScene> scene_;
   const docking::Molecule& a_;
@@ -425,7 +307,7 @@ class Site final : public RoomWatcher {
   Duration period_;
   std::filesystem::path folder_;
   int lock_ = -1;
-  bool is_known_ = false;       ///< that what stands in the folder is what is kept; with the lock it stays so
+  bool is_known_ = false;  ///< that what stands in the folder is what is kept; with the lock it stays so
   std::uint64_t placings_ = 0, placings_told_ = 0;  ///< the room's own
   realtime::Mailbox<Sample> samples_;
   std::atomic<bool> is_refused_{false};

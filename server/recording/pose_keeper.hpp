@@ -13,19 +13,18 @@
 #include <string>
 #include <vector>
 
+#include "server/recording/kept_pose_files.hpp"
 #include "server/room/room.hpp"
 #include "tandem/control.pb.h"
 
 namespace tandem::server {
 
-inline constexpr std::size_t kMaxKeptPoses = 200;
-
 /// Of rooms whose scenes have exactly two molecules; of others it does nothing.
 ///
-/// Model   The second molecule is put elsewhere, or where it is static the first. Kept under `folder`/ROOM-SCENE/: poses.json, which a later server of the same room and scene reads again; poses.csv,
-///         a line a pose; NUMBER.cif and, where it can hold them, NUMBER.pdb. Undo goes back to where the second molecule
-///         last rested, for kRests_s and farther than kElsewhere_angstrom from before, or was before it was sent
-///         elsewhere; redo goes forward again, until it is moved on
+/// Model   The second molecule is put elsewhere, or where it is static the first. Kept in `folder` (kept_pose_files.hpp),
+///         where a later server of the same room and scene reads them again. Undo goes back to where the second molecule last
+///         rested, for kRests_s and farther than kElsewhere_angstrom from before, or was before it was sent elsewhere; redo
+///         goes forward again, until it is moved on
 class PoseKeeper {
  public:
   /// In      folder  empty: nothing is written

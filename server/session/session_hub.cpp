@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/placement.hpp"
 #include "server/session/session_hub_impl.hpp"
 #include "server/session/user_name.hpp"
 
@@ -197,15 +198,11 @@ void SessionHub::Impl::tell_poses() {
 
 /// To all in the room: they see it, and their hands feel it.
 void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& message) {
-  constexpr double kMaxPlace_m = 1000;
   const wire::Point& point = message.point();
   const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
-  const auto is_place = [](const auto& p) {
-    return p.size() == 3 && std::ranges::all_of(p, [](double x) { return std::abs(x) <= kMaxPlace_m; });
-  };
   if (!connection.seat.is_manipulator()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "observers do not point; join as a manipulator");
-  } else if (!is_place(point.place()) || !is_place(point.place_w())) {
+  } else if (!proto::is_place(point.place()) || !proto::is_place(point.place_w())) {
     refuse_with(wire::ERROR_BAD_VALUE, "a place is three numbers in metres, -1000 to 1000");
   } else if (point.body() > connection.seats->room().scene().world.bodies.size()) {
     refuse_with(wire::ERROR_UNKNOWN_BODY, "no body has that number here");

@@ -1,0 +1,138 @@
+#include "server/recording/kept_pose_files.hpp"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <cctype>
+#include <fstream>
+#include <iomanip>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+
+#include "common/base/folders.hpp"
+#include "common/docking/exact_field.hpp"
+#include "server/assets/structures/structure_writer.hpp"
+#include "server/recording/room_checkpoint.hpp"
+#include "tandem/checkpoint.pb.h"
+
+namespace tandem::server {
+namespace {
+
+constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
+constexpr int kPoseNumbers = 7;
+
+/// As a CSV field; names have no control characters.
+std::string csv_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+std::string hex_of(const std::string& bytes, std::size_t count) {
+  std::ostringstream text;
+  for (std::size_t i = 0; i < std::min(count, bytes.size()); ++i) {
+    text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(bytes[i]));
+  }
+  return text.str();
+}
+
+std::string file_name(const std::string& room) {
+  std::string name;
+  for (const char c : room) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
+    name += is_plain ? std::string(1, c) : "%" + hex_of({c}, 1);
+  }
+  return name;
+}
+
+std::string csv(std::span<const wire::KeptPose> poses) {
+  std::ostringstream text;
+  text << "number,kept_unix_ms,name,user,lj_kj_mol,coulomb_kj_mol,total_kj_mol,rmsd_angstrom,contacts,hydrogen_bonds,"
+          "x_angstrom,y_angstrom,z_angstrom,qw,qx,qy,qz\n"
+       << std::setprecision(12);
+  for (const wire::KeptPose& pose : poses) {
+    text << pose.number() << ',' << pose.kept_ms() << ',' << csv_text(pose.name()) << ',' << csv_text(pose.user_name())
+         << ',' << pose.lj_kj_per_mol() << ',' << pose.coulomb_kj_per_mol() << ','
+         << pose.lj_kj_per_mol() + pose.coulomb_kj_per_mol() << ',' << pose.rmsd_angstrom() << ',' << pose.contacts()
+         << ',' << pose.hydrogen_bonds();
+    for (const double number : pose.in_first()) text << ',' << number;
+    text << '\n';
+  }
+  return text.str();
+}
+
+void replace_text(const std::filesystem::path& file, const std::string& text) {
+  const std::error_code error = replace_file(file, {std::as_bytes(std::span(text))});
+  if (error) throw std::runtime_error(error.message());
+}
+
+}  // namespace
+
+std::string kept_pose_folder(const Room& room) {
+  return file_name(room.name()) + "-" + hex_of(checkpoint_of(room).scene_sha256(), 4);
+}
+
+std::optional<Pose> in_first(const wire::KeptPose& pose) {
+  const auto& in = pose.in_first();
+  if (in.size() != kPoseNumbers) return std::nullopt;
+  const Pose X{{in[0], in[1], in[2]}, Quat(in[3], in[4], in[5], in[6])};
+  if (!docking::is_evaluable(X)) return std::nullopt;
+  return X;
+}
+
+std::vector<wire::KeptPose> read_kept_poses(const std::filesystem::path& folder) {
+  std::vector<wire::KeptPose> poses;
+  if (folder.empty()) return poses;
+  std::error_code error;
+  const std::filesystem::path file = folder / "poses.json";
+  if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return poses;
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  wire::KeptPoses list;
+  if (!google::protobuf::util::JsonStringToMessage(text, &list).ok()) return poses;
+  for (const wire::KeptPose& pose : list.poses()) {
+    if (poses.size() == kMaxKeptPoses || pose.number() != poses.size() + 1 || !in_first(pose)) break;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+void write_kept_poses(const std::filesystem::path& folder, std::span<const wire::KeptPose> poses) {
+  wire::KeptPoses list;
+  list.mutable_poses()->Assign(poses.begin(), poses.end());
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  std::string json;
+  if (!google::protobuf::util::MessageToJsonString(list, &json, options).ok())
+    throw std::runtime_error("a name in them is no UTF-8");
+  replace_text(folder / "poses.csv", csv(poses));
+  replace_text(folder / "poses.json", json);
+}
+
+void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& pose, const Room& room, BodyId first,
+                    BodyId second) {
+  const LoadedScene& scene = room.scene();
+  const std::size_t a = first.value - 1, b = second.value - 1;
+  const Pose X_files = Pose{scene.molecule_centres_angstrom[a], Quat::Identity()} * in_first(pose).value() *
+                       Pose{-scene.molecule_centres_angstrom[b], Quat::Identity()};
+  docking::FieldResult result;
+  result.lennard_jones_kj_per_mol = pose.lj_kj_per_mol();
+  result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
+  std::vector<std::string> remarks = energy_remarks(result, scene.world.field_model);
+  remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room.name());
+  // A file of that number is of a list that was lost, or of a server that was killed before it listed it.
+  const auto file = [&](const char* ending) { return folder / (std::to_string(pose.number()) + ending); };
+  for (const char* ending : {".cif", ".pdb"}) {
+    std::error_code error;
+    std::filesystem::remove(file(ending), error);
+  }
+  const docking::Molecule in_file_a = molecule_in_its_file(scene, a), in_file_b = molecule_in_its_file(scene, b);
+  save_complex(file(".cif"), in_file_a, in_file_b, X_files, remarks);
+  try {
+    save_complex(file(".pdb"), in_file_a, in_file_b, X_files, remarks);
+  } catch (const docking::MoleculeError&) {
+    // What PDB cannot hold is in the other.
+  }
+}
+
+}  // namespace tandem::server
