@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -188,6 +189,16 @@ class FarGrid {
 
 namespace {
 
+/// All that a grid's values come from.
+struct Source {
+  std::vector<Vec3> positions_angstrom;
+  std::vector<double> sigma_angstrom, epsilon_kj_per_mol, charge_e;
+  FieldModel model;
+  FarRowKernel far_row;
+
+  bool operator==(const Source&) const = default;
+};
+
 /// Without values; null where no spacing is affordable.
 std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   Vec3 low = a.positions_angstrom.front(), high = low;
@@ -211,8 +222,19 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a) {
 
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                                              FarRowKernel far_row) {
-  std::unique_ptr<FarGrid> grid = empty_far_grid(a);
-  if (grid != nullptr) grid->fill(a, model, constants, far_row);
+  static std::mutex mutex;
+  static std::vector<std::pair<Source, std::weak_ptr<const FarGrid>>> made;
+  const std::lock_guard lock(mutex);
+  std::erase_if(made, [](const auto& one) { return one.second.expired(); });
+  Source source{a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_row};
+  for (const auto& [of, grid] : made) {
+    if (of != source) continue;
+    if (std::shared_ptr<const FarGrid> same = grid.lock()) return same;
+  }
+  std::shared_ptr<FarGrid> grid = empty_far_grid(a);
+  if (grid == nullptr) return grid;
+  grid->fill(a, model, constants, far_row);
+  made.emplace_back(std::move(source), grid);
   return grid;
 }
 

@@ -30,7 +30,9 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 ///         axis, so fourth order and twice differentiable; the force is the derivative of that energy
 /// In      model  with a cut-off
 /// Out     nothing where far_grid_spacing_angstrom() is
-/// Cost    nodes times atoms: README.md; 16 B a node
+/// Cost    nodes times atoms: README.md; 16 B a node. The same grid again as long as somebody in the process has it: a room
+///         that is reset, or another one of the same scene, need not wait for it
+/// Thread  any
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                                              FarRowKernel far_row);
 

@@ -69,7 +69,8 @@ void print(const json::object& redocked) {
   const auto about = [&](std::string_view name, int decimals) { return field_text(redocked, name, decimals); };
   std::cout << about("atoms_receptor", 0) << " x " << about("atoms_ligand", 0) << " atoms, dielectric "
             << redocked.at("dielectric").get_string().c_str() << ", cut-off " << about("cutoff_angstrom", 0)
-            << " Å, zero area " << about("zero_area_kt", 1) << " kT, " << about("newtons_per_kcal_per_mol_angstrom", 4)
+            << (redocked.at("far_grid").as_bool() ? " Å and a grid of what is beyond" : " Å") << ", zero area "
+            << about("zero_area_kt", 1) << " kT, " << about("newtons_per_kcal_per_mol_angstrom", 4)
             << " N per kcal/mol/Å, round trip " << about("round_trip_ms", 0) << " ms\nminimum "
             << about("minimum_kcal_per_mol", 2) << " kcal/mol, " << about("minimum_rmsd_to_native_angstrom", 2)
             << " Å from native\n";
@@ -153,7 +154,9 @@ void add_redock_command(CLI::App& app, int& exit_code) {
   command->get_option("--hydrogens")
       ->description("those given, built anew, or united with carbon [default: given, or built where a file has none]");
   command->get_option("--cutoff")
-      ->description("none, auto (8 above a million pairs, as in a room of tandem-server), or a distance, 4 to 100 [Å]");
+      ->description(
+          "none, auto (8 and a grid of what is beyond above a million pairs, as in a room of tandem-server), or a "
+          "distance, 4 to 100 [Å]");
   command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();

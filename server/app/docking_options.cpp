@@ -48,13 +48,14 @@ void declare(CLI::App& app, DockingOptions& options) {
   app.add_option("--force-field", options.force_field,
                  "of both: a folder of GROMACS parameters, a name of its own such as amber99sb, or built-in [oplsaa]")
       ->type_name("DIR|NAME");
-  app.add_option("--cutoff", options.cutoff_angstrom,
-                 "of both: no force beyond, 4 to 100 [Å]; 0: none [0, or 8 above a million pairs of atoms]")
+  app.add_option(
+         "--cutoff", options.cutoff_angstrom,
+         "of both: no force beyond, 4 to 100 [Å]; 0: none [0, or 8 and --far-grid above a million pairs of atoms]")
       ->type_name("FLOAT");
   app.add_flag(
       "--far-grid", options.has_far_grid,
-      "with a cut-off: what it leaves out, up to 40 Å, from a grid about the receptor (about a second's work when "
-      "the room is made)");
+      "with --cutoff: what it leaves out, up to 40 Å, from a grid about the receptor (about a second's work when the "
+      "room is made)");
 }
 
 std::filesystem::path write(const DockingOptions& options, const std::filesystem::path& folder) {
@@ -65,8 +66,7 @@ std::filesystem::path write(const DockingOptions& options, const std::filesystem
     }
     throw std::invalid_argument(
         "--hydrogens, --dielectric, --force-field, --cutoff and --far-grid are of --receptor and --ligand; a scene "
-        "file names its "
-        "own");
+        "file names its own");
   }
   if (options.receptor.empty() || options.ligand.empty()) {
     throw std::invalid_argument("--receptor and --ligand go together: give both");

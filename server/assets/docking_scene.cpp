@@ -9,6 +9,7 @@
 #include <numbers>
 #include <string>
 
+#include "common/docking/far_grid.hpp"
 #include "common/docking/molecular_field.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "common/physics/world_description.hpp"
@@ -114,6 +115,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   if (!molecular.has_cutoff_angstrom()) {
     const bool is_cut = pairs > kMaxAllPairs || molecular.far_grid();
     molecular.set_cutoff_angstrom(is_cut ? docking::kUsualCutoffAngstrom : 0);
+    molecular.set_far_grid(is_cut && docking::far_grid_spacing_angstrom(a));
   }
   if (!molecular.has_zero_area_kt() && pairs <= kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
   docking::FieldModel model;

@@ -176,6 +176,7 @@ json::object about(const Pair& pair, Duration round_trip, bool guided) {
           {"atoms_ligand", bodies[1].molecule->size()},
           {"dielectric", field.dielectric()},
           {"cutoff_angstrom", field.cutoff_angstrom()},
+          {"far_grid", field.far_grid()},
           {"zero_area_kt", field.zero_area_kt()},
           {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
           {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},

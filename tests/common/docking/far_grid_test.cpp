@@ -114,6 +114,17 @@ TEST(FarGrid, OfOneIonIsCoulombsLawBeyondTheCutOffAndEndsByDesign) {
   EXPECT_EQ(field.evaluate({{1e9, -1e9, 1e9}, Quat::Identity()}).energy_kj_per_mol(), 0);
 }
 
+TEST(FarGrid, OfOneMoleculeAndModelIsMadeOnce) {
+  const Molecule a = test::one_atom(3, 0.5), b = test::one_atom(3, 0.7);
+  const FieldModel model = model_of(Dielectric::kNone, 8, true);
+  const MolecularField field(a, b, model), again(a, a, model);
+  const MolecularField other(b, a, model), wider(a, b, model_of(Dielectric::kNone, 9, true));
+  ASSERT_NE(field.far_grid(), nullptr);
+  EXPECT_EQ(again.far_grid(), field.far_grid());
+  EXPECT_NE(other.far_grid(), field.far_grid());
+  EXPECT_NE(wider.far_grid(), field.far_grid());
+}
+
 TEST(FarGrid, OfWhatIsTooLargeThereIsNone) {
   Molecule pair = test::one_atom(3, 0.5);
   const Molecule one = pair;

@@ -332,6 +332,23 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
               0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }
 
+TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
+  const std::string file = "/usr/share/pymol/data/demo/1tii.pdb";
+  if (!std::filesystem::exists(file) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  const auto field_of = [&](const std::string& hydrogens, const wire::MolecularField& asked) {
+    return docking_scene(molecule_source(file + ":D", hydrogens), molecule_source(file + ":E", hydrogens), asked)
+        .molecular_field();
+  };
+  const wire::MolecularField few = field_of("united", {}), many = field_of("build", {});
+  EXPECT_EQ(few.cutoff_angstrom(), 0);
+  EXPECT_FALSE(few.far_grid());
+  EXPECT_EQ(many.cutoff_angstrom(), 8);
+  EXPECT_TRUE(many.far_grid());
+  wire::MolecularField asked;
+  asked.set_cutoff_angstrom(8);
+  EXPECT_FALSE(field_of("build", asked).far_grid()) << "who chooses the cut-off chooses the grid";
+}
+
 TEST(DockingScene, AWrongDielectricIsSaid) {
   if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
   wire::MolecularField field;
