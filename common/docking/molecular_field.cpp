@@ -100,7 +100,7 @@ KernelModel kernel_model(const FieldModel& model) {
 /// Arithmetic of one pair, as README.md counts it.
 struct PairCost {
   std::size_t with_lennard_jones, charges_alone;  ///< of all pairs
-  std::size_t switched, distance, box;            ///< of those below a cut-off: the three passes
+  std::size_t switched, distance, box;            ///< of those below a cut-off, as they are found
 };
 
 /// Instructions with fused multiply-adds, each as long as one.
