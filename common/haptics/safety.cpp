@@ -22,6 +22,11 @@ constexpr double kTick_s = 0.001;
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
+// From a silence's end on, whatever states say that nobody had heard of meanwhile comes in more slowly than what hands take
+// for a step (0.3 N/ms), and a strong force that still falls likewise; but what has let go meanwhile is gone within 15 ms.
+// A gap that is almost a silence hides as much.
+constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kLetGo_s = 0.015;
+constexpr Duration kAlmost{std::chrono::milliseconds(15)};
 // Of the clutch: as steep as what nobody takes for a step (0.1 N/ms), and likewise in torque.
 constexpr double kClutchFall_n_per_s = 100, kClutchFall_n_m_per_s = 5;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
@@ -165,9 +170,13 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - let_go_by(input, elapsed_s));
   } else {
-    const double fall_per_s = silence < 1 ? 0 : fall_per_s_;
+    const double steepest_per_s = gain_ * kSteepestFall_n_per_s / std::max(displayed_.f.norm(), 1e-3);
+    const double fall_per_s = silence < 1 ? 0 : std::min(fall_per_s_, steepest_per_s);
     gain_ = std::clamp(gain_ + rise_s * (1 / to_seconds(settings_.start_ramp) - fall_per_s), 0.0, 1.0);
   }
+  const bool is_gap = input.state_age > settings_.silence_start - kAlmost;
+  returning_s_ = is_gap ? kReturns_s : std::max(0.0, returning_s_ - elapsed_s);
+  if (is_gap) silent_force_n_ = displayed_.f.norm();
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
   // A silence falls more slowly by itself; what is silent after a stall is let go in steps, too.
   const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
@@ -205,8 +214,11 @@ double SafetyChain::silence_gain(Duration state_age) const noexcept {
 
 Wrench SafetyChain::slewed(const Wrench& target, double rise_s) noexcept {
   const Wrench change = target - displayed_;
-  const double largest_f = settings_.slew_n_per_s * rise_s;
-  const double largest_t = settings_.slew_n_m_per_s * rise_s;
+  const bool grows = target.f.norm() >= displayed_.f.norm();
+  const double return_n_per_s = grows ? kReturn_n_per_s : std::max(kReturn_n_per_s, silent_force_n_ / kLetGo_s);
+  const double slower = returning_s_ > 0 ? std::min(1.0, return_n_per_s / settings_.slew_n_per_s) : 1.0;
+  const double largest_f = slower * settings_.slew_n_per_s * rise_s;
+  const double largest_t = slower * settings_.slew_n_m_per_s * rise_s;
   if (change.f.norm() <= largest_f && change.t.norm() <= largest_t) return target;
   faults_ |= kSafetySlewed;
   return displayed_ + Wrench{clamped_to_length(change.f, largest_f), clamped_to_length(change.t, largest_t)};

@@ -83,6 +83,8 @@ struct SafetyInput {
 ///         While the loop stood still (a stopped process, a suspended machine) the device held the last force: a late
 ///         tick is a fault and counts as a tick in time, so that the force falls from there in steps, whatever wrench
 ///         and age of the state are by then.
+///         For 0.5 s after a silence, or a gap at most 15 ms shorter, the force changes by at most 0.28 N/ms, and the torque by
+///         as large a share of its slew limit, but goes to zero within 15 ms; a gain that still falls takes at most 0.25 N/ms.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
@@ -114,7 +116,9 @@ class SafetyChain {
   LocalTime last_time_{};
   bool has_time_ = false;
   double gain_ = 0.0;
-  double fall_per_s_ = 0.0;  ///< of the gain in a silence; dies out after it
+  double fall_per_s_ = 0.0;      ///< of the gain in a silence; dies out after it
+  double returning_s_ = 0.0;     ///< left of the time after a silence in which changes come in slowly
+  double silent_force_n_ = 0.0;  ///< displayed when it ended
   Wrench displayed_;
   /// What of the wrench times the gain was shown while the gain fell and the wrench rose: back to all of it after.
   double shown_force_ = 1;

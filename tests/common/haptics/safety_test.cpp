@@ -214,6 +214,44 @@ TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
 
 INSTANTIATE_TEST_SUITE_P(Safety, ShortSilence, testing::Values(125, 132, 139, 146));
 
+TEST(Safety, AStateAgainIsNoStepHoweverStrongTheForceIs) {
+  for (const int silent_ms : {125, 132, 139, 146}) {
+    Rig rig;
+    rig.run(good_input(Vec3(0, 0, 9)), 600);
+    double steepest_n = 0, least_n = 9, before_n = 9;
+    for (int ms = 1; ms <= 800; ++ms) {
+      SafetyInput input = good_input(Vec3(0, 0, 9));
+      input.state_age = std::chrono::milliseconds(ms < silent_ms ? ms : 0);
+      rig.tick(input);
+      if (ms >= silent_ms) steepest_n = std::max(steepest_n, std::abs(rig.out.f.z() - before_n));
+      before_n = rig.out.f.z();
+      least_n = std::min(least_n, before_n);
+    }
+    EXPECT_LT(least_n, 8.9) << "it decayed";
+    EXPECT_LE(steepest_n, 0.27) << silent_ms;
+    EXPECT_NEAR(rig.out.f.z(), 9, 1e-3);
+  }
+}
+
+TEST(Safety, WhatASilenceHidComesInSlowly) {
+  Rig rig;
+  rig.run(good_input(Vec3(0, 0, 1)), 600);
+  SafetyInput silent = good_input(Vec3(0, 0, 1));
+  silent.state_age = std::chrono::milliseconds(118);
+  rig.tick(silent);
+  double steepest_n = 0, before_n = rig.out.f.z();
+  for (int ms = 0; ms < 100; ++ms) {
+    rig.tick(good_input(Vec3(0, 0, ms % 50 < 25 ? 8 : 2)));
+    steepest_n = std::max(steepest_n, rig.out.f.z() - before_n);
+    before_n = rig.out.f.z();
+  }
+  EXPECT_GT(steepest_n, 0.2);
+  EXPECT_LE(steepest_n, 0.28 + 1e-9);
+  rig.run(good_input(Vec3(0, 0, 2)), 600);
+  rig.tick(good_input(Vec3(0, 0, 5)));
+  EXPECT_NEAR(rig.out.f.z(), 5, 1e-9) << "as ever after half a second";
+}
+
 TEST(Safety, ContactThatEndsInASilenceNeitherPullsNorStays) {
   for (const int silent_ms : {120, 130, 140}) {
     Rig rig;
