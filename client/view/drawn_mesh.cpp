@@ -179,7 +179,6 @@ std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecul
 void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color) {
   const Faces faces(mesh);
   const std::array<std::uint8_t, 4> bytes = bytes_of(color);
-  out.reserve(out.size() + 3 * mesh.triangles.size());
   for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
     if (faces.normals[face].squaredNorm() <= 0) continue;
     for (const int corner : mesh.triangles[face]) {
