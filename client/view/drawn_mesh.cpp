@@ -16,14 +16,6 @@ constexpr std::size_t kFineAtoms = 1500;
 
 constexpr Rgba kWhite{1, 1, 1, 1};
 
-std::array<std::uint8_t, 4> bytes_of(const Rgba& color) {
-  std::array<std::uint8_t, 4> result{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    result[i] = static_cast<std::uint8_t>(std::lround(std::clamp(color[i], 0.0F, 1.0F) * 255));
-  }
-  return result;
-}
-
 std::array<float, 3> floats_of(const Vec3& a) {
   return {static_cast<float>(a.x()), static_cast<float>(a.y()), static_cast<float>(a.z())};
 }
@@ -176,6 +168,23 @@ std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecul
 
 }  // namespace
 
+std::array<std::uint8_t, 4> bytes_of(const Rgba& color) {
+  std::array<std::uint8_t, 4> result{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    result[i] = static_cast<std::uint8_t>(std::lround(std::clamp(color[i], 0.0F, 1.0F) * 255));
+  }
+  return result;
+}
+
+double van_der_waals_radius_angstrom(double mass_u) {
+  return element_of(mass_u).radius_angstrom;
+}
+
+Rgba atom_color(double mass_u, const Rgba& carbon) {
+  const Element& element = element_of(mass_u);
+  return element.is_carbon ? carbon : element.color;
+}
+
 void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color) {
   const Faces faces(mesh);
   const std::array<std::uint8_t, 4> bytes = bytes_of(color);
@@ -195,19 +204,16 @@ void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double m
   append_mesh(unit, ball(molecule.size() <= kFineAtoms ? 3 : 1), Pose{}, kWhite);
   out.reserve(out.size() + molecule.size() * unit.size());
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
-    const Element& element = element_of(molecule.mass_u[atom]);
+    const double mass_u = molecule.mass_u[atom];
     append_ball(out, unit, molecule.positions_angstrom[atom] * metres_per_angstrom,
-                element.radius_angstrom * metres_per_angstrom, element.is_carbon ? carbon : element.color);
+                van_der_waals_radius_angstrom(mass_u) * metres_per_angstrom, atom_color(mass_u, carbon));
   }
 }
 
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon) {
   DrawnMesh unit;
   append_mesh(unit, ball(molecule.size() <= kFineAtoms ? 2 : 1), Pose{}, kWhite);
-  const auto color_of = [&](std::size_t atom) -> const Rgba& {
-    const Element& element = element_of(molecule.mass_u[atom]);
-    return element.is_carbon ? carbon : element.color;
-  };
+  const auto color_of = [&](std::size_t atom) { return atom_color(molecule.mass_u[atom], carbon); };
   const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
     append_ball(out, unit, at(atom), kBallAngstrom * metres_per_angstrom, color_of(atom));

@@ -12,7 +12,8 @@
 namespace tandem::client {
 
 /// How molecules are drawn.
-enum class MoleculeStyle : std::uint8_t { kBalls, kSticks };
+enum class MoleculeStyle : std::uint8_t { kBalls, kSticks, kSurface };
+inline constexpr std::array<const char*, 3> kMoleculeStyleNames{"balls", "sticks", "surface"};  ///< by their number
 
 using Rgba = std::array<float, 4>;  ///< as a screen has it (sRGB), 0 to 1; the last is how opaque
 
@@ -38,6 +39,13 @@ void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double m
 /// covalent radii and 0.4 Å.
 /// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon);
+
+/// Of the element of that mass.
+double van_der_waals_radius_angstrom(double mass_u);
+Rgba atom_color(double mass_u, const Rgba& carbon);
+
+/// As a vertex has it.
+std::array<std::uint8_t, 4> bytes_of(const Rgba& color);
 
 /// Adds a cone along z: its base of radius 1 at 0, its tip at 1.
 void append_cone(DrawnMesh& out);

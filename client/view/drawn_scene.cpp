@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "client/session/session.hpp"
+#include "client/view/molecular_surface.hpp"
 #include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
@@ -48,8 +49,8 @@ std::optional<geometry::TriangleMesh> tessellated(const wire::Shape& shape) {
 
 class Builder {
  public:
-  Builder(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules)
-      : scene_(joined.scene()), assets_(assets), molecules_(molecules) {}
+  Builder(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules, const std::stop_token& stop)
+      : scene_(joined.scene()), assets_(assets), molecules_(molecules), stop_(stop) {}
 
   DrawnScene build() {
     for (const wire::Body& body : scene_.bodies()) {
@@ -118,8 +119,13 @@ class Builder {
       out_.missing.push_back(body.name + ": its atoms are not here");
       return;
     }
-    const auto append_as = molecules_ == MoleculeStyle::kSticks ? append_sticks : append_molecule;
-    append_as(body.mesh, *molecule, scene_.molecular_field().metres_per_angstrom(), color);
+    const double scale = scene_.molecular_field().metres_per_angstrom();
+    if (molecules_ == MoleculeStyle::kSurface) {
+      append_surface(body.mesh, *molecule, scale, color, kMaxSurfaceTriangles, stop_);
+    } else {
+      const auto append_as = molecules_ == MoleculeStyle::kSticks ? append_sticks : append_molecule;
+      append_as(body.mesh, *molecule, scale, color);
+    }
     body.molecule = std::make_shared<const docking::Molecule>(std::move(*molecule));
   }
 
@@ -189,6 +195,7 @@ class Builder {
   const wire::Scene& scene_;
   const AssetMap& assets_;
   MoleculeStyle molecules_;
+  const std::stop_token& stop_;
   DrawnScene out_;
 };
 
@@ -225,8 +232,9 @@ Rgba tool_color(std::size_t tool) {
   return kColors[tool % kColors.size()];
 }
 
-DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules) {
-  return Builder(joined, assets, molecules).build();
+DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules,
+                            const std::stop_token& stop) {
+  return Builder(joined, assets, molecules, stop).build();
 }
 
 DrawnMesh drawn_soft_block(const wire::SoftBody& body, std::span<const Vec3> offsets_W) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,7 +41,11 @@ struct DrawnScene {
 Rgba tool_color(std::size_t tool);
 
 /// In      assets  may lack some: those shapes are left out, and named in `missing`
-DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules = {});
+///         stop    once requested, surfaces of molecules are left out
+/// Cost    with surfaces of molecules up to some seconds (molecular_surface.hpp)
+/// Thread  any
+DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules = {},
+                            const std::stop_token& stop = {});
 
 /// A soft block as it is now, in its own frame; empty for a body that is none.
 /// In      offsets_W  of proto::soft_lattice(), as many

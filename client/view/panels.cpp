@@ -229,14 +229,19 @@ void draw_touch(const PanelContent& content) {
   }
 }
 
-void draw_view(WindowSwitches& switches) {
+void draw_molecule_style(const PanelContent& content, MoleculeStyle& style) {
+  const std::vector<std::string> names(kMoleculeStyleNames.begin(), kMoleculeStyleNames.end());
+  const std::string choice = chosen("atoms (M)", names.at(static_cast<std::size_t>(style)), names);
+  if (!choice.empty()) style = static_cast<MoleculeStyle>(std::ranges::find(names, choice) - names.begin());
+  if (style == MoleculeStyle::kSurface && content.is_making_surface)
+    ImGui::TextColored(kDim, "its surface is being made");
+}
+
+void draw_view(const PanelContent& content, WindowSwitches& switches) {
   ImGui::Checkbox("server's poses as ghosts (G)", &switches.shows_ghosts);
   ImGui::Checkbox("contact points (P)", &switches.shows_contacts);
   ImGui::Checkbox("follow the tool (T)", &switches.follows_tool);
-  bool are_sticks = switches.molecules == MoleculeStyle::kSticks;
-  if (ImGui::Checkbox("atoms as sticks (M)", &are_sticks)) {
-    switches.molecules = are_sticks ? MoleculeStyle::kSticks : MoleculeStyle::kBalls;
-  }
+  draw_molecule_style(content, switches.molecules);
   ImGui::Checkbox("cut away what is in front (X)", &switches.cuts);
   if (switches.cuts) slider("depth", switches.cut_share, 1, "%.2f");
   ImGui::TextColored(kDim, "F1: help");
@@ -268,7 +273,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("F", "fit the scene; T: follow the tool");
     line("3D mouse", "the cap holds the scene, where it is not your device");
     line("G", "ghosts: where the server has things; P: contact points");
-    line("X", "cut away what is in front; M: atoms as balls or sticks");
+    line("X", "cut away what is in front; M: molecules as balls, sticks or a surface");
     if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
     line("V", "point at what is under the mouse: the others see it, and feel which way it is");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");
@@ -328,7 +333,7 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
   if (begin_part("Network", switches.is_open[1])) draw_network(content, link);
   if (begin_part("Touch", switches.is_open[2])) draw_touch(content);
   if (begin_part("Stage", switches.is_open[3])) draw_stage(content);
-  if (begin_part("View", switches.is_open[4])) draw_view(switches);
+  if (begin_part("View", switches.is_open[4])) draw_view(content, switches);
   ImGui::End();
 }
 

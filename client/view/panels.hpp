@@ -36,6 +36,7 @@ struct PanelContent {
   const std::vector<std::string>* missing = nullptr;                        ///< of the scene, in the picture
   std::string notice;                                                       ///< for the top of the window
   bool is_mouse = false;
+  bool is_making_surface = false;
 };
 
 /// With the ImGui context that is current.

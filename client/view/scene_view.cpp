@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <stop_token>
+#include <utility>
 
 #include "client/session/scene_from_wire.hpp"
 #include "common/geometry/tessellation.hpp"
@@ -83,20 +85,65 @@ SceneView::SceneView(Renderer& renderer)
 
 bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   if (io.joined == nullptr) return false;
-  if (io.joined == joined_ && io.assets == assets_ && molecules == molecules_) {
-    take_soft_offsets(io);
-    return false;
+  const bool is_other = io.joined != joined_ || io.assets != assets_;
+  const bool is_surface = molecules == MoleculeStyle::kSurface;
+  if (is_other) forget_scene(io);
+  if (is_other || (molecules != molecules_ && !is_surface)) {
+    const MoleculeStyle at_once = is_surface ? MoleculeStyle::kBalls : molecules;
+    show(make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{}, at_once), at_once);
+    return true;
   }
+  if (is_surface && molecules_ != molecules && take_surface()) return true;
+  take_soft_offsets(io);
+  return false;
+}
+
+void SceneView::forget_scene(const ClientIoSnapshot& io) {
+  maker_ = {};
+  made_ = {};
+  surface_.reset();
+  has_failed_ = false;
   joined_ = io.joined;
   assets_ = io.assets;
+  molecules_ = MoleculeStyle::kBalls;
+}
+
+/// What is shown from now on; surfaces that no longer are may be asked for again.
+void SceneView::show(DrawnScene scene, MoleculeStyle molecules) {
+  if (molecules_ == MoleculeStyle::kSurface) surface_ = std::move(scene_);
+  scene_ = std::move(scene);
   molecules_ = molecules;
   soft_offsets_.clear();
-  scene_ = make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{}, molecules);
   renderer_.remove_meshes_from(first_of_scene_);
   for (const auto* things : {&scene_.bodies, &scene_.soft_bodies, &scene_.tools}) {
     for (const DrawnBody& body : *things) renderer_.add_mesh(body.mesh);
   }
-  return true;
+}
+
+/// Shows the surfaces when they are here; has them made, by a thread of their own, when nobody does yet.
+bool SceneView::take_surface() {
+  if (surface_) {
+    show(*std::exchange(surface_, std::nullopt), MoleculeStyle::kSurface);
+    return true;
+  }
+  const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
+  if (has_failed_ || std::ranges::none_of(scene_.bodies, has_molecule)) return false;
+  if (!made_.valid()) {
+    std::packaged_task<DrawnScene(const std::stop_token&)> make([joined = joined_, assets = assets_](const auto& stop) {
+      return make_drawn_scene(*joined, assets != nullptr ? *assets : AssetMap{}, MoleculeStyle::kSurface, stop);
+    });
+    made_ = make.get_future();
+    maker_ = std::jthread(std::move(make));
+  }
+  if (made_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+  try {
+    show(made_.get(), MoleculeStyle::kSurface);
+    return true;
+  } catch (const std::exception& error) {
+    has_failed_ = true;
+    scene_.missing.push_back(std::string("surfaces of molecules: ") + error.what());
+    return false;
+  }
 }
 
 void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {

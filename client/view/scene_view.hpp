@@ -1,9 +1,11 @@
 // From what is known (the joined scene, the newest view) to what is drawn: which mesh where, which words where.
 #pragma once
 
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "client/haptics/view.hpp"
@@ -32,19 +34,24 @@ class SceneView {
   explicit SceneView(Renderer& renderer);
 
   /// Makes the scene's meshes when scene, assets or style are others than before, and those of soft bodies that have
-  /// yielded. True: there is another scene, or more of it.
+  /// yielded. Surfaces of molecules are made aside, once a scene; what was shown before is until they are here, balls
+  /// where nothing was. True: there is another scene, or more of it.
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, and things are where the scene starts
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
 
   const DrawnScene& scene() const { return scene_; }
+  bool is_making_surface() const { return made_.valid(); }
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
   /// The user's own tool, where it is felt.
   const Pose& tool_pose() const { return X_WT_; }
 
  private:
+  void forget_scene(const ClientIoSnapshot& io);
+  void show(DrawnScene scene, MoleculeStyle molecules);
+  bool take_surface();
   void add(std::size_t mesh, const Pose& X, const Rgba& tint = {1, 1, 1, 1}, float glow = 0);
   void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
   void add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint);
@@ -66,12 +73,16 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< meshes: bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  MoleculeStyle molecules_{};
+  MoleculeStyle molecules_{};          ///< as shown
+  std::optional<DrawnScene> surface_;  ///< while that is not shown, once it was
+  bool has_failed_ = false;            ///< the surface could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
+  std::future<DrawnScene> made_;  ///< valid while surfaces are being made
+  std::jthread maker_;            ///< of them
 };
 
 }  // namespace tandem::client

@@ -59,7 +59,8 @@ out vec4 pixel;
 void main() {
   vec3 n = normalize(up);
   if (!gl_FrontFacing) n = -n;
-  vec4 own = paint * tint;
+  // At a triangle's rim it may be taken beside the triangle, and then be less than nothing.
+  vec4 own = clamp(paint, 0.0, 1.0) * tint;
   vec3 light = mix(lit(own.rgb, at, n, in_sun), pow(own.rgb, vec3(2.2)), glow);
   pixel = vec4(shown(light), own.a);
 })";

@@ -205,7 +205,8 @@ void Window::Impl::take_keys() {
   if (pressed(GLFW_KEY_P)) switches.shows_contacts = !switches.shows_contacts;
   if (pressed(GLFW_KEY_X)) switches.cuts = !switches.cuts;
   if (pressed(GLFW_KEY_M)) {
-    switches.molecules = switches.molecules == MoleculeStyle::kBalls ? MoleculeStyle::kSticks : MoleculeStyle::kBalls;
+    const std::size_t style = static_cast<std::size_t>(switches.molecules) + 1;
+    switches.molecules = static_cast<MoleculeStyle>(style % kMoleculeStyleNames.size());
   }
   if (pressed(GLFW_KEY_F)) fit();
   if (pressed(GLFW_KEY_V)) wants_to_point = true;
@@ -366,7 +367,8 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .facts = &self.settings.facts,
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
-                             .is_mouse = self.is_mouse()};
+                             .is_mouse = self.is_mouse(),
+                             .is_making_surface = self.scene->is_making_surface()};
   draw_panels(content, self.switches, self.settings.link);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());

@@ -69,7 +69,9 @@ WindowSwitches remembered_switches(const std::filesystem::path& file) {
     switches.cut_share = std::clamp(told->to_number<double>(), 0.0, 1.0);
   }
   const json::value* const style = object->if_contains("molecules");
-  if (style != nullptr && *style == json::value("sticks")) switches.molecules = MoleculeStyle::kSticks;
+  for (std::size_t i = 0; style != nullptr && i < kMoleculeStyleNames.size(); ++i) {
+    if (*style == json::value(kMoleculeStyleNames[i])) switches.molecules = static_cast<MoleculeStyle>(i);
+  }
   return switches;
 }
 
@@ -77,7 +79,7 @@ void remember_switches(const std::filesystem::path& file, const WindowSwitches& 
   json::object object;
   for_each_switch(switches, [&object](const char* name, const bool& is_on) { object[name] = is_on; });
   object["cut_share"] = switches.cut_share;
-  object["molecules"] = switches.molecules == MoleculeStyle::kSticks ? "sticks" : "balls";
+  object["molecules"] = kMoleculeStyleNames.at(static_cast<std::size_t>(switches.molecules));
   if (file.empty()) return;
   const std::string text = json::serialize(object) + "\n";
   replace_cache_file(file, {std::as_bytes(std::span(text))});

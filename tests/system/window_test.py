@@ -52,11 +52,43 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 1000, "oxygens")
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
+    def test_the_key_m_shows_molecules_as_balls_sticks_and_surface(self):
+        with Server("--scene", "docking_helices") as server:
+            client = self.start(server, "--hand", "rest")
+            self.wait_for_window()
+            server.wait_for_log("joined")
+            time.sleep(3)
+            pictures = {}
+            for style in ("balls", "sticks", "surface", "balls again"):
+                pictures[style] = self.display.picture()
+                self.display.do("key", "m")
+                time.sleep(3)
+            self.display.do("key", "ctrl+q")
+            self.assertEqual(finish(client)[0], 0)
+        with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
+            self.assertEqual(json.load(file)["molecules"], "sticks", "for the next window")
+        blue, orange = ({style: picture.count(is_it) for style, picture in pictures.items()} for is_it in (is_blue, is_orange))
+        for colored in (blue, orange):
+            self.assertLess(colored["sticks"], 0.6 * colored["balls"], "sticks are thin")
+            self.assertGreater(colored["surface"], 0.8 * colored["balls"], "the surface is about the balls")
+            self.assertAlmostEqual(colored["balls again"], colored["balls"], delta=0.1 * colored["balls"])
+        for is_it, name in ((is_red, "oxygens"), (is_white, "hydrogens")):
+            self.assertGreater(pictures["surface"].count(is_it), 500, name)
+        self.assertGreater(changed(pictures["balls"], pictures["surface"]), 4000, "but it is not them")
+        self.assertLess(changed(pictures["balls"], pictures["balls again"]), 1000)
+
     def test_a_soft_pad_is_there(self):
         with Server("--scene", "soft_pad") as server:
             picture = self.picture(server, "--hand", "rest")
         self.assertGreater(picture.count(is_pink), 4000, "the pad")
         self.assertGreater(picture.count(is_red), 700, "the ball")
+
+
+def changed(before, after):
+    """How many pixels of the scene have another colour."""
+    end = int(before.width * 0.62)
+    return sum(max(abs(a - b) for a, b in zip(before.at(x, y), after.at(x, y))) > 60
+               for y in range(before.height) for x in range(end))
 
 
 def hue_of(r, g, b):

@@ -38,6 +38,20 @@ TEST_F(WindowMemory, KeepsWhatUsersSwitched) {
   EXPECT_FALSE(again.is_open[3]);
 }
 
+TEST_F(WindowMemory, KeepsEachWayToDrawMolecules) {
+  for (const MoleculeStyle style : {MoleculeStyle::kSurface, MoleculeStyle::kSticks, MoleculeStyle::kBalls}) {
+    WindowSwitches switches;
+    switches.molecules = style;
+    remember_switches(file_, switches);
+    EXPECT_EQ(remembered_switches(file_).molecules, style);
+  }
+  // As earlier programs wrote it, and what none did.
+  write("{\"molecules\": \"sticks\"}");
+  EXPECT_EQ(remembered_switches(file_).molecules, MoleculeStyle::kSticks);
+  write("{\"molecules\": \"ribbons\"}");
+  EXPECT_EQ(remembered_switches(file_).molecules, MoleculeStyle::kBalls);
+}
+
 TEST_F(WindowMemory, AFileThatIsNoneIsANewWindow) {
   const std::string texts[] = {"",
                                "{",
