@@ -11,8 +11,10 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "client/app/run_recording.hpp"
 #include "client/app/run_report.hpp"
 #include "client/app/run_settings.hpp"
 #include "client/app/second_hand.hpp"
@@ -99,7 +101,10 @@ class ClientRun {
   void keep_going();
   void drain_records();
   void take_record(const TickRecord& record);
-  void open_recording();
+  void begin_recording(const std::filesystem::path& file);
+  void end_recording();
+  void switch_recording();
+  std::string recording_state() const;
   void record_link(const ClientIoSnapshot& io, LocalTime now);
   void set_what_is_due();
   void follow_session(const ClientIoSnapshot& io);
@@ -119,7 +124,12 @@ class ClientRun {
   devices::HandPath hand_path_;  ///< names the phases of the run
   ClientIo io_;
   std::optional<TraceWriter> trace_;
-  std::unique_ptr<ClientRecorder> recorder_;  ///< null: nothing is recorded
+  std::unique_ptr<ClientRecorder> recorder_;  ///< of the newest recording, which may have ended; null: there was none
+  bool is_recording_ = false;
+  std::string recording_problem_;  ///< why none was begun
+  LocalTime recording_since_{};
+  Duration recorded_for_{0};
+  boost::json::array earlier_recordings_;
   LocalTime next_link_record_{};
   RunReport report_;
   std::shared_ptr<const wire::Joined> watched_in_;
@@ -150,46 +160,60 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
       hand_path_(devices::find_hand_path(options.device.hand)),
       io_(io_settings(options, safety_), *device_),
       report_(hand_path_.phases(), safety_.silence_zero) {
-  open_recording();
+  if (!options_.record.empty()) begin_recording(options_.record);
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
   if (options.is_verbose) io_.on_log = [this](const std::string& line) { say(line); };
 }
 
-void ClientRun::open_recording() {
-  if (options_.record.empty()) return;
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  ClientRecording settings{.file = options_.record,
-                           .every = options_.record_every,
-                           .unix_offset = since_1970 - SteadyClock().now().time_since_epoch(),
-                           .rotation = options_.record_rotation};
-  settings.about.set_program("tandem-client " TANDEM_VERSION);
-  settings.about.set_recording(secure::random_u64());
-  settings.about.set_user_name(options_.io.client.session.user_name);
-  settings.about.set_device(options_.device.name);
-  settings.about.set_profile(options_.device.profile.name);
-  settings.about.set_stage(options_.stage.name);
-  recorder_ = std::make_unique<ClientRecorder>(std::move(settings), [&output = output_](const std::string& news) {
-    output.err("tandem-client: " + news + "\n");
-  });
+/// Fails   std::invalid_argument: the file cannot be made
+void ClientRun::begin_recording(const std::filesystem::path& file) {
+  auto recorder = std::make_unique<ClientRecorder>(
+      recording_settings(options_, file),
+      [&output = output_](const std::string& news) { output.err("tandem-client: " + news + "\n"); });
+  if (recorder_) earlier_recordings_.push_back(recording_json(*recorder_));
+  recorder_ = std::move(recorder);
+  recording_since_ = SteadyClock().now();
+  next_link_record_ = {};
+  is_recording_ = true;
+}
+
+/// Main waits for what is to be written; nobody waits for main.
+void ClientRun::end_recording() {
+  if (!std::exchange(is_recording_, false)) return;
+  recorder_->finish();
+  recorded_for_ = SteadyClock().now() - recording_since_;
+  if (recorder_->lost() == 0) return;
+  say("the recording is incomplete: " + std::to_string(recorder_->lost()) + " messages are not in it");
+}
+
+/// At the window.
+void ClientRun::switch_recording() {
+  recording_problem_.clear();
+  if (is_recording_) {
+    end_recording();
+    return say(recording_state());
+  }
+  try {
+    begin_recording(next_recording_file(options_, std::chrono::system_clock::now()));
+    say(recording_state());
+  } catch (const std::exception& error) {
+    recording_problem_ = error.what();
+    say(recording_problem_);
+  }
+}
+
+/// For the window; empty: there was none.
+std::string ClientRun::recording_state() const {
+  if (!recording_problem_.empty()) return recording_problem_;
+  if (!recorder_) return {};
+  if (is_recording_) return "recording " + recording_line(*recorder_, SteadyClock().now() - recording_since_);
+  return "recorded " + recording_line(*recorder_, recorded_for_);
 }
 
 void ClientRun::record_link(const ClientIoSnapshot& io, LocalTime now) {
-  if (recorder_ == nullptr || now < next_link_record_) return;
+  if (!is_recording_ || now < next_link_record_) return;
   next_link_record_ = now + kStatusPeriod;
-  LinkFigures figures{.at = now,
-                      .state = name_of(io.status.state),
-                      .has_clock = io.has_clock,
-                      .clock_offset = io.clock_offset,
-                      .round_trip = io.round_trip,
-                      .minimum_round_trip = io.minimum_round_trip,
-                      .sent = io.counters.datagrams_sent,
-                      .received = io.counters.datagrams_received,
-                      .reconnects = io.counters.reconnects};
-  for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
-    const auto reason = static_cast<proto::DropReason>(i);
-    figures.dropped += io.counters.received_drops.of(reason) + io.counters.sent_drops.of(reason);
-  }
-  recorder_->add(figures);
+  recorder_->add(link_figures(io, now));
 }
 
 int ClientRun::run() {
@@ -222,6 +246,7 @@ void ClientRun::open_window() {
                     {"device", options_.device.name + ", as " + options_.device.profile.name}};
   if (options_.io.links) settings.link = options_.io.links->up;
   settings.client = &io_;
+  settings.recording_folder = next_recording_file(options_, std::chrono::system_clock::now()).parent_path().string();
   if (options_.window.screenshot.empty()) settings.cap = cap_for_camera(options_.device.name);
   // A picture is the same whoever takes it.
   settings.remembers = options_.window.screenshot.empty();
@@ -232,7 +257,9 @@ void ClientRun::open_window() {
 /// Until main has something to do again: at a window, for a frame.
 void ClientRun::pause() {
   if (window_) {
+    window_->show_recording(is_recording_, recording_state());
     window_->draw(io_.haptics().newest_view(), io_.snapshot(), last_coupling_lines_);
+    if (window_->take_record_press()) switch_recording();
   } else {
     std::this_thread::sleep_for(kMainPeriod);
   }
@@ -345,7 +372,7 @@ void ClientRun::take_record(const TickRecord& record) {
   report_.add(record, phase);
   if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
-  if (recorder_) recorder_->add(record, phase);
+  if (is_recording_) recorder_->add(record, phase);
   const std::string news = report_.take_device_news();
   if (!news.empty()) say("device " + options_.device.name + " is " + news);
   newest_ = record;
@@ -411,13 +438,8 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
 void ClientRun::print_json(const ClientIoSnapshot& io) {
   boost::json::object report = to_json(summary(io));
   if (second_) report["second"] = second_->summary();
-  if (recorder_) {
-    report["recording"] = {{"file", recorder_->file().path().string()},
-                           {"files", recorder_->file().parts()},
-                           {"bytes", recorder_->file().bytes_written()},
-                           {"messages", recorder_->file().messages_written()},
-                           {"lost", recorder_->lost()}};
-  }
+  if (recorder_) report["recording"] = recording_json(*recorder_);
+  if (!earlier_recordings_.empty()) report["earlier_recordings"] = earlier_recordings_;
   output_.out(boost::json::serialize(report) + "\n");
 }
 
@@ -432,7 +454,7 @@ int ClientRun::finish() {
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
   explain_coupling(io.coupling_check);
-  if (recorder_) recorder_->finish();
+  end_recording();
   if (options_.prints_json) print_json(io);
   bool is_good = true;
   if (second_ && !second_->is_good()) {
@@ -442,9 +464,6 @@ int ClientRun::finish() {
   if (trace_ && !trace_->flush()) {
     say("the trace is incomplete: " + options_.trace.string() + " could not be written");
     is_good = false;
-  }
-  if (recorder_ && recorder_->lost() > 0) {
-    say("the recording is incomplete: " + std::to_string(recorder_->lost()) + " messages are not in it");
   }
   if (io.status.state != SessionState::kActive) {
     say("the session was lost and not regained: " + io.status.why);

@@ -82,6 +82,17 @@ void ClientRecorder::take(const Record& record) {
   }
 }
 
+void ClientRecorder::tell(const std::string& news) {
+  on_news_(news);
+  const std::scoped_lock lock(news_mutex_);
+  newest_news_ = news;
+}
+
+std::string ClientRecorder::newest_news() const {
+  const std::scoped_lock lock(news_mutex_);
+  return newest_news_;
+}
+
 void ClientRecorder::drain() {
   const std::uint64_t before_ns = newest_ns_;
   while (ring_.pop(record_)) take(record_);
@@ -89,10 +100,10 @@ void ClientRecorder::drain() {
     flushed_ns_ = newest_ns_;
     file_.flush(newest_ns_);
   }
-  if (const std::string news = file_.take_news(); !news.empty()) on_news_(news);
+  if (const std::string news = file_.take_news(); !news.empty()) tell(news);
   if (has_told_overflow_ || overflows_.load(std::memory_order_relaxed) == 0) return;
   has_told_overflow_ = true;
-  on_news_("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
+  tell("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
 }
 
 void ClientRecorder::finish() {

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -55,8 +56,14 @@ class ClientRecorder {
   /// Writes what waits, and the end. Idempotent.
   void finish();
 
+  /// Its first file.
+  const std::filesystem::path& name() const { return settings_.file; }
+  // Thread  any
   /// Ticks and figures that are not in the recording.
   std::uint64_t lost() const;
+  std::uint64_t bytes_written() const { return file_.bytes_written(); }
+  /// What on_news was told last; empty: nothing.
+  std::string newest_news() const;
   /// After finish().
   const recording::RecordingFile& file() const { return file_; }
 
@@ -66,6 +73,7 @@ class ClientRecorder {
   void push(const Record& record) noexcept;
   void drain();
   void take(const Record& record);
+  void tell(const std::string& news);
   std::uint64_t unix_ns(LocalTime time) const;
 
   ClientRecording settings_;
@@ -78,6 +86,8 @@ class ClientRecorder {
   Record record_;
   std::uint64_t newest_ns_ = 0, flushed_ns_ = 0;
   bool has_told_overflow_ = false;
+  mutable std::mutex news_mutex_;  ///< of the recorder's thread and whoever shows news
+  std::string newest_news_;
   std::optional<recording::RecorderThread> thread_;
 };
 

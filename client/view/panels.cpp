@@ -111,6 +111,17 @@ void draw_room(const PanelContent& content) {
   if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("put everything back")) content.client->reset_room();
 }
 
+void draw_recording(const PanelContent& content) {
+  if (ImGui::Button(content.is_recording ? "end recording" : "begin recording")) *content.is_record_pressed = true;
+  if (!content.is_recording && ImGui::IsItemHovered()) {
+    ImGui::SetTooltip("device, tool, forces and link, into a new file in %s", content.recording_folder->c_str());
+  }
+  if (content.recording_state->empty()) return;
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  ImGui::TextWrapped("%s", content.recording_state->c_str());
+  ImGui::PopStyleColor();
+}
+
 void draw_session(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   fact("state", std::string(name_of(io.status.state)));
@@ -119,6 +130,7 @@ void draw_session(const PanelContent& content) {
   std::string others;
   for (const wire::UserJoined& user : io.users) others += (others.empty() ? "" : ", ") + printable(user.name());
   fact("with", others.empty() ? "nobody else" : others);
+  draw_recording(content);
   for (const std::string& line : *content.missing) ImGui::TextWrapped("not drawn: %s", line.c_str());
   if (!io.news.empty()) ImGui::TextWrapped("%s", io.news.c_str());
 }

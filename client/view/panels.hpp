@@ -37,6 +37,10 @@ struct PanelContent {
   std::string notice;                                                       ///< for the top of the window
   bool is_mouse = false;
   bool is_making_surface = false;
+  bool is_recording = false;
+  const std::string* recording_state = nullptr;   ///< in words
+  const std::string* recording_folder = nullptr;  ///< of the next one
+  bool* is_record_pressed = nullptr;              ///< set by the button
 };
 
 /// With the ImGui context that is current.

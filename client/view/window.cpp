@@ -136,6 +136,9 @@ struct Window::Impl {
   Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
   bool is_holding = false;
   bool wants_to_point = false;
+  bool is_recording = false;
+  std::string recording_state;
+  bool is_record_pressed = false;
   bool has_turned = false;  ///< the camera is where somebody put it
 };
 
@@ -368,7 +371,11 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
                              .is_mouse = self.is_mouse(),
-                             .is_making_surface = self.scene->is_making_surface()};
+                             .is_making_surface = self.scene->is_making_surface(),
+                             .is_recording = self.is_recording,
+                             .recording_state = &self.recording_state,
+                             .recording_folder = &self.settings.recording_folder,
+                             .is_record_pressed = &self.is_record_pressed};
   draw_panels(content, self.switches, self.settings.link);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
@@ -377,6 +384,15 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
     write_png(file, Renderer::pixels(self.width, self.height), self.width, self.height);
   }
   glfwSwapBuffers(self.window);
+}
+
+void Window::show_recording(bool is_recording, const std::string& state) {
+  impl_->is_recording = is_recording;
+  impl_->recording_state = state;
+}
+
+bool Window::take_record_press() {
+  return std::exchange(impl_->is_record_pressed, false);
 }
 
 bool Window::is_closed() const {

@@ -30,6 +30,7 @@ struct WindowSettings {
   /// What the window writes as mouse and keys say; null: the device is no mouse, and the mouse only turns the picture.
   std::shared_ptr<devices::Pointer> pointer{};
   std::vector<std::pair<std::string, std::string>> facts{};  ///< of the run, for the session's panel
+  std::string recording_folder{};                            ///< of recordings that the button begins
   net::LinkParameters link{};                                ///< of the simulated link, at first
 };
 
@@ -51,6 +52,10 @@ class Window {
   /// In      view    null: none yet
   ///         notice  for the top of the window; "": the session's own, if any
   void draw(const View* view, const ClientIoSnapshot& io, const std::string& notice);
+  /// What the session's panel says of recordings from now on, below a button that begins or ends one. "": nothing.
+  void show_recording(bool is_recording, const std::string& state);
+  /// Somebody has pressed that button since the last call.
+  bool take_record_press();
   /// Somebody closed it.
   bool is_closed() const;
   /// The next frame is also written to a PNG file; draw() then fails with std::runtime_error when that cannot be.

@@ -8,6 +8,7 @@ import subprocess
 import time
 import unittest
 
+import mcap_reader
 from support import BIN, PATIENCE_S, SOURCE, Server, finish, start_client
 from window_support import WindowTest, is_orange, is_yellow
 
@@ -161,6 +162,56 @@ class ClickThrough(UseTest):
             code, _, err = finish(client)
         self.assertEqual(code, 0, err)
         self.assertIn("put everything back", err)
+
+
+class Recordings(UseTest):
+    def press_record(self):
+        """The only wide button of one who is no operator."""
+        self.point_away()
+        self.click(*blocks(self.display.picture(), is_arrow_button, 60, 200)[0])
+
+    def test_a_button_ends_the_recording_of_the_command_line_and_begins_another(self):
+        with Server("--scene", "free") as server:
+            client = self.join(server, "--record", self.path("first.mcap"))
+            self.press_record()
+            self.press_record()
+            time.sleep(2)
+            self.press_record()
+            time.sleep(1)
+            self.display.do("key", "ctrl+q")
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        second, = (name for name in os.listdir(self.folder) if name.startswith("tandem-"))
+        self.assertRegex(err, rf"recording .*{second}")
+        self.assertRegex(err, rf"recorded .*{second}: [0-9]+ s, [0-9.]+ MB\n")
+        report = json.loads(out)
+        self.assertEqual(report["recording"]["file"], self.path(second))
+        self.assertEqual([one["file"] for one in report["earlier_recordings"]], [self.path("first.mcap")])
+        last_at = 0
+        for name, one in (("first.mcap", report["earlier_recordings"][0]), (second, report["recording"])):
+            recording = mcap_reader.Recording(self.path(name))
+            self.assertTrue(recording.is_whole, name)
+            self.assertEqual(one["lost"], 0)
+            ticks = recording.of("/tick")
+            self.assertGreater(len(ticks), 500, name)
+            self.assertGreater(ticks[0][0], last_at, "one after the other")
+            last_at = ticks[-1][0]
+            self.assertEqual(len(recording.of("/session")), 1)
+            self.assertGreaterEqual(len(recording.of("/link")), 1)
+
+    def test_what_cannot_be_recorded_is_said_and_the_session_goes_on(self):
+        os.mkdir(self.path("gone"))
+        with Server("--scene", "free") as server:
+            client = self.join(server, "--record", self.path("gone/first.mcap"))
+            shutil.rmtree(self.path("gone"))
+            self.press_record()
+            self.press_record()
+            time.sleep(1)
+            self.display.do("key", "ctrl+q")
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        self.assertRegex(err, r"gone/tandem-\S+ cannot be written: No such file")
+        self.assertEqual(json.loads(out)["recording"]["file"], self.path("gone/first.mcap"))
 
 
 @unittest.skipUnless(shutil.which("openbox"), "needs openbox (deploy/install-deps)")

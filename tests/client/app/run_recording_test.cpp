@@ -1,0 +1,55 @@
+// Which file a recording that is begun at the window goes to, and what is said of it.
+#include "client/app/run_recording.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tandem::client {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+TEST(RunRecording, TheNextFileIsBesideThatOfTheCommandLineAndNamedByTheTime) {
+  // 2026-11-24 04:05:06 UTC.
+  const std::chrono::system_clock::time_point at{std::chrono::seconds(1'795'493'106)};
+  ClientOptions options;
+  EXPECT_EQ(next_recording_file(options, at), std::filesystem::current_path() / "tandem-20261124T040506Z.mcap");
+  options.record = "anna.mcap";
+  EXPECT_EQ(next_recording_file(options, at), std::filesystem::current_path() / "tandem-20261124T040506Z.mcap");
+  options.record = "/some/where/anna.mcap";
+  EXPECT_EQ(next_recording_file(options, at), "/some/where/tandem-20261124T040506Z.mcap");
+}
+
+TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "run_recording";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  ClientOptions options;
+  options.io.client.session.user_name = "anna";
+  {
+    ClientRecorder recorder(recording_settings(options, folder / "a.mcap"), [](const std::string&) {});
+    recorder.add(TickRecord{}, 0);
+    recorder.finish();
+    const std::string line = recording_line(recorder, std::chrono::seconds(12));
+    EXPECT_THAT(line, StartsWith((folder / "a.mcap").string() + ": 12 s, 0.0"));
+    EXPECT_THAT(line, Not(HasSubstr("left out")));
+    const boost::json::object json = recording_json(recorder);
+    EXPECT_EQ(json.at("messages").to_number<int>(), 2) << "what session it is of, and the tick";
+    EXPECT_EQ(json.at("bytes").to_number<std::uint64_t>(), std::filesystem::file_size(folder / "a.mcap"));
+  }
+  EXPECT_THROW(ClientRecorder(recording_settings(options, folder / "a.mcap"), {}), std::invalid_argument)
+      << "it is there already";
+  // More at once than the ring takes.
+  ClientRecorder slow(recording_settings(options, folder / "b.mcap"), [](const std::string&) {});
+  for (int i = 0; i < 100'000; ++i) slow.add(TickRecord{}, 0);
+  slow.finish();
+  EXPECT_GT(slow.lost(), 0U);
+  EXPECT_THAT(recording_line(slow, std::chrono::seconds(1)),
+              HasSubstr(std::to_string(slow.lost()) + " messages left out"));
+  EXPECT_THAT(recording_line(slow, std::chrono::seconds(1)), HasSubstr("does not keep up"));
+}
+
+}  // namespace
+}  // namespace tandem::client
