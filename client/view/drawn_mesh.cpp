@@ -13,6 +13,9 @@ namespace {
 const double kSmoothCosine = std::cos(40 * std::numbers::pi / 180);
 /// Balls of molecules with more atoms than this are made of fewer triangles.
 constexpr std::size_t kFineAtoms = 1500;
+/// Those of more than this are octahedra with the light of a ball, and sticks have few sides: each is some pixels wide.
+constexpr std::size_t kCoarseAtoms = 20'000;
+constexpr int kSides = 20, kCoarseSides = 5;
 
 constexpr Rgba kWhite{1, 1, 1, 1};
 
@@ -96,17 +99,17 @@ const Element& element_of(double mass_u) {
 }
 
 /// Triangles between the circles of two profile points about z; a radius of 0 is a tip.
-void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z) {
-  constexpr int kSides = 20;
+void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z,
+                 int sides = kSides) {
   const auto first = static_cast<int>(mesh.vertices.size());
-  for (int side = 0; side < kSides; ++side) {
-    const double angle = 2 * std::numbers::pi * side / kSides;
+  for (int side = 0; side < sides; ++side) {
+    const double angle = 2 * std::numbers::pi * side / sides;
     const Vec3 out(std::cos(angle), std::sin(angle), 0);
     mesh.vertices.push_back(low_radius * out + low_z * Vec3::UnitZ());
     mesh.vertices.push_back(high_radius * out + high_z * Vec3::UnitZ());
   }
-  for (int side = 0; side < kSides; ++side) {
-    const int a = first + 2 * side, b = first + 2 * ((side + 1) % kSides);
+  for (int side = 0; side < sides; ++side) {
+    const int a = first + 2 * side, b = first + 2 * ((side + 1) % sides);
     mesh.triangles.push_back({a, b, b + 1});
     mesh.triangles.push_back({a, b + 1, a + 1});
   }
@@ -116,6 +119,11 @@ constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kBondSlackAngstrom = 0.4;
 constexpr double kMaxBondAngstrom = 2.6;
+
+int halvings_for(const docking::Molecule& molecule, int fine) {
+  if (molecule.size() <= kFineAtoms) return fine;
+  return molecule.size() <= kCoarseAtoms ? 1 : 0;
+}
 
 /// In      unit  of radius 1
 void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, double radius_m, const Rgba& color) {
@@ -131,9 +139,9 @@ void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, do
   }
 }
 
-void append_stick(DrawnMesh& out, const Vec3& from, const Vec3& to, double radius_m, const Rgba& color) {
+void append_stick(DrawnMesh& out, const Vec3& from, const Vec3& to, double radius_m, int sides, const Rgba& color) {
   geometry::TriangleMesh mesh;
-  append_band(mesh, radius_m, 0, radius_m, (to - from).norm());
+  append_band(mesh, radius_m, 0, radius_m, (to - from).norm(), sides);
   append_mesh(out, mesh, {from, Quat::FromTwoVectors(Vec3::UnitZ(), to - from)}, color);
 }
 
@@ -201,7 +209,7 @@ void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose&
 void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                      const Rgba& carbon) {
   DrawnMesh unit;
-  append_mesh(unit, ball(molecule.size() <= kFineAtoms ? 3 : 1), Pose{}, kWhite);
+  append_mesh(unit, ball(halvings_for(molecule, 3)), Pose{}, kWhite);
   out.reserve(out.size() + molecule.size() * unit.size());
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
     const double mass_u = molecule.mass_u[atom];
@@ -212,16 +220,17 @@ void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double m
 
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon) {
   DrawnMesh unit;
-  append_mesh(unit, ball(molecule.size() <= kFineAtoms ? 2 : 1), Pose{}, kWhite);
+  append_mesh(unit, ball(halvings_for(molecule, 2)), Pose{}, kWhite);
   const auto color_of = [&](std::size_t atom) { return atom_color(molecule.mass_u[atom], carbon); };
   const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
     append_ball(out, unit, at(atom), kBallAngstrom * metres_per_angstrom, color_of(atom));
   }
+  const int sides = molecule.size() <= kCoarseAtoms ? kSides : kCoarseSides;
   for (const auto& [a, b] : bonds_of(molecule)) {
     const Vec3 middle = (at(a) + at(b)) / 2;
-    append_stick(out, at(a), middle, kStickAngstrom * metres_per_angstrom, color_of(a));
-    append_stick(out, middle, at(b), kStickAngstrom * metres_per_angstrom, color_of(b));
+    append_stick(out, at(a), middle, kStickAngstrom * metres_per_angstrom, sides, color_of(a));
+    append_stick(out, middle, at(b), kStickAngstrom * metres_per_angstrom, sides, color_of(b));
   }
 }
 

@@ -181,6 +181,19 @@ TEST(DrawnMesh, SticksAreWhereAtomsAreBonded) {
   EXPECT_EQ(bonded.size() - alone.size(), 3 * stick);
 }
 
+TEST(DrawnMesh, AtomsOfLargeMoleculesAreOfFewTriangles) {
+  for (const auto& [atoms, triangles] : {std::pair(100U, 512U), {5000U, 32U}, {30'000U, 8U}}) {
+    docking::Molecule molecule;
+    for (unsigned i = 0; i < atoms; ++i) molecule.positions_angstrom.emplace_back(1.5 * i, 0, 0);
+    molecule.mass_u.assign(atoms, 12.011);
+    DrawnMesh balls, sticks;
+    append_molecule(balls, molecule, 0.01, {1, 1, 0, 1});
+    EXPECT_EQ(balls.size() / 3, std::size_t{triangles} * atoms);
+    append_sticks(sticks, molecule, 0.01, {1, 1, 0, 1});
+    EXPECT_LT(sticks.size() / 3, std::size_t{atoms} * (atoms > 20'000 ? 8 + 2 * 10 : 128 + 2 * 40));
+  }
+}
+
 TEST(DrawnScene, ToolsDifferInColour) {
   std::set<Rgba> colors;
   for (std::size_t tool = 0; tool < 6; ++tool) colors.insert(tool_color(tool));
