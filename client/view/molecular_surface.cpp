@@ -17,8 +17,6 @@ constexpr double kCoarsening = 1.3;
 constexpr double kMinWidth = 0.8;
 /// Atoms count up to where they are this share of the level.
 constexpr double kNegligible = 0.01;
-/// Of an atom's colour at a place, against those of others there: its part of F, to this power.
-constexpr int kColorPower = 6;
 /// Vertices stay this share of a cell away from its faces, so that no two fall together.
 constexpr double kFaceMargin = 0.02;
 constexpr int kNewtonSteps = 3;
@@ -33,6 +31,7 @@ using Index3 = std::array<int, 3>;
 /// An atom's part of F: amplitude · exp(−steepness |x − centre|²).
 struct Blob {
   Vec3 centre;
+  double square_radius;
   double steepness;
   double amplitude;
   double reach;
@@ -54,6 +53,7 @@ std::vector<Blob> blobs_of(const docking::Molecule& molecule, double grid, const
     const double width = kMinWidth * grid;
     const double sharpness = std::min(kSharpness, radius * radius / (2 * width * width));
     blobs.push_back({.centre = molecule.positions_angstrom[atom],
+                     .square_radius = radius * radius,
                      .steepness = sharpness / (radius * radius),
                      .amplitude = std::exp(sharpness),
                      .reach = radius * std::sqrt((sharpness - std::log(kNegligible)) / sharpness),
@@ -220,6 +220,14 @@ const Vertex& Block::vertex(const Index3& cell) {
   return made;
 }
 
+/// Of an atom's colour against those of others: as its Gaussian would have it, whatever the grid, and never 0.
+/// In      square  of the distance, in the atom's radii
+double color_weight(double square) {
+  const double near = 1 / std::max(square, 1e-9);
+  const double fourth = near * near * near * near;
+  return fourth * fourth;
+}
+
 /// Distances first, in a loop that compilers make wide; few atoms are near enough for more.
 Sample Block::sample(const Vec3& at) const {
   const double x = at.x(), y = at.y(), z = at.z();
@@ -233,7 +241,7 @@ Sample Block::sample(const Vec3& at) const {
     const Blob& blob = (*blobs_)[(*atoms_)[i]];
     if (squares_[i] > blob.reach * blob.reach) continue;
     const double part = blob.amplitude * std::exp(-blob.steepness * squares_[i]);
-    const double weight = std::pow(part, kColorPower);
+    const double weight = color_weight(squares_[i] / blob.square_radius);
     sum.value += part;
     sum.gradient -= 2 * blob.steepness * part * (at - blob.centre);
     weights += weight;

@@ -10,8 +10,8 @@ namespace tandem::client {
 
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 
-/// Adds a smooth closed surface about the atoms' van der Waals radii, each corner in the colour of the atom that counts
-/// most there, beside a seam in a mixture; carbons in the molecule's own, the others as append_molecule() has them.
+/// Adds a smooth closed surface about the atoms' van der Waals radii, each corner in the colour of the atom that is
+/// nearest in its radii, beside a seam in a mixture; carbons in the molecule's own, the others as append_molecule() has them.
 ///
 /// Model    F(x) = Σ exp(B (1 − |x − c|²/r²)) = 1 over atoms at c of radius r: for an atom that is alone its ball. B = 1.2, and
 ///          less for atoms that would be narrower than the grid: those of a coarse one blur into each other. The surface is

@@ -182,6 +182,25 @@ TEST(MolecularSurface, HasTheColourOfTheAtomThatIsThere) {
   EXPECT_NE(*left.begin(), *right.begin());
 }
 
+TEST(MolecularSurface, IsNotOfHydrogensAloneOnACoarseGrid) {
+  docking::Molecule methanes;
+  for (int i = 0; i < 343; ++i) {
+    const Vec3 carbon = 3.8 * Vec3(i % 7, i / 7 % 7, i / 49);
+    for (const Vec3& way : {Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)}) {
+      methanes.positions_angstrom.emplace_back(carbon + 1.09 / std::sqrt(3) * way);
+      methanes.mass_u.push_back(way.isZero() ? 12.011 : 1.008);
+    }
+  }
+  const std::size_t fine = surface_of(methanes).size() / 3;
+  for (const std::size_t max_triangles : {fine, fine / 10}) {
+    const DrawnMesh mesh = surface_of(methanes, max_triangles);
+    const auto is_white = [](const Vertex& vertex) { return vertex.color[2] > 118; };
+    const auto white = static_cast<double>(std::ranges::count_if(mesh, is_white)) / static_cast<double>(mesh.size());
+    EXPECT_LT(white, 0.6) << "carbons are yellow";
+    EXPECT_GT(white, 0.02);
+  }
+}
+
 TEST(MolecularSurface, IsScaledToMetres) {
   DrawnMesh out;
   append_surface(out, carbons({{1, 0, 0}}), 0.01, kYellow);
