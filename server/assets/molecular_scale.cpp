@@ -265,7 +265,7 @@ double contact_distance_angstrom(const Molecule& a, const Molecule& b, const Fie
 }
 
 std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const FieldModel& model,
-                                     const Pose& X_AB_angstrom) {
+                                     const Pose& X_AB_angstrom, const std::function<bool()>& goes_on) {
   constexpr int kSteps = 200;
   constexpr double kLongest_angstrom = 0.5, kGain_kj_per_mol = 1e-6 * kKilojoulesPerKilocalorie;
   using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -274,7 +274,7 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
   docking::Matrix6 gradient;
   docking::FieldResult here = docking::exact_field(a, b, X, model, {nullptr, nullptr, &gradient});
   double damping = 1;
-  for (int i = 0; i < kSteps && damping < 1e12; ++i) {
+  for (int i = 0; i < kSteps && damping < 1e12 && goes_on(); ++i) {
     Vector6 push;
     push << here.force_on_b, here.torque_on_b;
     // Turns in units of the way of the farthest atom.

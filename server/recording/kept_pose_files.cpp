@@ -80,18 +80,20 @@ std::optional<Pose> in_first(const wire::KeptPose& pose) {
   return X;
 }
 
-std::vector<wire::KeptPose> read_kept_poses(const std::filesystem::path& folder) {
+std::optional<std::vector<wire::KeptPose>> read_kept_poses(const std::filesystem::path& folder) {
   std::vector<wire::KeptPose> poses;
-  if (folder.empty()) return poses;
-  std::error_code error;
   const std::filesystem::path file = folder / "poses.json";
-  if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return poses;
+  std::error_code error;
+  if (folder.empty() || !std::filesystem::exists(file, error)) return poses;
+  if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   wire::KeptPoses list;
-  if (!google::protobuf::util::JsonStringToMessage(text, &list).ok()) return poses;
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  if (!google::protobuf::util::JsonStringToMessage(text, &list, options).ok()) return std::nullopt;
   for (const wire::KeptPose& pose : list.poses()) {
-    if (poses.size() == kMaxKeptPoses || pose.number() != poses.size() + 1 || !in_first(pose)) break;
+    if (poses.size() == kMaxKeptPoses || pose.number() != poses.size() + 1 || !in_first(pose)) return std::nullopt;
     poses.push_back(pose);
   }
   return poses;

@@ -20,8 +20,10 @@ std::string kept_pose_folder(const Room& room);
 /// Of the second molecule in the frame of the first [Å]; none where that cannot be a pose.
 std::optional<Pose> in_first(const wire::KeptPose& pose);
 
-/// As poses.json has them, as far as that is a list: numbered from 1, at most kMaxKeptPoses; none without a file.
-std::vector<wire::KeptPose> read_kept_poses(const std::filesystem::path& folder);
+/// As poses.json has them: numbered from 1, at most kMaxKeptPoses; none without a file. Fields that it does not know, of a
+/// newer server, are left out.
+/// Out     nothing where the file is not such a list: who writes another one would lose what is in it
+std::optional<std::vector<wire::KeptPose>> read_kept_poses(const std::filesystem::path& folder);
 
 /// poses.csv, a line a pose, and poses.json: each whole or as it was.
 /// Fails   std::runtime_error: what stands in the way, such as a name that is no UTF-8

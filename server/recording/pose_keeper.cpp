@@ -29,8 +29,8 @@ constexpr Duration kPeriod = std::chrono::milliseconds(20);
 constexpr std::size_t kMaxWaiting = 64;
 constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.5;
 constexpr std::size_t kMaxTrail = 100;
-/// Some seconds, for 200 evaluations.
-constexpr std::size_t kMaxPairsToMinimise = 10'000'000;
+/// Some seconds of the thread that serves all rooms, and what a request may take of it.
+constexpr std::size_t kMaxPairsAtOnce = 300'000'000, kMaxPairsToMinimise = 10'000'000;
 constexpr const char* kAsInFiles = "as in the files";
 
 using Kind = wire::AskPose;
@@ -79,8 +79,10 @@ std::string text_of(double value) {
 /// A room with two molecules.
 class Site final : public RoomWatcher {
  public:
-  Site(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second)
+  Site(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second,
+       const std::atomic<bool>& is_stopping)
       : room(&of),
+        is_stopping_(is_stopping),
         first_(body_id_at(first)),
         second_(body_id_at(second)),
         scene_(of.shared_scene()),
@@ -94,7 +96,7 @@ class Site final : public RoomWatcher {
     }
     kept_.push_back(described(as_in_files()));
     kept_.front().set_name(kAsInFiles);
-    for (const wire::KeptPose& pose : read_kept_poses(folder_)) kept_.push_back(pose);
+    if (const auto listed = read_kept_poses(folder_)) kept_.insert(kept_.end(), listed->begin(), listed->end());
     kept_for_io = kept_;
   }
   ~Site() override {
@@ -119,6 +121,7 @@ class Site final : public RoomWatcher {
   void watch() {
     if (is_refused_.exchange(false)) {
       trail_ = before_placing_;
+      X_AB_ = still_ = placed_from_;
       is_placing_ = false;
     }
     if (!samples_.poll()) return;
@@ -142,6 +145,7 @@ class Site final : public RoomWatcher {
     Request request;
     if (is_placing_ || !requests.pop(request)) return std::nullopt;
     before_placing_ = trail_;
+    placed_from_ = X_AB_;
     Answer answer = serve(request, unix_ms);
     is_placing_ = answer.placing.has_value();
     return answer;
@@ -241,9 +245,11 @@ class Site final : public RoomWatcher {
                      "these molecules are too large to be minimised: " + std::to_string(a_.size()) + " x " +
                          std::to_string(b_.size()) + " atoms");
     }
-    const auto [X_AB, energy] = minimum_near(a_, b_, scene_->world.field_model, *X_AB_);
-    return leave_for(X_AB, "to the minimum nearby, " + text_of(energy * docking::kKilojoulesPerKilocalorie) + " kJ/mol",
-                     request, answer);
+    std::size_t left = kMaxPairsAtOnce / (a_.size() * b_.size());
+    const auto [X_AB, energy] = minimum_near(a_, b_, scene_->world.field_model, *X_AB_,
+                                             [&] { return !is_stopping_ && left > 0 && left-- > 0; });
+    const std::string how = left > 0 ? "to the minimum nearby, " : "towards the minimum nearby, minimise again, ";
+    return leave_for(X_AB, how + text_of(energy * docking::kKilojoulesPerKilocalorie) + " kJ/mol", request, answer);
   }
 
   wire::KeptPose described(const Pose& X_AB) const {
@@ -287,7 +293,9 @@ class Site final : public RoomWatcher {
     if (lock_ < 0) lock_ = ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (lock_ < 0) return "the server cannot write into its folder (--keep)";
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) return "another server keeps poses in that folder (--keep)";
-    if (!is_known_ && read_kept_poses(folder_).size() != static_cast<std::size_t>(pose.number() - 1))
+    const auto listed = read_kept_poses(folder_);
+    if (!listed) return (folder_ / "poses.json").string() + " is no list of poses; move it elsewhere";
+    if (!is_known_ && listed->size() != static_cast<std::size_t>(pose.number() - 1))
       return "another server has kept poses in that folder (--keep) since this one read them; start this one again";
     is_known_ = true;
     try {
@@ -299,6 +307,7 @@ class Site final : public RoomWatcher {
     return {};
   }
 
+  const std::atomic<bool>& is_stopping_;
   BodyId first_, second_;
   std::shared_ptr<const LoadedScene> scene_;
   const docking::Molecule& a_;
@@ -314,6 +323,7 @@ class Site final : public RoomWatcher {
   bool is_placing_ = false;
   std::uint64_t placed_ = 0;  ///< by the newest sample
   std::vector<wire::KeptPose> kept_;
+  std::optional<Pose> placed_from_;
   std::optional<Pose> X_AB_;   ///< newest [Å]
   std::optional<Pose> still_;  ///< since then it has moved less than kStill_angstrom
   Step still_since_{};
@@ -323,6 +333,7 @@ class Site final : public RoomWatcher {
 }  // namespace
 
 struct PoseKeeper::Impl {
+  std::atomic<bool> is_stopping{false};
   std::vector<std::unique_ptr<Site>> sites;
   realtime::Ring<Answer> answers{kMaxWaiting};
   std::deque<Answer> unsaid;
@@ -346,12 +357,16 @@ PoseKeeper::PoseKeeper(std::filesystem::path folder, const std::vector<std::uniq
       if (bodies[i].molecule != nullptr) molecules.push_back(i);
     }
     if (molecules.size() != 2) continue;
-    impl_->sites.push_back(std::make_unique<Site>(*room, folder, molecules[0], molecules[1]));
+    // Each pose is evaluated in double, all pairs of it.
+    if (bodies[molecules[0]].molecule->size() * bodies[molecules[1]].molecule->size() > kMaxPairsAtOnce) continue;
+    impl_->sites.push_back(std::make_unique<Site>(*room, folder, molecules[0], molecules[1], impl_->is_stopping));
     room->watch(*impl_->sites.back());
   }
 }
 
-PoseKeeper::~PoseKeeper() = default;
+PoseKeeper::~PoseKeeper() {
+  impl_->is_stopping = true;
+}
 
 void PoseKeeper::start() {
   if (!impl_->sites.empty()) impl_->thread = std::make_unique<recording::RecorderThread>(kPeriod, [this] { work(); });

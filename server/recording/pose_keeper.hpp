@@ -19,7 +19,7 @@
 
 namespace tandem::server {
 
-/// Of rooms whose scenes have exactly two molecules; of others it does nothing.
+/// Of rooms whose scenes have exactly two molecules, of 300 million pairs of atoms at most; of others it does nothing.
 ///
 /// Model   The second molecule is put elsewhere, or where it is static the first. Kept in `folder` (kept_pose_files.hpp),
 ///         where a later server of the same room and scene reads them again. Undo goes back to where the second molecule last

@@ -161,7 +161,8 @@ void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientContro
   const std::string& name = message.ask_pose().name();
   const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
   if (settings.poses == nullptr || !settings.poses->has_molecules(room)) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, "poses are kept in rooms of two molecules; there are none here");
+    refuse_with(wire::ERROR_NOT_ALLOWED,
+                "poses are kept in rooms of two molecules, of 300 million pairs of atoms at most; there are none here");
   } else if (!connection.seat.is_manipulator()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "observers keep no poses; join as a manipulator");
   } else if (!name.empty() && !is_acceptable_user_name(name)) {

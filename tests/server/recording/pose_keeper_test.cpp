@@ -269,6 +269,24 @@ TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
   }
   start(folder_);
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
+  EXPECT_THAT(ask(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list of poses"));
+  EXPECT_EQ(keeper_->kept(room()).size(), 1U);
+  start(folder_);
+  EXPECT_THAT(ask(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list")) << "it still stands there";
+}
+
+TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
+  ask(wire::AskPose::KEEP, 0, "mine");
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+    if (entry.path().filename() != "poses.json") continue;
+    std::stringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    std::ofstream(entry.path()) << R"({"colour": "blue", )" << text.str().substr(1);
+  }
+  start(folder_);
+  ASSERT_EQ(keeper_->kept(room()).size(), 2U);
+  EXPECT_EQ(keeper_->kept(room())[1].name(), "mine");
+  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 2U);
 }
 
 TEST_F(PoseKeeperTest, ThereIsAnEndToWhatIsKept) {
