@@ -73,6 +73,7 @@ class Tree {
  private:
   static docking::FieldModel without_charges(docking::FieldModel model) {
     model.dielectric = docking::Dielectric::kNone;
+    model.has_far_grid = false;
     return model;
   }
 

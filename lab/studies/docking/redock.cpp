@@ -101,6 +101,7 @@ bool is_out(const std::vector<Pose>& way_out) {
 double barrier_kcal_per_mol(const Pair& pair, const std::vector<Pose>& way) {
   docking::FieldModel model = pair.loaded->world.field_model;
   model.dielectric = docking::Dielectric::kNone;
+  model.has_far_grid = false;
   const auto& bodies = pair.loaded->world.bodies;
   docking::MolecularField field(*bodies[0].molecule, *bodies[1].molecule, model);
   double highest = -std::numeric_limits<double>::infinity();
