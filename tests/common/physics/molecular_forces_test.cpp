@@ -167,9 +167,10 @@ Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way
 TEST(MolecularForces, WhatIsFeltDoesNoWorkOnAClosedPath) {
   const auto scene = two_molecules(8, 0.1, 0);
   WorldDescription world = scene->world;
-  for (const double cutoff : {0.0, 8.0}) {
+  for (const auto& [cutoff, has_far_grid] : {std::pair(0.0, false), {8.0, false}, {8.0, true}}) {
     for (const auto dielectric : {docking::Dielectric::kNone, docking::Dielectric::kDistance}) {
       world.field_model.cutoff_angstrom = cutoff;
+      world.field_model.has_far_grid = has_far_grid;
       world.field_model.dielectric = dielectric;
       world.molecular_minimum_kcal_per_mol = -3.5;
       for (const double zero_kt : {0.0, 1.0}) {
@@ -178,7 +179,8 @@ TEST(MolecularForces, WhatIsFeltDoesNoWorkOnAClosedPath) {
         const Loop loop = work_on_a_loop(world, 0.0765, 0.008, 0.3);
         EXPECT_GT(loop.most_kcal_per_mol, 3) << "beyond the knee";
         EXPECT_LT(loop.least_kcal_per_mol, -1) << "and on the way to the minimum";
-        EXPECT_LT(std::abs(loop.work_j), 1e-6 * loop.absolute_j) << "cut-off " << cutoff << ", zero area " << zero_kt;
+        EXPECT_LT(std::abs(loop.work_j), 1e-6 * loop.absolute_j)
+            << "cut-off " << cutoff << ", grid " << has_far_grid << ", zero area " << zero_kt;
       }
     }
   }
