@@ -26,8 +26,14 @@ void set_cutoff(const std::string& text, std::size_t atoms_a, std::size_t atoms_
 
 docking::Molecule load(const DockingOptions& options, const std::string& text, server::StructureReport& report) {
   const server::StructureChoice choice = server::structure_choice(text);
-  return server::load_molecule(choice.file, choice.selection, options.force_field_directory,
-                               server::hydrogens_of(options.hydrogens), &report);
+  const auto load_with = [&](server::Hydrogens hydrogens) {
+    report = {};
+    return server::load_molecule(choice.file, choice.selection, options.force_field_directory, hydrogens, &report);
+  };
+  if (!options.hydrogens.empty()) return load_with(server::hydrogens_of(options.hydrogens));
+  docking::Molecule molecule = load_with(server::Hydrogens::kGiven);
+  const bool needs_more = server::needs_hydrogens(molecule, options.force_field_directory);
+  return needs_more ? load_with(server::Hydrogens::kBuild) : molecule;
 }
 
 }  // namespace
@@ -37,9 +43,10 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
       .add_option("--receptor", options.receptor, "structure file, or FILE:A,B/LIG for chain A and residues LIG of B")
       ->required();
   command.add_option("--ligand", options.ligand, "likewise")->required();
-  command.add_option("--hydrogens", options.hydrogens, "those given, built anew, or united with carbon")
-      ->check(CLI::IsMember({"given", "build", "united"}))
-      ->capture_default_str();
+  command
+      .add_option("--hydrogens", options.hydrogens,
+                  "those given, built anew, or united with carbon [default: given, or built where a file has none]")
+      ->check(CLI::IsMember({"given", "build", "united"}));
   command.add_option("--cutoff", options.cutoff, "none, auto (8 above 3 million pairs), or a distance, 4 to 100 [Å]")
       ->capture_default_str();
   command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")

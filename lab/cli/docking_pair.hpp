@@ -16,7 +16,7 @@ namespace tandem::lab {
 struct DockingOptions {
   std::string receptor;
   std::string ligand;
-  std::string hydrogens = "given";
+  std::string hydrogens;  ///< empty: given, or built where a file has none
   std::string cutoff = "none";
   std::string dielectric = "4r";
   std::string force_field_directory = server::default_force_field();

@@ -147,12 +147,9 @@ int run(Options options) {
 
 void add_redock_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
-  options->pair.hydrogens.clear();
   options->pair.cutoff = "auto";
   CLI::App* const command = app.add_subcommand("redock", "Two simulated hands put a complex together again");
   add_docking_options(*command, options->pair);
-  command->get_option("--hydrogens")
-      ->description("those given, built anew, or united with carbon [default: given, or built where a file has none]");
   command->get_option("--cutoff")
       ->description(
           "none, auto (8 and a grid of what is beyond above a million pairs, as in a room of tandem-server), or a "

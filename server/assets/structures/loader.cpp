@@ -309,4 +309,10 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
   return molecule;
 }
 
+bool needs_hydrogens(const docking::Molecule& molecule, const std::filesystem::path& force_field_directory) {
+  constexpr double kHydrogen_u = 1.5;
+  const bool has_any = std::ranges::any_of(molecule.mass_u, [](double mass_u) { return mass_u < kHydrogen_u; });
+  return !has_any && force_field_directory != kBuiltInForceField;
+}
+
 }  // namespace tandem::server

@@ -47,4 +47,7 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
                                 const std::filesystem::path& force_field_directory,
                                 Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr);
 
+/// Whether hydrogens are to be built where nobody says: of a molecule that was loaded with those given and has none.
+bool needs_hydrogens(const docking::Molecule& molecule, const std::filesystem::path& force_field_directory);
+
 }  // namespace tandem::server
