@@ -199,6 +199,33 @@ struct Source {
   bool operator==(const Source&) const = default;
 };
 
+/// One grid, for as long as anyone has it.
+struct Made {
+  explicit Made(Source of) : source(std::move(of)) {}
+
+  const Source source;
+  std::mutex mutex;  ///< of the rest; held while it is filled: who wants the same grid waits, nobody else does
+  std::weak_ptr<const FarGrid> grid;
+};
+
+/// Of the whole process.
+class Shelf {
+ public:
+  std::shared_ptr<Made> of(Source source) {
+    const std::lock_guard lock(mutex_);
+    // Whoever has one outside is making its grid; otherwise nobody else comes by it meanwhile.
+    std::erase_if(made_, [](const auto& made) { return made.use_count() == 1 && made->grid.expired(); });
+    for (const auto& made : made_) {
+      if (made->source == source) return made;
+    }
+    return made_.emplace_back(std::make_shared<Made>(std::move(source)));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::shared_ptr<Made>> made_;
+};
+
 /// Without values; null where no spacing is affordable.
 std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   Vec3 low = a.positions_angstrom.front(), high = low;
@@ -222,19 +249,15 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a) {
 
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                                              FarRowKernel far_row) {
-  static std::mutex mutex;
-  static std::vector<std::pair<Source, std::weak_ptr<const FarGrid>>> made;
-  const std::lock_guard lock(mutex);
-  std::erase_if(made, [](const auto& one) { return one.second.expired(); });
-  Source source{a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_row};
-  for (const auto& [of, grid] : made) {
-    if (of != source) continue;
-    if (std::shared_ptr<const FarGrid> same = grid.lock()) return same;
-  }
+  static Shelf shelf;
+  const std::shared_ptr<Made> made =
+      shelf.of({a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_row});
+  const std::lock_guard lock(made->mutex);
+  if (std::shared_ptr<const FarGrid> same = made->grid.lock()) return same;
   std::shared_ptr<FarGrid> grid = empty_far_grid(a);
   if (grid == nullptr) return grid;
   grid->fill(a, model, constants, far_row);
-  made.emplace_back(std::move(source), grid);
+  made->grid = grid;
   return grid;
 }
 

@@ -15,15 +15,6 @@ bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-void set_cutoff(const std::string& text, std::size_t atoms_a, std::size_t atoms_b, docking::FieldModel& model) {
-  if (text == "none") return;
-  if (text == "auto") {
-    model.cutoff_angstrom = docking::usual_cutoff_angstrom(atoms_a, atoms_b);
-  } else if (!parse_number(text, model.cutoff_angstrom)) {
-    throw std::invalid_argument("--cutoff " + text + ": must be none, auto or a distance of 4 to 100 Å");
-  }
-}
-
 docking::Molecule load(const DockingOptions& options, const std::string& text, server::StructureReport& report) {
   const server::StructureChoice choice = server::structure_choice(text);
   const auto load_with = [&](server::Hydrogens hydrogens) {
@@ -47,7 +38,10 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
       .add_option("--hydrogens", options.hydrogens,
                   "those given, built anew, or united with carbon [default: given, or built where a file has none]")
       ->check(CLI::IsMember({"given", "build", "united"}));
-  command.add_option("--cutoff", options.cutoff, "none, auto (8 above 3 million pairs), or a distance, 4 to 100 [Å]")
+  command
+      .add_option("--cutoff", options.cutoff,
+                  "none, a distance, 4 to 100 [Å], or auto: as in a room of tandem-server, none up to a million pairs, "
+                  "above that 8 and, where both are small enough, a grid of what is beyond")
       ->capture_default_str();
   command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")
       ->capture_default_str();
@@ -57,12 +51,25 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
       ->capture_default_str();
 }
 
+std::optional<double> cutoff_of(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  double cutoff_angstrom = 0;
+  if (text != "none" && !parse_number(text, cutoff_angstrom)) {
+    throw std::invalid_argument("--cutoff " + text + ": must be none, auto or a distance of 4 to 100 Å");
+  }
+  return cutoff_angstrom;
+}
+
 DockingPair load_docking_pair(const DockingOptions& options) {
   DockingPair pair;
   pair.receptor = load(options, options.receptor, pair.receptor_report);
   pair.ligand = load(options, options.ligand, pair.ligand_report);
   docking::set_dielectric(pair.model, options.dielectric);
-  set_cutoff(options.cutoff, pair.receptor.size(), pair.ligand.size(), pair.model);
+  if (const auto cutoff = cutoff_of(options.cutoff)) {
+    pair.model.cutoff_angstrom = *cutoff;
+  } else {
+    docking::choose_cutoff(pair.receptor, pair.ligand, pair.model);
+  }
   docking::validate(pair.model);
   return pair;
 }

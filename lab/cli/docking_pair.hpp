@@ -1,6 +1,7 @@
 // Two structure files and what acts between them, as the commands energy and bench docking are told.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "common/base/json.hpp"
@@ -32,6 +33,10 @@ struct DockingPair {
 
 /// --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR]
 void add_docking_options(CLI::App& command, DockingOptions& options);
+
+/// Of --cutoff [Å]: 0 for none; nothing for auto.
+/// Throws std::invalid_argument: what is neither, nor a number
+std::optional<double> cutoff_of(const std::string& text);
 
 /// Throws docking::MoleculeError or std::invalid_argument naming file or option.
 DockingPair load_docking_pair(const DockingOptions& options);

@@ -238,7 +238,9 @@ void save(const DockingPair& pair, const Energies& found, const Options& options
 
 void run(const Options& options) {
   check_save(options);
-  const DockingPair pair = load_docking_pair(options.pair);
+  DockingPair pair = load_docking_pair(options.pair);
+  if (pair.model.has_far_grid) pair.model.cutoff_angstrom = 0;  // nothing needs to be left to a grid here
+  pair.model.has_far_grid = false;
   const Energies found = energies_of(pair, options);
   if (!options.save.empty()) save(pair, found, options);
   if (options.wants_json) {
@@ -255,13 +257,14 @@ void add_energy_command(CLI::App& app, int& exit_code) {
   CLI::App* const command = app.add_subcommand("energy", "Energy, force and torque between two molecular structures");
   add_docking_options(*command, options->pair);
   command->add_option("--move", options->move_angstrom, "the ligand by x,y,z before [Å]")->delimiter(',')->expected(3);
-  command->add_flag("--atoms", options->wants_atoms, "with --json: each atom's parameters and the force on it");
+  auto* const atoms =
+      command->add_flag("--atoms", options->wants_atoms, "with --json: each atom's parameters and the force on it");
   command->add_flag("--per-residue", options->wants_residues,
                     "each residue's energies with the other molecule [kJ/mol], where one is at least 0.01 kJ/mol");
   command->add_option("--save", options->save,
                       "write both as FILE.pdb or FILE.cif, receptor as in its file, ligand as moved [Å]");
   command->add_flag("--report", options->wants_report, "name each atom that is guessed, missing or left out");
-  command->add_flag("--json", options->wants_json, "print JSON");
+  atoms->needs(command->add_flag("--json", options->wants_json, "print JSON"));
   command->callback([options, &exit_code] {
     run(*options);
     exit_code = 0;

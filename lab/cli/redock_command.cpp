@@ -37,24 +37,11 @@ struct Options {
   bool wants_json = false;
 };
 
-double cutoff_of(const std::string& text) {
-  if (text == "none") return 0;
-  std::size_t read = 0;
-  double cutoff_angstrom = 0;
-  try {
-    cutoff_angstrom = std::stod(text, &read);
-  } catch (const std::exception&) {
-    read = 0;
-  }
-  if (read == text.size()) return cutoff_angstrom;
-  throw std::invalid_argument("--cutoff " + text + ": must be none, auto or a distance of 4 to 100 Å");
-}
-
 wire::Scene scene_of(const Options& options) {
   wire::MolecularField field;
   field.set_force_field_directory(options.pair.force_field_directory);
   field.set_dielectric(options.pair.dielectric);
-  if (options.pair.cutoff != "auto") field.set_cutoff_angstrom(cutoff_of(options.pair.cutoff));
+  if (const auto cutoff = cutoff_of(options.pair.cutoff)) field.set_cutoff_angstrom(*cutoff);
   return server::docking_scene(server::molecule_source(options.pair.receptor, options.pair.hydrogens),
                                server::molecule_source(options.pair.ligand, options.pair.hydrogens), field);
 }
@@ -150,10 +137,6 @@ void add_redock_command(CLI::App& app, int& exit_code) {
   options->pair.cutoff = "auto";
   CLI::App* const command = app.add_subcommand("redock", "Two simulated hands put a complex together again");
   add_docking_options(*command, options->pair);
-  command->get_option("--cutoff")
-      ->description(
-          "none, auto (8 and a grid of what is beyond above a million pairs, as in a room of tandem-server), or a "
-          "distance, 4 to 100 [Å]");
   command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();

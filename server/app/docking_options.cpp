@@ -50,7 +50,8 @@ void declare(CLI::App& app, DockingOptions& options) {
       ->type_name("DIR|NAME");
   app.add_option(
          "--cutoff", options.cutoff_angstrom,
-         "of both: no force beyond, 4 to 100 [Å]; 0: none [0, or 8 and --far-grid above a million pairs of atoms]")
+         "of both: no force beyond, 4 to 100 [Å]; 0: none [0 up to a million pairs of atoms; above, 8, and --far-grid "
+         "where both are small enough; one that is given has no grid by itself]")
       ->type_name("FLOAT");
   app.add_flag(
       "--far-grid", options.has_far_grid,
@@ -70,6 +71,9 @@ std::filesystem::path write(const DockingOptions& options, const std::filesystem
   }
   if (options.receptor.empty() || options.ligand.empty()) {
     throw std::invalid_argument("--receptor and --ligand go together: give both");
+  }
+  if (options.has_far_grid && options.cutoff_angstrom == 0.0) {
+    throw std::invalid_argument("--far-grid is of what a cut-off leaves out: leave out --cutoff 0, or give --cutoff 8");
   }
   if (folder.empty()) throw std::invalid_argument("--receptor keeps its scene in the folder --cache: give one");
   wire::MolecularField field;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 
 #include "common/docking/far_grid.hpp"
@@ -24,10 +25,8 @@ namespace {
 constexpr double kMetresPerAngstrom = 0.01, kGyrationRadius_m = 0.08;
 constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;
-/// A third of a millisecond of one AVX-512 core: server and clients each compute them in every tick.
-constexpr std::size_t kMaxAllPairs = 1'000'000;
-/// Of the ligand, each looked up in the grid in every tick: some 0.2 ms of them.
-constexpr std::size_t kMaxOnGrid = 4'000;
+/// Some 20 s of a core for each step: whoever wants them all has a reason, but not above what scenes may have.
+constexpr std::size_t kMaxPairs = 2'000'000'000;
 constexpr double kMass_kg = 0.2;
 /// As a window draws the tools that hold them.
 constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
@@ -112,16 +111,26 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   docking::Molecule a = load(receptor, molecular.force_field_directory());
   docking::Molecule b = load(ligand, molecular.force_field_directory());
   const std::size_t pairs = a.size() * b.size();
-  if (!molecular.has_cutoff_angstrom()) {
-    const bool is_cut = pairs > kMaxAllPairs || molecular.far_grid();
-    molecular.set_cutoff_angstrom(is_cut ? docking::kUsualCutoffAngstrom : 0);
-    molecular.set_far_grid(is_cut && b.size() <= kMaxOnGrid && docking::far_grid_spacing_angstrom(a));
-  }
-  if (!molecular.has_zero_area_kt() && pairs <= kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
   docking::FieldModel model;
   docking::set_dielectric(model, molecular.dielectric());
-  model.cutoff_angstrom = molecular.cutoff_angstrom();
+  if (molecular.has_cutoff_angstrom()) {
+    model.cutoff_angstrom = molecular.cutoff_angstrom();
+    model.has_far_grid = molecular.far_grid();
+  } else if (molecular.far_grid()) {
+    model.cutoff_angstrom = docking::kUsualCutoffAngstrom;
+    model.has_far_grid = true;
+  } else {
+    docking::choose_cutoff(a, b, model);
+  }
   docking::validate(model);
+  if (model.cutoff_angstrom == 0 && pairs > kMaxPairs) {
+    throw std::invalid_argument("molecular field: " + std::to_string(a.size()) + " x " + std::to_string(b.size()) +
+                                " atoms are too many for all pairs; give a cut-off, 8 Å is usual");
+  }
+  molecular.set_cutoff_angstrom(model.cutoff_angstrom);
+  molecular.set_far_grid(model.has_far_grid);
+  model.has_far_grid = false;  // contact is near
+  if (!molecular.has_zero_area_kt() && pairs <= docking::kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
 
   const Vec3 centre_a = a.centre();
   const Vec3 offset = b.centre() - centre_a;
@@ -137,7 +146,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   for (int i = 0; i < 3; ++i) scene.add_gravity_m_per_s2(0);
   wire::Limits& limits = *scene.mutable_limits();
   if (molecular.cutoff_angstrom() == 0 && pairs > physics::WorldLimits().atom_pairs) {
-    limits.set_atom_pairs(static_cast<std::uint32_t>(std::min<std::size_t>(pairs, 2'000'000'000)));
+    limits.set_atom_pairs(static_cast<std::uint32_t>(pairs));
   }
   return scene;
 }

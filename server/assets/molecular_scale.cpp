@@ -35,7 +35,7 @@ constexpr double kApart_angstrom = 6;
 constexpr int kSides = 6;
 /// Drawing one molecule out of the other: ways, what it moves at once, what it then gives way by.
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
-constexpr double kBlocked_kcal_per_mol = 50;
+constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
 /// Below, in kcal/mol/Å, what is found is no attraction.
 constexpr double kNoPull = 1e-3;
@@ -118,6 +118,8 @@ class Approach {
   /// where nothing holds it there, or every way is blocked.
   double hold(const Vec3& place) {
     Pose inside{place, Quat::Identity()};
+    // One inside the other, such as a file with itself: evaluated for minutes, and no place to be held in.
+    if (field_.evaluate(inside).energy_kj_per_mol() > kHopeless_kj_per_mol) return 0;
     descend(inside, Vec3::Zero(), kSettlingSteps);
     double easiest = std::numeric_limits<double>::infinity();
     for (int i = 0; i < kExits; ++i) {

@@ -176,7 +176,11 @@ void print_far_part(const json::object& part) {
 
 void run(const Options& options) {
   DockingPair pair = load_docking_pair(options.pair);
-  pair.model.has_far_grid = options.wants_grid;
+  if (options.wants_grid) {
+    pair.model.has_far_grid = true;
+    if (options.pair.cutoff == "auto") pair.model.cutoff_angstrom = docking::kUsualCutoffAngstrom;
+    docking::validate(pair.model);
+  }
   const SteadyClock clock;
   const LocalTime begin = clock.now();
   docking::MolecularField field(pair.receptor, pair.ligand, pair.model, options.kernel);
@@ -197,7 +201,7 @@ void run(const Options& options) {
       std::printf("grid of %zu nodes, %.2f Å apart; set up in %.0f ms\n", node_count(*grid), spacing_angstrom(*grid),
                   set_up_ms);
     }
-  } else if (options.wants_grid && !options.wants_json) {
+  } else if (pair.model.has_far_grid && !options.wants_json) {
     std::printf("no grid: the receptor is too large for one\n");
   }
   json::array rows;

@@ -378,9 +378,21 @@ TEST(Clusters, WorkWithoutAtoms) {
   EXPECT_EQ(MolecularField(atom, Molecule(), model_of(Dielectric::kNone, 8)).evaluate(Pose{}).energy_kj_per_mol(), 0);
 }
 
-TEST(UsualCutoff, AppliesAboveThreeMillionPairs) {
-  EXPECT_EQ(usual_cutoff_angstrom(1441, 1423), 0);
-  EXPECT_EQ(usual_cutoff_angstrom(9517, 2983), 8);
+TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridForSmallLigandsAbove) {
+  const auto chosen = [](std::size_t atoms_a, std::size_t atoms_b) {
+    Molecule a, b;
+    a.positions_angstrom.assign(atoms_a, Vec3::Zero());
+    b.positions_angstrom.assign(atoms_b, Vec3::Zero());
+    FieldModel model;
+    choose_cutoff(a, b, model);
+    validate(model);
+    return std::pair(model.cutoff_angstrom, model.has_far_grid);
+  };
+  EXPECT_EQ(chosen(1000, 1000), std::pair(0.0, false));
+  EXPECT_EQ(chosen(1001, 1000), std::pair(8.0, true));
+  EXPECT_EQ(chosen(9517, 2983), std::pair(8.0, true));
+  EXPECT_EQ(chosen(2983, 9517), std::pair(8.0, false));
+  EXPECT_EQ(chosen(500'000, 1000), std::pair(8.0, false)) << "too large for a grid";
 }
 
 }  // namespace
