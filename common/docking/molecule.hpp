@@ -43,7 +43,7 @@ struct Molecule {
 
 /// The first atom of each residue, ascending: of each run of atoms with one chain, residue and segment.
 ///
-/// Fails   std::invalid_argument: an atom without name or residue, as a client's molecule has them (molecule_asset.hpp)
+/// Fails   std::invalid_argument: an atom without name or residue
 std::vector<std::size_t> residue_starts(const Molecule& molecule);
 
 /// Refuses what the field kernels cannot bound: arrays of unequal length, coordinates not finite or beyond 1e6 Å,

@@ -107,6 +107,12 @@ void write_assets(const fs::path& folder) {
   }
   write("molecule", 1, docking::molecule_asset_bytes(molecule));
   molecule.mixes_arithmetically = true;
+  molecule.atom_names = {"N", "CA", "ZN"};
+  molecule.elements = {"N", "C", "ZN"};
+  molecule.residue_names = {"GLY", "GLY", "ZN"};
+  molecule.residue_ids = {"7", "7", "301"};
+  molecule.chains = {"A", "A", ""};
+  molecule.segments = {0, 0, 1};
   write("arithmetic_molecule", 1, docking::molecule_asset_bytes(molecule));
 }
 

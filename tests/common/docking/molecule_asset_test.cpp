@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 
 #include "common/base/byte_io.hpp"
 #include "common/base/random.hpp"
@@ -15,10 +17,27 @@
 namespace tandem::docking {
 namespace {
 
+/// Bytes before them.
+constexpr std::size_t kVersion = 4, kFlags = 8, kCount = 12, kFirstAtom = 16;
+
 Molecule sample(std::size_t count) {
   std::mt19937 random(5);
   Molecule molecule = test::random_molecule(count, random);
   for (std::size_t i = 0; i < count; ++i) molecule.charge_e[i] = 0.01 * static_cast<double>(i % 7) - 0.03;
+  return molecule;
+}
+
+/// 20 atoms in four residues of five.
+Molecule named_sample() {
+  Molecule molecule = sample(20);
+  for (int i = 0; i < 20; ++i) {
+    molecule.atom_names.push_back(i % 5 == 1 ? "CA" : "HD" + std::to_string(i % 5));
+    molecule.elements.emplace_back(i % 5 == 1 ? "C" : "H");
+    molecule.residue_names.emplace_back("GLU");
+    molecule.residue_ids.push_back(std::to_string(i / 5 % 2 + 8));
+    molecule.chains.emplace_back(i < 10 ? "A" : "B");
+    molecule.segments.push_back(i / 15);
+  }
   return molecule;
 }
 
@@ -49,22 +68,67 @@ TEST(MoleculeAsset, ReadsBackToTheBitSoThatBothEndsFeelTheSameField) {
   EXPECT_EQ(exact_field(*read, *read, far).force_on_b, exact_field(written, written, far).force_on_b);
 }
 
-TEST(MoleculeAsset, KeepsTheMixingOfItsForceFieldAndOthersAsTheyWere) {
+TEST(MoleculeAsset, KeepsTheMixingOfItsForceField) {
   Molecule molecule = sample(20);
-  const std::vector<std::byte> geometric = molecule_asset_bytes(molecule);
+  EXPECT_FALSE(molecule_from(molecule_asset_bytes(molecule))->mixes_arithmetically);
   molecule.mixes_arithmetically = true;
   const std::vector<std::byte> arithmetic = molecule_asset_bytes(molecule);
-  EXPECT_FALSE(molecule_from(geometric)->mixes_arithmetically);
   ASSERT_TRUE(molecule_from(arithmetic));
   EXPECT_TRUE(molecule_from(arithmetic)->mixes_arithmetically);
-  EXPECT_EQ(geometric[4], std::byte{1}) << "clients before this one read geometric molecules";
-  std::vector<std::byte> later = arithmetic;
-  later[4] = std::byte{3};
-  EXPECT_FALSE(molecule_from(sealed(later)));
+  for (const std::size_t field : {kVersion, kFlags}) {
+    std::vector<std::byte> later = arithmetic;
+    later[field] = std::byte{4};
+    EXPECT_FALSE(molecule_from(sealed(later))) << field;
+  }
+}
+
+TEST(MoleculeAsset, TellsAtomsResiduesAndChains) {
+  const Molecule written = named_sample();
+  const auto read = molecule_from(molecule_asset_bytes(written));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->atom_names, written.atom_names);
+  EXPECT_EQ(read->elements, written.elements);
+  EXPECT_EQ(read->chains, written.chains);
+  EXPECT_EQ(read->residue_names, written.residue_names);
+  EXPECT_EQ(read->residue_ids, written.residue_ids);
+  EXPECT_EQ(read->segments, written.segments);
+  EXPECT_EQ(residue_starts(*read), residue_starts(written));
+  EXPECT_TRUE(molecule_from(molecule_asset_bytes(sample(20)))->chains.empty()) << "of a molecule without names";
+}
+
+TEST(MoleculeAsset, TextsAreShortAndPrintable) {
+  Molecule molecule = named_sample();
+  molecule.chains[0] = "a chain of a long name";
+  molecule.atom_names[0] = "C\x1b[2J";
+  molecule.residue_names[0] = "\xc3\xa9";
+  const auto read = molecule_from(molecule_asset_bytes(molecule));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->chains[0], "a chain ");
+  EXPECT_EQ(read->atom_names[0], "C?[2J");
+  EXPECT_EQ(read->residue_names[0], "??");
+}
+
+/// Residues that overlap, are empty or of the same name would not be read back as they were written.
+TEST(MoleculeAsset, ResiduesThatAreNoRunsOfAllAtomsAreRefused) {
+  const std::vector<std::byte> good = molecule_asset_bytes(named_sample());
+  constexpr std::size_t kResidues = kFirstAtom + 20 * 56, kFirstResidue = kResidues + 4, kResidueBytes = 8 + 2 + 4 + 2;
+  const auto with = [&good](std::size_t offset, std::uint32_t value) {
+    std::vector<std::byte> bytes = good;
+    std::memcpy(bytes.data() + offset, &value, sizeof value);
+    return sealed(bytes);
+  };
+  EXPECT_TRUE(molecule_from(with(kResidues, 4)));
+  for (const std::uint32_t count : {1U, 3U, 5U, 21U, 0xFFFFFFFFU}) EXPECT_FALSE(molecule_from(with(kResidues, count)));
+  EXPECT_FALSE(molecule_from(with(kFirstResidue, 1))) << "an atom before the first";
+  for (const std::uint32_t first : {0U, 10U, 20U, 0xFFFFFFFFU}) {
+    EXPECT_FALSE(molecule_from(with(kFirstResidue + kResidueBytes, first))) << first;
+  }
+  std::vector<std::byte> twice = good;
+  std::copy_n(good.begin() + kFirstResidue + 4, kResidueBytes - 4, twice.begin() + kFirstResidue + kResidueBytes + 4);
+  EXPECT_FALSE(molecule_from(sealed(twice))) << "the second is named as the first";
 }
 
 TEST(MoleculeAsset, EveryNumberOutOfItsRangeIsRefusedAlsoUnderAGoodChecksum) {
-  constexpr std::size_t kFirstAtom = 12;
   for (std::size_t number = 0; number < 7; ++number) {
     const std::size_t offset = kFirstAtom + 8 * number;
     for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, -1e300}) {
@@ -76,7 +140,7 @@ TEST(MoleculeAsset, EveryNumberOutOfItsRangeIsRefusedAlsoUnderAGoodChecksum) {
 }
 
 TEST(MoleculeAsset, CountsAndLengthsThatDoNotAgreeAreRefused) {
-  const std::vector<std::byte> good = molecule_asset_bytes(sample(20));
+  const std::vector<std::byte> good = molecule_asset_bytes(named_sample());
   for (std::size_t length = 0; length < good.size(); ++length) {
     std::vector<std::byte> cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length));
     EXPECT_FALSE(molecule_from(cut)) << length;
@@ -85,13 +149,13 @@ TEST(MoleculeAsset, CountsAndLengthsThatDoNotAgreeAreRefused) {
   }
   for (const std::uint32_t count : {0U, 19U, 21U, 0xFFFFFFFFU}) {
     std::vector<std::byte> bytes = good;
-    std::memcpy(bytes.data() + 8, &count, sizeof count);
+    std::memcpy(bytes.data() + kCount, &count, sizeof count);
     EXPECT_FALSE(molecule_from(sealed(bytes))) << count;
   }
 }
 
 TEST(MoleculeAsset, FlippedBytesAreRefusedOrReadAsAMoleculeThatTheFieldCanBear) {
-  const std::vector<std::byte> good = molecule_asset_bytes(sample(20));
+  const std::vector<std::byte> good = molecule_asset_bytes(named_sample());
   Random random(11);
   for (int trial = 0; trial < 5000; ++trial) {
     std::vector<std::byte> bytes = good;
@@ -102,6 +166,7 @@ TEST(MoleculeAsset, FlippedBytesAreRefusedOrReadAsAMoleculeThatTheFieldCanBear) 
     const auto molecule = molecule_from(sealed(bytes));
     if (!molecule) continue;
     EXPECT_NO_THROW(validate(*molecule));
+    EXPECT_EQ(molecule_asset_bytes(*molecule), sealed(bytes));
   }
 }
 
