@@ -241,6 +241,8 @@ void ClientRun::open_window() {
   settings.title = "tandem: " + session.user_name;
   settings.width = options_.window.width;
   settings.height = options_.window.height;
+  settings.molecules = options_.window.molecules;
+  settings.molecule_colors = options_.window.molecule_colors;
   settings.pointer = options_.device.pointer;
   settings.facts = {{"you", session.user_name + ", " + role_name(session.role)},
                     {"device", options_.device.name + ", as " + options_.device.profile.name}};

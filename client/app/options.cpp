@@ -19,6 +19,7 @@
 #include "client/app/security_options.hpp"
 #include "client/recording/recorded_hand.hpp"
 #include "client/session/asset_store.hpp"
+#include "client/view/drawn_molecule.hpp"
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
@@ -306,6 +307,12 @@ void add_window_options(CLI::App& app, WindowOptions& window, bool& is_headless)
            [&window](const std::string& text) { window.after = parse_duration(text, "s"); });
   add_text(app, "--window-size", "of the window [1280x800 pixels]", "WxH",
            [&window](const std::string& text) { take_size(text, window); });
+  app.add_option("--molecules", window.molecules, "drawn as, also by M in the window [as last time, balls at first]")
+      ->check(CLI::IsMember(MoleculeStyle::kShapeNames).description(""))
+      ->type_name("balls|sticks|surface|ribbon");
+  app.add_option("--molecule-colors", window.molecule_colors, "by what, also by N [as last time, element at first]")
+      ->check(CLI::IsMember(MoleculeStyle::kColorNames).description(""))
+      ->type_name("element|chain|residue");
 }
 
 void add_run_options(CLI::App& app, ClientOptions& options) {

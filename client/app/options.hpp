@@ -22,6 +22,7 @@ struct WindowOptions {
   Duration after{std::chrono::seconds(3)};
   int width = 1280;
   int height = 800;
+  std::string molecules, molecule_colors;  ///< of MoleculeStyle's names; empty: as remembered
 };
 
 struct ClientOptions {

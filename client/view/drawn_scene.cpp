@@ -7,6 +7,7 @@
 
 #include "client/session/session.hpp"
 #include "client/view/molecular_surface.hpp"
+#include "client/view/ribbon.hpp"
 #include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
@@ -120,11 +121,15 @@ class Builder {
       return;
     }
     const double scale = scene_.molecular_field().metres_per_angstrom();
-    if (molecules_ == MoleculeStyle::kSurface) {
-      append_surface(body.mesh, *molecule, scale, color, kMaxSurfaceTriangles, stop_);
+    const std::vector<Rgba> colors = atom_colors(*molecule, molecules_.colors, color, chains_);
+    chains_ += chain_count(*molecule);
+    if (molecules_.shape == MoleculeStyle::kSurface) {
+      append_surface(body.mesh, *molecule, scale, colors, kMaxSurfaceTriangles, stop_);
+    } else if (molecules_.shape == MoleculeStyle::kRibbon) {
+      append_ribbon(body.mesh, *molecule, scale, colors);
     } else {
-      const auto append_as = molecules_ == MoleculeStyle::kSticks ? append_sticks : append_molecule;
-      append_as(body.mesh, *molecule, scale, color);
+      const auto append_as = molecules_.shape == MoleculeStyle::kSticks ? append_sticks : append_balls;
+      append_as(body.mesh, *molecule, scale, colors);
     }
     body.molecule = std::make_shared<const docking::Molecule>(std::move(*molecule));
   }
@@ -196,6 +201,7 @@ class Builder {
   const AssetMap& assets_;
   MoleculeStyle molecules_;
   const std::stop_token& stop_;
+  std::size_t chains_ = 0;  ///< of the molecules before
   DrawnScene out_;
 };
 

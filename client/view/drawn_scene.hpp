@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "client/session/asset_store.hpp"
-#include "client/view/drawn_mesh.hpp"
+#include "client/view/drawn_molecule.hpp"
 #include "common/docking/molecule.hpp"
 #include "tandem/control.pb.h"
 

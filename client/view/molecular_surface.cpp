@@ -45,11 +45,11 @@ struct Sample {
   Rgba color{};
 };
 
-std::vector<Blob> blobs_of(const docking::Molecule& molecule, double grid, const Rgba& carbon) {
+std::vector<Blob> blobs_of(const docking::Molecule& molecule, double grid, std::span<const Rgba> colors) {
   std::vector<Blob> blobs;
   blobs.reserve(molecule.size());
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
-    const double radius = van_der_waals_radius_angstrom(molecule.mass_u[atom]);
+    const double radius = van_der_waals_radius_angstrom(molecule, atom);
     const double width = kMinWidth * grid;
     const double sharpness = std::min(kSharpness, radius * radius / (2 * width * width));
     blobs.push_back({.centre = molecule.positions_angstrom[atom],
@@ -57,7 +57,7 @@ std::vector<Blob> blobs_of(const docking::Molecule& molecule, double grid, const
                      .steepness = sharpness / (radius * radius),
                      .amplitude = std::exp(sharpness),
                      .reach = radius * std::sqrt((sharpness - std::log(kNegligible)) / sharpness),
-                     .color = atom_color(molecule.mass_u[atom], carbon)});
+                     .color = colors[atom]});
   }
   return blobs;
 }
@@ -287,12 +287,12 @@ bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid,
 
 }  // namespace
 
-void append_surface(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon,
-                    std::size_t max_triangles, const std::stop_token& stop) {
+void append_surface(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
+                    std::span<const Rgba> colors, std::size_t max_triangles, const std::stop_token& stop) {
   const std::size_t before = out.size();
   const double crowd = static_cast<double>(molecule.size()) / kFineAtoms;
   double grid = kFinestGrid_angstrom * std::cbrt(std::max(1.0, crowd));
-  while (!append_on_grid(out, blobs_of(molecule, grid, carbon), grid, metres_per_angstrom, max_triangles, stop)) {
+  while (!append_on_grid(out, blobs_of(molecule, grid, colors), grid, metres_per_angstrom, max_triangles, stop)) {
     out.resize(before);
     grid *= kCoarsening;
   }

@@ -241,12 +241,18 @@ void draw_touch(const PanelContent& content) {
   }
 }
 
+/// One of some that are named, by its number.
+template <std::size_t kCount, class Number>
+void choose(const char* label, const std::array<const char*, kCount>& all, Number& number) {
+  const std::vector<std::string> names(all.begin(), all.end());
+  const std::string choice = chosen(label, names.at(number), names);
+  if (!choice.empty()) number = static_cast<Number>(std::ranges::find(names, choice) - names.begin());
+}
+
 void draw_molecule_style(const PanelContent& content, MoleculeStyle& style) {
-  const std::vector<std::string> names(kMoleculeStyleNames.begin(), kMoleculeStyleNames.end());
-  const std::string choice = chosen("atoms (M)", names.at(static_cast<std::size_t>(style)), names);
-  if (!choice.empty()) style = static_cast<MoleculeStyle>(std::ranges::find(names, choice) - names.begin());
-  if (style == MoleculeStyle::kSurface && content.is_making_surface)
-    ImGui::TextColored(kDim, "its surface is being made");
+  choose("atoms (M)", MoleculeStyle::kShapeNames, style.shape);
+  choose("coloured by (N)", MoleculeStyle::kColorNames, style.colors);
+  if (content.is_making_molecules) ImGui::TextColored(kDim, "being made");
 }
 
 void draw_view(const PanelContent& content, WindowSwitches& switches) {
@@ -285,7 +291,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("F", "fit the scene; T: follow the tool");
     line("3D mouse", "the cap holds the scene, where it is not your device");
     line("G", "ghosts: where the server has things; P: contact points");
-    line("X", "cut away what is in front; M: molecules as balls, sticks or a surface");
+    line("X", "cut away what is in front; M: molecules as balls, sticks, surface or ribbon; N: their colours");
     if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
     line("V", "point at what is under the mouse: the others see it, and feel which way it is");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");

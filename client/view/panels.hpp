@@ -36,7 +36,7 @@ struct PanelContent {
   const std::vector<std::string>* missing = nullptr;                        ///< of the scene, in the picture
   std::string notice;                                                       ///< for the top of the window
   bool is_mouse = false;
-  bool is_making_surface = false;
+  bool is_making_molecules = false;  ///< those of another style
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< in words
   const std::string* recording_folder = nullptr;  ///< of the next one

@@ -85,15 +85,13 @@ SceneView::SceneView(Renderer& renderer)
 
 bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   if (io.joined == nullptr) return false;
-  const bool is_other = io.joined != joined_ || io.assets != assets_;
-  const bool is_surface = molecules == MoleculeStyle::kSurface;
-  if (is_other) forget_scene(io);
-  if (is_other || (molecules != molecules_ && !is_surface)) {
-    const MoleculeStyle at_once = is_surface ? MoleculeStyle::kBalls : molecules;
+  if (io.joined != joined_ || io.assets != assets_) {
+    forget_scene(io);
+    const MoleculeStyle at_once{.colors = molecules.colors};
     show(make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{}, at_once), at_once);
     return true;
   }
-  if (is_surface && molecules_ != molecules && take_surface()) return true;
+  if (molecules_ != molecules && take_made(molecules)) return true;
   take_soft_offsets(io);
   return false;
 }
@@ -102,15 +100,14 @@ void SceneView::forget_scene(const ClientIoSnapshot& io) {
   maker_ = {};
   made_ = {};
   surface_.reset();
-  has_failed_ = false;
+  failed_.reset();
   joined_ = io.joined;
   assets_ = io.assets;
-  molecules_ = MoleculeStyle::kBalls;
+  molecules_ = {};
 }
 
-/// What is shown from now on; surfaces that no longer are may be asked for again.
 void SceneView::show(DrawnScene scene, MoleculeStyle molecules) {
-  if (molecules_ == MoleculeStyle::kSurface) surface_ = std::move(scene_);
+  if (molecules_.shape == MoleculeStyle::kSurface) surface_.emplace(molecules_, std::move(scene_));
   scene_ = std::move(scene);
   molecules_ = molecules;
   soft_offsets_.clear();
@@ -120,28 +117,33 @@ void SceneView::show(DrawnScene scene, MoleculeStyle molecules) {
   }
 }
 
-/// Shows the surfaces when they are here; has them made, by a thread of their own, when nobody does yet.
-bool SceneView::take_surface() {
-  if (surface_) {
-    show(*std::exchange(surface_, std::nullopt), MoleculeStyle::kSurface);
+/// Shows molecules of another style when they are here; has them made, by a thread of their own, when nobody does yet.
+bool SceneView::take_made(MoleculeStyle molecules) {
+  if (surface_ && surface_->first == molecules) {
+    show(std::exchange(surface_, std::nullopt)->second, molecules);
     return true;
   }
   const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
-  if (has_failed_ || std::ranges::none_of(scene_.bodies, has_molecule)) return false;
+  if (failed_ == molecules || std::ranges::none_of(scene_.bodies, has_molecule)) return false;
   if (!made_.valid()) {
-    std::packaged_task<DrawnScene(const std::stop_token&)> make([joined = joined_, assets = assets_](const auto& stop) {
-      return make_drawn_scene(*joined, assets != nullptr ? *assets : AssetMap{}, MoleculeStyle::kSurface, stop);
-    });
+    std::packaged_task<DrawnScene(const std::stop_token&)> make(
+        [joined = joined_, assets = assets_, molecules](const auto& stop) {
+          return make_drawn_scene(*joined, assets != nullptr ? *assets : AssetMap{}, molecules, stop);
+        });
+    making_ = molecules;
     made_ = make.get_future();
     maker_ = std::jthread(std::move(make));
   }
   if (made_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
   try {
-    show(made_.get(), MoleculeStyle::kSurface);
+    DrawnScene scene = made_.get();
+    if (making_ != molecules) return false;  // meanwhile another is wanted
+    show(std::move(scene), molecules);
     return true;
   } catch (const std::exception& error) {
-    has_failed_ = true;
-    scene_.missing.push_back(std::string("surfaces of molecules: ") + error.what());
+    failed_ = making_;
+    scene_.missing.push_back(std::string("molecules as ") + MoleculeStyle::kShapeNames.at(making_.shape) + ": " +
+                             error.what());
     return false;
   }
 }

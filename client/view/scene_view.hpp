@@ -33,16 +33,17 @@ class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
 
-  /// Makes the scene's meshes when scene, assets or style are others than before, and those of soft bodies that have
-  /// yielded. Surfaces of molecules are made aside, once a scene; what was shown before is until they are here, balls
-  /// where nothing was. True: there is another scene, or more of it.
+  /// Makes the scene's meshes when scene or assets are others than before, and those of soft bodies that have yielded.
+  /// Molecules are balls then; those of another style are made aside, and shown when they are here. A surface that was
+  /// shown last is kept. True: there is another scene, or more of it.
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, and things are where the scene starts
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
 
   const DrawnScene& scene() const { return scene_; }
-  bool is_making_surface() const { return made_.valid(); }
+  /// Whether molecules of this style are still to come.
+  bool is_making(MoleculeStyle molecules) const { return made_.valid() && molecules != molecules_; }
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
   /// The user's own tool, where it is felt.
@@ -51,7 +52,7 @@ class SceneView {
  private:
   void forget_scene(const ClientIoSnapshot& io);
   void show(DrawnScene scene, MoleculeStyle molecules);
-  bool take_surface();
+  bool take_made(MoleculeStyle molecules);
   void add(std::size_t mesh, const Pose& X, const Rgba& tint = {1, 1, 1, 1}, float glow = 0);
   void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
   void add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint);
@@ -73,16 +74,17 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< meshes: bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  MoleculeStyle molecules_{};          ///< as shown
-  std::optional<DrawnScene> surface_;  ///< while that is not shown, once it was
-  bool has_failed_ = false;            ///< the surface could not be made
+  MoleculeStyle molecules_{};                                    ///< as shown
+  std::optional<std::pair<MoleculeStyle, DrawnScene>> surface_;  ///< while that is not shown, once it was
+  std::optional<MoleculeStyle> failed_;                          ///< could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  std::future<DrawnScene> made_;  ///< valid while surfaces are being made
-  std::jthread maker_;            ///< of them
+  MoleculeStyle making_{};  ///< what is being made while made_ is valid
+  std::future<DrawnScene> made_;
+  std::jthread maker_;
 };
 
 }  // namespace tandem::client

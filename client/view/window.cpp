@@ -155,6 +155,8 @@ Window::Impl::Impl(WindowSettings window_settings)
   ImGui_ImplGlfw_InitForOpenGL(window, true);
   ImGui_ImplOpenGL3_Init("#version 330 core");
   if (settings.remembers) switches = remembered_switches(window_memory_file());
+  take_named(settings.molecules, MoleculeStyle::kShapeNames, switches.molecules.shape);
+  take_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
   renderer = std::make_unique<Renderer>();
   scene = std::make_unique<SceneView>(*renderer);
   if (is_software(Renderer::driver())) period = kSoftwareFramePeriod;
@@ -197,6 +199,12 @@ void Window::Impl::wait_for_frame() {
   next_frame = std::max(next_frame, now - period) + period;
 }
 
+/// The next of some that are named, by its number, the first after the last.
+template <std::size_t kCount, class Number>
+Number next_of(const std::array<const char*, kCount>&, Number number) {
+  return static_cast<Number>((number + 1) % kCount);
+}
+
 void Window::Impl::take_keys() {
   const std::vector<int> keys = std::exchange(keys_pressed, {});
   if (ImGui::GetIO().WantTextInput) return;  // somebody types
@@ -207,10 +215,9 @@ void Window::Impl::take_keys() {
   if (pressed(GLFW_KEY_T)) switches.follows_tool = !switches.follows_tool;
   if (pressed(GLFW_KEY_P)) switches.shows_contacts = !switches.shows_contacts;
   if (pressed(GLFW_KEY_X)) switches.cuts = !switches.cuts;
-  if (pressed(GLFW_KEY_M)) {
-    const std::size_t style = static_cast<std::size_t>(switches.molecules) + 1;
-    switches.molecules = static_cast<MoleculeStyle>(style % kMoleculeStyleNames.size());
-  }
+  MoleculeStyle& style = switches.molecules;
+  if (pressed(GLFW_KEY_M)) style.shape = next_of(MoleculeStyle::kShapeNames, style.shape);
+  if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
   if (pressed(GLFW_KEY_F)) fit();
   if (pressed(GLFW_KEY_V)) wants_to_point = true;
   if (figures.has_molecules) {
@@ -371,7 +378,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
                              .is_mouse = self.is_mouse(),
-                             .is_making_surface = self.scene->is_making_surface(),
+                             .is_making_molecules = self.scene->is_making(self.switches.molecules),
                              .is_recording = self.is_recording,
                              .recording_state = &self.recording_state,
                              .recording_folder = &self.settings.recording_folder,

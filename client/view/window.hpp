@@ -24,6 +24,8 @@ struct WindowSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
+  std::string molecules{},
+      molecule_colors{};                   ///< of MoleculeStyle's names, as users switched them; empty: as remembered
   std::shared_ptr<devices::Device> cap{};  ///< a 3D mouse that steers the camera; null: none
   bool remembers = true;                   ///< what users switched, from one run to the next (window_memory.hpp)
   ClientIo* client = nullptr;              ///< what users ask for goes there; outlives the window

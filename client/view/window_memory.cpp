@@ -49,6 +49,11 @@ std::filesystem::path home_of_state() {
   return {};
 }
 
+std::string_view text_of(const json::object& object, const char* field) {
+  const json::value* const told = object.if_contains(field);
+  return told != nullptr && told->is_string() ? std::string_view(told->get_string()) : std::string_view();
+}
+
 }  // namespace
 
 std::filesystem::path window_memory_file() {
@@ -68,10 +73,8 @@ WindowSwitches remembered_switches(const std::filesystem::path& file) {
   if (const json::value* const told = object->if_contains("cut_share"); told != nullptr && told->is_number()) {
     switches.cut_share = std::clamp(told->to_number<double>(), 0.0, 1.0);
   }
-  const json::value* const style = object->if_contains("molecules");
-  for (std::size_t i = 0; style != nullptr && i < kMoleculeStyleNames.size(); ++i) {
-    if (*style == json::value(kMoleculeStyleNames[i])) switches.molecules = static_cast<MoleculeStyle>(i);
-  }
+  take_named(text_of(*object, "molecules"), MoleculeStyle::kShapeNames, switches.molecules.shape);
+  take_named(text_of(*object, "molecule_colors"), MoleculeStyle::kColorNames, switches.molecules.colors);
   return switches;
 }
 
@@ -79,7 +82,8 @@ void remember_switches(const std::filesystem::path& file, const WindowSwitches& 
   json::object object;
   for_each_switch(switches, [&object](const char* name, const bool& is_on) { object[name] = is_on; });
   object["cut_share"] = switches.cut_share;
-  object["molecules"] = kMoleculeStyleNames.at(static_cast<std::size_t>(switches.molecules));
+  object["molecules"] = MoleculeStyle::kShapeNames.at(switches.molecules.shape);
+  object["molecule_colors"] = MoleculeStyle::kColorNames.at(switches.molecules.colors);
   if (file.empty()) return;
   const std::string text = json::serialize(object) + "\n";
   replace_cache_file(file, {std::as_bytes(std::span(text))});

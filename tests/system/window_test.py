@@ -52,14 +52,14 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 1000, "oxygens")
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
-    def test_the_key_m_shows_molecules_as_balls_sticks_and_surface(self):
+    def test_the_key_m_shows_molecules_as_balls_sticks_surface_and_ribbon(self):
         with Server("--scene", "docking_helices") as server:
             client = self.start(server, "--hand", "rest")
             self.wait_for_window()
             server.wait_for_log("joined")
             time.sleep(3)
             pictures = {}
-            for style in ("balls", "sticks", "surface", "balls again"):
+            for style in ("balls", "sticks", "surface", "ribbon", "balls again"):
                 pictures[style] = self.display.picture()
                 self.display.do("key", "m")
                 time.sleep(3)
@@ -71,11 +71,33 @@ class Scenes(WindowTest):
         for colored in (blue, orange):
             self.assertLess(colored["sticks"], 0.6 * colored["balls"], "sticks are thin")
             self.assertGreater(colored["surface"], 0.8 * colored["balls"], "the surface is about the balls")
+            self.assertLess(colored["ribbon"], 0.8 * colored["balls"], "a ribbon is thin")
+            self.assertGreater(colored["ribbon"], 0.05 * colored["balls"], "and in the molecule's colour")
             self.assertAlmostEqual(colored["balls again"], colored["balls"], delta=0.1 * colored["balls"])
         for is_it, name in ((is_red, "oxygens"), (is_white, "hydrogens")):
             self.assertGreater(pictures["surface"].count(is_it), 500, name)
         self.assertGreater(changed(pictures["balls"], pictures["surface"]), 4000, "but it is not them")
         self.assertLess(changed(pictures["balls"], pictures["balls again"]), 1000)
+
+    def test_the_key_n_colours_molecules_by_chain_and_residue(self):
+        with Server("--scene", "docking_helices") as server:
+            client = self.start(server, "--hand", "rest")
+            self.wait_for_window()
+            server.wait_for_log("joined")
+            time.sleep(3)
+            pictures = []
+            for _ in range(4):
+                pictures.append(self.display.picture())
+                self.display.do("key", "n")
+                time.sleep(2)
+            self.display.do("key", "ctrl+q")
+            self.assertEqual(finish(client)[0], 0)
+        with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
+            self.assertEqual(json.load(file)["molecule_colors"], "chain", "for the next window")
+        element, chain, residue, again = pictures
+        self.assertGreater(chain.count(is_rose), 3 * element.count(is_rose) + 1000, "the scene's second chain")
+        self.assertGreater(changed(chain, residue), 4000)
+        self.assertLess(changed(element, again), 1000)
 
     def test_a_soft_pad_is_there(self):
         with Server("--scene", "soft_pad") as server:
@@ -101,6 +123,9 @@ def is_hue(wanted, by=0.045):
         hue, saturation, value = hue_of(r, g, b)
         return saturation > 0.3 and value > 0.2 and abs((hue - wanted + 0.5) % 1 - 0.5) < by
     return is_it
+
+
+is_rose = is_hue(0.971, by=0.03)
 
 
 def colored_things(scene):

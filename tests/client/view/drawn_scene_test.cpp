@@ -29,6 +29,10 @@ DrawnMesh drawn(const geometry::TriangleMesh& mesh) {
   return out;
 }
 
+std::vector<Rgba> yellow(const docking::Molecule& molecule) {
+  return std::vector<Rgba>(molecule.size(), Rgba{1, 1, 0, 1});
+}
+
 std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   const proto::Sha256 hash = proto::sha256_of(bytes);
   assets[hash] = std::make_shared<const proto::Bytes>(bytes.begin(), bytes.end());
@@ -70,7 +74,7 @@ TEST(DrawnMesh, AMoleculesAtomsHaveTheColoursOfTheirElements) {
   molecule.positions_angstrom = {{0, 0, 0}, {3, 0, 0}, {6, 0, 0}};
   molecule.mass_u = {12.011, 15.9994, 1.008};
   DrawnMesh out;
-  append_molecule(out, molecule, 0.01, {0.25F, 0.5F, 0.75F, 1});
+  append_balls(out, molecule, 0.01, atom_colors(molecule, MoleculeStyle::kByElement, {0.25F, 0.5F, 0.75F, 1}));
   double reach_m = 0;
   std::set<std::array<std::uint8_t, 4>> carbons, oxygens;
   for (const Vertex& vertex : out) {
@@ -82,6 +86,42 @@ TEST(DrawnMesh, AMoleculesAtomsHaveTheColoursOfTheirElements) {
   ASSERT_THAT(oxygens, SizeIs(1));
   EXPECT_GT((*oxygens.begin())[0], 180) << "red";
   EXPECT_NEAR(reach_m, 0.06 + 0.011, 1e-6) << "a hydrogen's radius";
+}
+
+TEST(DrawnMolecule, IsColouredByElementNameFirst) {
+  docking::Molecule molecule;
+  molecule.positions_angstrom.assign(4, Vec3::Zero());
+  molecule.mass_u = {12.011, 14.027, 40.08, 65.4};
+  const Rgba own{0.25F, 0.5F, 0.75F, 1};
+  const auto by_mass = atom_colors(molecule, MoleculeStyle::kByElement, own);
+  EXPECT_NE(by_mass[1], own) << "as heavy as nitrogen";
+  EXPECT_EQ(by_mass[2], by_mass[3]) << "metals";
+  EXPECT_NEAR(van_der_waals_radius_angstrom(molecule, 1), 1.55, 1e-9);
+  molecule.elements = {"C", "C", "CA", "ZN"};
+  const auto by_name = atom_colors(molecule, MoleculeStyle::kByElement, own);
+  EXPECT_EQ(by_name[1], own) << "a carbon with its hydrogens united";
+  EXPECT_NEAR(van_der_waals_radius_angstrom(molecule, 1), 1.70, 1e-9);
+  EXPECT_EQ(by_name[2], by_mass[2]) << "calcium";
+}
+
+TEST(DrawnMolecule, IsColouredByChainAndByResidueWhereItHasNames) {
+  docking::Molecule molecule;
+  molecule.positions_angstrom.assign(6, Vec3::Zero());
+  molecule.mass_u.assign(6, 12.011);
+  const Rgba own{0.25F, 0.5F, 0.75F, 1};
+  EXPECT_EQ(atom_colors(molecule, MoleculeStyle::kByChain, own), std::vector<Rgba>(6, own)) << "no names";
+  molecule.chains = {"B", "B", "A", "C", "C", "A"};
+  molecule.residue_names = {"ASP", "GLUH", "LYS", "ALA", "DG", "HOH"};
+  const auto by_chain = atom_colors(molecule, MoleculeStyle::kByChain, own);
+  EXPECT_EQ(by_chain[0], chain_color(0)) << "the first of the file";
+  EXPECT_EQ(by_chain[2], chain_color(1));
+  EXPECT_EQ(by_chain[5], chain_color(1)) << "again";
+  EXPECT_EQ(by_chain[3], chain_color(2));
+  EXPECT_EQ(chain_count(molecule), 3U);
+  EXPECT_EQ(atom_colors(molecule, MoleculeStyle::kByChain, own, 3)[2], chain_color(4)) << "of a scene's next molecule";
+  const auto by_residue = atom_colors(molecule, MoleculeStyle::kByResidue, own);
+  EXPECT_EQ(by_residue[0], by_residue[1]) << "acidic, whatever its protons";
+  EXPECT_THAT(std::set<Rgba>(by_residue.begin(), by_residue.end()), SizeIs(5));
 }
 
 TEST(DrawnScene, LooksAtWhatMovesAndNotAtTheTable) {
@@ -170,12 +210,12 @@ TEST(DrawnMesh, SticksAreWhereAtomsAreBonded) {
   molecule.positions_angstrom = {{0, 0, 0}, {1.54, 0, 0}, {0, 1.09, 0}, {9, 0, 0}, {-0.2, -1.07, 0}};
   molecule.mass_u = {12.011, 12.011, 1.008, 1.008, 1.008};
   DrawnMesh bonded, alone;
-  append_sticks(bonded, molecule, 0.01, {1, 1, 0, 1});
+  append_sticks(bonded, molecule, 0.01, yellow(molecule));
   molecule.positions_angstrom = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {9, 0, 0}, {0, -4, 0}};
-  append_sticks(alone, molecule, 0.01, {1, 1, 0, 1});
+  append_sticks(alone, molecule, 0.01, yellow(molecule));
   DrawnMesh one;
   molecule.positions_angstrom = {{0, 0, 0}, {1.54, 0, 0}, {0, 4, 0}, {9, 0, 0}, {0, -4, 0}};
-  append_sticks(one, molecule, 0.01, {1, 1, 0, 1});
+  append_sticks(one, molecule, 0.01, yellow(molecule));
   const std::size_t stick = one.size() - alone.size();
   EXPECT_GT(stick, 0U);
   EXPECT_EQ(bonded.size() - alone.size(), 3 * stick);
@@ -187,9 +227,9 @@ TEST(DrawnMesh, AtomsOfLargeMoleculesAreOfFewTriangles) {
     for (unsigned i = 0; i < atoms; ++i) molecule.positions_angstrom.emplace_back(1.5 * i, 0, 0);
     molecule.mass_u.assign(atoms, 12.011);
     DrawnMesh balls, sticks;
-    append_molecule(balls, molecule, 0.01, {1, 1, 0, 1});
+    append_balls(balls, molecule, 0.01, yellow(molecule));
     EXPECT_EQ(balls.size() / 3, std::size_t{triangles} * atoms);
-    append_sticks(sticks, molecule, 0.01, {1, 1, 0, 1});
+    append_sticks(sticks, molecule, 0.01, yellow(molecule));
     EXPECT_LT(sticks.size() / 3, std::size_t{atoms} * (atoms > 20'000 ? 8 + 2 * 10 : 128 + 2 * 40));
   }
 }

@@ -34,7 +34,7 @@ docking::Molecule carbons(const std::vector<Vec3>& at) {
 /// In Å.
 DrawnMesh surface_of(const docking::Molecule& molecule, std::size_t max_triangles = kMaxSurfaceTriangles) {
   DrawnMesh out;
-  append_surface(out, molecule, 1, kYellow, max_triangles);
+  append_surface(out, molecule, 1, atom_colors(molecule, MoleculeStyle::kByElement, kYellow), max_triangles);
   return out;
 }
 
@@ -161,7 +161,7 @@ TEST(MolecularSurface, IsOutsideOfAllAtomsAndNearThem) {
     double nearest = 1e9;
     for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
       const double apart = (vector_of(vertex.position_m) - molecule.positions_angstrom[atom]).norm();
-      nearest = std::min(nearest, apart - van_der_waals_radius_angstrom(molecule.mass_u[atom]));
+      nearest = std::min(nearest, apart - van_der_waals_radius_angstrom(molecule, atom));
     }
     EXPECT_GT(nearest, -0.05);
     EXPECT_LT(nearest, 1.2);
@@ -178,7 +178,7 @@ TEST(MolecularSurface, HasTheColourOfTheAtomThatIsThere) {
     if (x > 2.4F) right.insert(vertex.color);
   }
   EXPECT_EQ(left, (std::set{bytes_of(kYellow)})) << "carbon: as the molecule";
-  EXPECT_EQ(right, (std::set{bytes_of(atom_color(32.06, kYellow))}));
+  EXPECT_EQ(right, (std::set{bytes_of(atom_colors(molecule, MoleculeStyle::kByElement, kYellow)[1])}));
   EXPECT_NE(*left.begin(), *right.begin());
 }
 
@@ -203,7 +203,7 @@ TEST(MolecularSurface, IsNotOfHydrogensAloneOnACoarseGrid) {
 
 TEST(MolecularSurface, IsScaledToMetres) {
   DrawnMesh out;
-  append_surface(out, carbons({{1, 0, 0}}), 0.01, kYellow);
+  append_surface(out, carbons({{1, 0, 0}}), 0.01, std::vector<Rgba>{kYellow});
   for (const Vertex& vertex : out) {
     EXPECT_NEAR((vector_of(vertex.position_m) - Vec3(0.01, 0, 0)).norm(), 0.01 * kCarbonRadius, 2e-4);
     EXPECT_NEAR(vector_of(vertex.normal).norm(), 1, 1e-5);
@@ -253,7 +253,7 @@ TEST(MolecularSurface, IsNotThereWhenItIsToStop) {
   std::stop_source stop;
   stop.request_stop();
   DrawnMesh out(3);
-  append_surface(out, carbons({{0, 0, 0}}), 1, kYellow, kMaxSurfaceTriangles, stop.get_token());
+  append_surface(out, carbons({{0, 0, 0}}), 1, std::vector<Rgba>{kYellow}, kMaxSurfaceTriangles, stop.get_token());
   EXPECT_EQ(out.size(), 3U);
 }
 

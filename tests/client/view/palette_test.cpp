@@ -49,11 +49,8 @@ Vec3 lab(const Vec3& light) {
   return {116 * f(xyz.y()) - 16, 500 * (f(xyz.x()) - f(xyz.y())), 200 * (f(xyz.y()) - f(xyz.z()))};
 }
 
-// A difference of 10 is plain to see side by side.
-TEST(Palette, TellsToolsArrowsAndContactsApartForEverybody) {
-  std::vector<std::pair<std::string, Rgba>> colors{
-      {"force", kForceColor}, {"torque", kTorqueColor}, {"contact", kContactColor}};
-  for (std::size_t tool = 0; tool < 6; ++tool) colors.emplace_back("tool " + std::to_string(tool), tool_color(tool));
+/// A difference of 10 is plain to see side by side.
+void expect_apart(const std::vector<std::pair<std::string, Rgba>>& colors) {
   const std::pair<const char*, Vec3 (*)(const Vec3&)> eyes[] = {{"usual", [](const Vec3& light) { return light; }},
                                                                 {"protanope", seen_by_protanopes},
                                                                 {"deuteranope", seen_by_deuteranopes}};
@@ -65,6 +62,29 @@ TEST(Palette, TellsToolsArrowsAndContactsApartForEverybody) {
       }
     }
   }
+}
+
+TEST(Palette, TellsToolsArrowsAndContactsApartForEverybody) {
+  std::vector<std::pair<std::string, Rgba>> colors{
+      {"force", kForceColor}, {"torque", kTorqueColor}, {"contact", kContactColor}};
+  for (std::size_t tool = 0; tool < 6; ++tool) colors.emplace_back("tool " + std::to_string(tool), tool_color(tool));
+  expect_apart(colors);
+}
+
+TEST(Palette, TellsChainsAndKindsOfResiduesApartForEverybody) {
+  std::vector<std::pair<std::string, Rgba>> chains, residues;
+  for (std::size_t chain = 0; chain < 9; ++chain)
+    chains.emplace_back("chain " + std::to_string(chain), chain_color(chain));
+  expect_apart(chains);
+  docking::Molecule molecule;
+  for (const char* const name : {"ASP", "LYS", "SER", "ALA", "DG", "HOH"}) {
+    molecule.positions_angstrom.emplace_back(0, 0, 0);
+    molecule.chains.emplace_back("A");
+    molecule.residue_names.emplace_back(name);
+  }
+  const std::vector<Rgba> colors = atom_colors(molecule, MoleculeStyle::kByResidue, {});
+  for (std::size_t i = 0; i < colors.size(); ++i) residues.emplace_back(molecule.residue_names[i], colors[i]);
+  expect_apart(residues);
 }
 
 }  // namespace

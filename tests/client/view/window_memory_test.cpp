@@ -25,7 +25,7 @@ TEST_F(WindowMemory, KeepsWhatUsersSwitched) {
   switches.shows_contacts = false;
   switches.cuts = true;
   switches.cut_share = 0.25;
-  switches.molecules = MoleculeStyle::kSticks;
+  switches.molecules = {MoleculeStyle::kSticks, MoleculeStyle::kByChain};
   switches.is_open[3] = false;
   remember_switches(file_, switches);
   const WindowSwitches again = remembered_switches(file_);
@@ -33,23 +33,26 @@ TEST_F(WindowMemory, KeepsWhatUsersSwitched) {
   EXPECT_FALSE(again.shows_contacts);
   EXPECT_TRUE(again.cuts);
   EXPECT_EQ(again.cut_share, 0.25);
-  EXPECT_EQ(again.molecules, MoleculeStyle::kSticks);
+  EXPECT_EQ(again.molecules, (MoleculeStyle{MoleculeStyle::kSticks, MoleculeStyle::kByChain}));
   EXPECT_TRUE(again.is_open[2]);
   EXPECT_FALSE(again.is_open[3]);
 }
 
 TEST_F(WindowMemory, KeepsEachWayToDrawMolecules) {
-  for (const MoleculeStyle style : {MoleculeStyle::kSurface, MoleculeStyle::kSticks, MoleculeStyle::kBalls}) {
-    WindowSwitches switches;
-    switches.molecules = style;
-    remember_switches(file_, switches);
-    EXPECT_EQ(remembered_switches(file_).molecules, style);
+  for (const auto shape :
+       {MoleculeStyle::kSurface, MoleculeStyle::kSticks, MoleculeStyle::kRibbon, MoleculeStyle::kBalls}) {
+    for (const auto colors : {MoleculeStyle::kByResidue, MoleculeStyle::kByChain, MoleculeStyle::kByElement}) {
+      WindowSwitches switches;
+      switches.molecules = {shape, colors};
+      remember_switches(file_, switches);
+      EXPECT_EQ(remembered_switches(file_).molecules, switches.molecules);
+    }
   }
   // As earlier programs wrote it, and what none did.
   write("{\"molecules\": \"sticks\"}");
-  EXPECT_EQ(remembered_switches(file_).molecules, MoleculeStyle::kSticks);
+  EXPECT_EQ(remembered_switches(file_).molecules.shape, MoleculeStyle::kSticks);
   write("{\"molecules\": \"ribbons\"}");
-  EXPECT_EQ(remembered_switches(file_).molecules, MoleculeStyle::kBalls);
+  EXPECT_EQ(remembered_switches(file_).molecules, MoleculeStyle{});
 }
 
 TEST_F(WindowMemory, AFileThatIsNoneIsANewWindow) {

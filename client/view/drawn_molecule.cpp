@@ -1,0 +1,203 @@
+#include "client/view/drawn_molecule.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string_view>
+#include <utility>
+
+namespace tandem::client {
+namespace {
+
+/// Balls of molecules with more atoms than this are made of fewer triangles.
+constexpr std::size_t kFineAtoms = 1500;
+/// Those of more than this are octahedra with the light of a ball, and sticks have few sides: each is some pixels wide.
+constexpr std::size_t kCoarseAtoms = 20'000;
+constexpr int kSides = 20, kCoarseSides = 5;
+
+
+/// Source  radii: Bondi, J. Phys. Chem. 68, 441 (1964); hydrogen: Rowland and Taylor, J. Phys. Chem. 100, 7384 (1996); metals:
+///         Alvarez, Dalton Trans. 42, 8617 (2013)
+struct Element {
+  std::string_view symbol;
+  double mass_u;
+  double radius_angstrom;
+  double covalent_angstrom;
+  Rgba color;
+};
+
+constexpr Rgba kGreen{0.20F, 0.70F, 0.20F, 1}, kMetal{0.49F, 0.50F, 0.69F, 1};
+constexpr std::array<Element, 19> kElements{{{"H", 1.008, 1.10, 0.31, {0.93F, 0.93F, 0.93F, 1}},
+                                             {"C", 12.011, 1.70, 0.76, {}},
+                                             {"N", 14.007, 1.55, 0.71, {0.10F, 0.35F, 0.85F, 1}},
+                                             {"O", 15.999, 1.52, 0.66, {0.84F, 0.18F, 0.10F, 1}},
+                                             {"F", 18.998, 1.47, 0.57, kGreen},
+                                             {"NA", 22.990, 2.27, 1.66, kMetal},
+                                             {"MG", 24.305, 1.73, 1.41, kMetal},
+                                             {"P", 30.974, 1.80, 1.07, {0.90F, 0.45F, 0.05F, 1}},
+                                             {"S", 32.06, 1.80, 1.05, {0.93F, 0.82F, 0.20F, 1}},
+                                             {"CL", 35.45, 1.75, 1.02, kGreen},
+                                             {"K", 39.098, 2.75, 2.03, kMetal},
+                                             {"CA", 40.078, 2.31, 1.76, kMetal},
+                                             {"MN", 54.938, 2.45, 1.39, kMetal},
+                                             {"FE", 55.845, 2.44, 1.32, kMetal},
+                                             {"CU", 63.546, 2.38, 1.32, kMetal},
+                                             {"ZN", 65.38, 2.39, 1.22, kMetal},
+                                             {"SE", 78.971, 1.90, 1.20, {0.90F, 0.60F, 0.05F, 1}},
+                                             {"BR", 79.904, 1.85, 1.20, {0.55F, 0.15F, 0.10F, 1}},
+                                             {"I", 126.904, 1.98, 1.39, {0.45F, 0.10F, 0.55F, 1}}}};
+
+const Element& element_of(const docking::Molecule& molecule, std::size_t atom) {
+  if (atom < molecule.elements.size()) {
+    const auto* const named = std::ranges::find(kElements, molecule.elements[atom], &Element::symbol);
+    if (named != kElements.end()) return *named;
+  }
+  const double mass_u = molecule.mass_u[atom];
+  return *std::ranges::min_element(kElements, {}, [mass_u](const Element& e) { return std::abs(e.mass_u - mass_u); });
+}
+
+Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rgba& own) {
+  const Element& element = element_of(molecule, atom);
+  return element.symbol == "C" ? own : element.color;
+}
+
+/// By the first letters of its name: force fields add to them how it is protonated.
+Rgba residue_color(std::string_view name) {
+  constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
+      kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};
+  constexpr auto kIn = [](std::string_view list, std::string_view text) {
+    return text.size() == 3 && list.find(text) != std::string_view::npos;
+  };
+  const std::string_view three = name.substr(0, 3);
+  if (kIn("ASP GLU", three)) return kAcidic;
+  if (kIn("LYS ARG HIS HID HIE HIP", three)) return kBasic;
+  if (kIn("SER THR ASN GLN TYR CYS CYX", three)) return kPolar;
+  if (kIn("ALA VAL LEU ILE MET MSE PHE TRP PRO GLY", three)) return kApolar;
+  const std::string_view base = name.size() == 2 && name[0] == 'D' ? name.substr(1) : name;
+  const bool is_nucleotide = base.size() == 1 && std::string_view("ACGTUI").find(base) != std::string_view::npos;
+  return is_nucleotide ? kNucleotide : kOther;
+}
+
+constexpr double kBallAngstrom = 0.42;
+constexpr double kStickAngstrom = 0.18;
+constexpr double kBondSlackAngstrom = 0.4;
+constexpr double kMaxBondAngstrom = 2.6;
+
+int halvings_for(const docking::Molecule& molecule, int fine) {
+  if (molecule.size() <= kFineAtoms) return fine;
+  return molecule.size() <= kCoarseAtoms ? 1 : 0;
+}
+
+/// In      unit  of radius 1
+void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, double radius_m, const Rgba& color) {
+  const std::array<std::uint8_t, 4> bytes = bytes_of(color);
+  const std::array<float, 3> centre = floats_of(centre_m);
+  for (Vertex vertex : unit) {
+    vertex.normal = vertex.position_m;
+    for (std::size_t i = 0; i < 3; ++i) {
+      vertex.position_m[i] = centre[i] + static_cast<float>(radius_m) * vertex.position_m[i];
+    }
+    vertex.color = bytes;
+    out.push_back(vertex);
+  }
+}
+
+/// Atoms by cells of the longest bond, so that the cost is linear.
+std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule) {
+  using Cell = std::array<int, 3>;
+  const auto cell_of = [&molecule](std::size_t atom) -> Cell {
+    const Vec3 cell = (molecule.positions_angstrom[atom] / kMaxBondAngstrom).array().floor();
+    return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())};
+  };
+  const auto is_bond = [&molecule](std::size_t a, std::size_t b) {
+    const double reach = element_of(molecule, a).covalent_angstrom +
+                         element_of(molecule, b).covalent_angstrom + kBondSlackAngstrom;
+    const double apart = (molecule.positions_angstrom[a] - molecule.positions_angstrom[b]).norm();
+    return apart > 0 && apart < std::min(reach, kMaxBondAngstrom);
+  };
+  std::map<Cell, std::vector<std::size_t>> cells;
+  std::vector<std::pair<std::size_t, std::size_t>> bonds;
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    const Cell own = cell_of(atom);
+    for (int i = 0; i < 27; ++i) {
+      const auto near = cells.find({own[0] + i % 3 - 1, own[1] + i / 3 % 3 - 1, own[2] + i / 9 - 1});
+      if (near == cells.end()) continue;
+      for (const std::size_t other : near->second) {
+        if (is_bond(atom, other)) bonds.emplace_back(other, atom);
+      }
+    }
+    cells[own].push_back(atom);
+  }
+  return bonds;
+}
+
+}  // namespace
+
+double van_der_waals_radius_angstrom(const docking::Molecule& molecule, std::size_t atom) {
+  return element_of(molecule, atom).radius_angstrom;
+}
+
+Rgba chain_color(std::size_t chain) {
+  constexpr std::array<Rgba, 9> kColors{{{0.53F, 0.80F, 0.93F, 1},
+                                         {0.80F, 0.40F, 0.47F, 1},
+                                         {0.87F, 0.80F, 0.47F, 1},
+                                         {0.07F, 0.47F, 0.20F, 1},
+                                         {0.67F, 0.27F, 0.60F, 1},
+                                         {0.27F, 0.67F, 0.60F, 1},
+                                         {0.20F, 0.13F, 0.53F, 1},
+                                         {0.60F, 0.60F, 0.20F, 1},
+                                         {0.53F, 0.13F, 0.33F, 1}}};
+  return kColors[chain % kColors.size()];
+}
+
+std::size_t chain_count(const docking::Molecule& molecule) {
+  return std::set<std::string_view>(molecule.chains.begin(), molecule.chains.end()).size();
+}
+
+std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
+                              std::size_t first_chain) {
+  const bool has_names = molecule.chains.size() == molecule.size() && molecule.residue_names.size() == molecule.size();
+  std::map<std::string_view, std::size_t> chains;
+  std::vector<Rgba> found(molecule.size());
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    if (!has_names || colors == MoleculeStyle::kByElement) {
+      found[atom] = element_color(molecule, atom, own);
+    } else if (colors == MoleculeStyle::kByChain) {
+      const auto chain = chains.try_emplace(molecule.chains[atom], first_chain + chains.size()).first;
+      found[atom] = chain_color(chain->second);
+    } else {
+      found[atom] = residue_color(molecule.residue_names[atom]);
+    }
+  }
+  return found;
+}
+
+void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
+                     std::span<const Rgba> colors) {
+  DrawnMesh unit;
+  append_mesh(unit, halved_octahedron(halvings_for(molecule, 3)), Pose{}, Rgba{1, 1, 1, 1});
+  out.reserve(out.size() + molecule.size() * unit.size());
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    append_ball(out, unit, molecule.positions_angstrom[atom] * metres_per_angstrom,
+                van_der_waals_radius_angstrom(molecule, atom) * metres_per_angstrom, colors[atom]);
+  }
+}
+
+void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, std::span<const Rgba> colors) {
+  DrawnMesh unit;
+  append_mesh(unit, halved_octahedron(halvings_for(molecule, 2)), Pose{}, Rgba{1, 1, 1, 1});
+  const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    append_ball(out, unit, at(atom), kBallAngstrom * metres_per_angstrom, colors[atom]);
+  }
+  const int sides = molecule.size() <= kCoarseAtoms ? kSides : kCoarseSides;
+  for (const auto& [a, b] : bonds_of(molecule)) {
+    const Vec3 middle = (at(a) + at(b)) / 2;
+    append_stick(out, at(a), middle, kStickAngstrom * metres_per_angstrom, sides, colors[a]);
+    append_stick(out, middle, at(b), kStickAngstrom * metres_per_angstrom, sides, colors[b]);
+  }
+}
+
+
+}  // namespace tandem::client
