@@ -135,10 +135,12 @@ class Partner {
   net::RigidTrack force_;   ///< on his hand, in place of positions
   net::RigidTrack torque_;  ///< likewise
   HandEstimate hand_;
-  GivingHand modelled_;                           ///< e
-  GivingHand shown_;                              ///< a
-  haptics::TrajectoryForecast intent_{0.01};      ///< of X_H − a [m]
-  haptics::TrajectoryForecast turn_intent_{0.1};  ///< likewise, as the sum of its turns [rad]
+  GivingHand modelled_;  ///< e
+  GivingHand shown_;     ///< a
+  // Who is taken to go along with what both hold, gives way to a swing of it: more than this, and two who turn a bar by its
+  // ends keep it swinging along itself, and gain energy.
+  haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< of X_H − a [m]
+  haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< likewise, as the sum of its turns [rad]
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
   double common_share_ = 0;         ///< 1: both have a hand on a body; comes and goes in kChange_s

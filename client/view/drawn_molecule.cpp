@@ -16,7 +16,6 @@ constexpr std::size_t kFineAtoms = 1500;
 constexpr std::size_t kCoarseAtoms = 20'000;
 constexpr int kSides = 20, kCoarseSides = 5;
 
-
 /// Source  radii: Bondi, J. Phys. Chem. 68, 441 (1964); hydrogen: Rowland and Taylor, J. Phys. Chem. 100, 7384 (1996); metals:
 ///         Alvarez, Dalton Trans. 42, 8617 (2013)
 struct Element {
@@ -111,8 +110,8 @@ std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecul
     return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())};
   };
   const auto is_bond = [&molecule](std::size_t a, std::size_t b) {
-    const double reach = element_of(molecule, a).covalent_angstrom +
-                         element_of(molecule, b).covalent_angstrom + kBondSlackAngstrom;
+    const double reach =
+        element_of(molecule, a).covalent_angstrom + element_of(molecule, b).covalent_angstrom + kBondSlackAngstrom;
     const double apart = (molecule.positions_angstrom[a] - molecule.positions_angstrom[b]).norm();
     return apart > 0 && apart < std::min(reach, kMaxBondAngstrom);
   };
@@ -174,7 +173,7 @@ std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::
 }
 
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
-                     std::span<const Rgba> colors) {
+                  std::span<const Rgba> colors) {
   DrawnMesh unit;
   append_mesh(unit, halved_octahedron(halvings_for(molecule, 3)), Pose{}, Rgba{1, 1, 1, 1});
   out.reserve(out.size() + molecule.size() * unit.size());
@@ -184,7 +183,8 @@ void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metr
   }
 }
 
-void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, std::span<const Rgba> colors) {
+void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
+                   std::span<const Rgba> colors) {
   DrawnMesh unit;
   append_mesh(unit, halved_octahedron(halvings_for(molecule, 2)), Pose{}, Rgba{1, 1, 1, 1});
   const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };
@@ -198,6 +198,5 @@ void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double met
     append_stick(out, middle, at(b), kStickAngstrom * metres_per_angstrom, sides, colors[b]);
   }
 }
-
 
 }  // namespace tandem::client

@@ -292,8 +292,7 @@ void append_others(DrawnMesh& out, const Molecule& molecule, double scale, std::
 
 }  // namespace
 
-void append_ribbon(DrawnMesh& out, const Molecule& molecule, double metres_per_angstrom,
-                   std::span<const Rgba> colors) {
+void append_ribbon(DrawnMesh& out, const Molecule& molecule, double metres_per_angstrom, std::span<const Rgba> colors) {
   if (molecule.atom_names.size() != molecule.size() || molecule.segments.size() != molecule.size()) {
     return append_sticks(out, molecule, metres_per_angstrom, colors);
   }

@@ -7,7 +7,8 @@
 namespace tandem::haptics {
 namespace {
 
-const Vec3 kPrior(0.9, -0.4, 0.4);
+/// Of c_fast and c_slow.
+constexpr double kPriorFast = 0.9, kPriorSlow = -0.4;
 /// What the prior is worth: so many seconds of typical ways.
 constexpr double kPriorWorth_s = 2;
 constexpr double kScoreWorth_s = 0.05;
@@ -45,7 +46,7 @@ TrajectoryForecast::Way TrajectoryForecast::step(const Vec3& known, double horiz
   const double unit = typical_way_ * typical_way_ / period_s;
   const double worth = kPriorWorth_s * unit;
   const Eigen::Matrix3d A = squares_ + worth * Eigen::Matrix3d::Identity();
-  c_ = A.llt().solve(products_ + worth * kPrior);
+  c_ = A.llt().solve(products_ + worth * Vec3(kPriorFast, kPriorSlow, prior_along_));
   const double score_worth = kScoreWorth_s * unit;
   share_ = std::clamp((came_true_ + score_worth) / (forecast_ + score_worth), 0.0, 1.0) * kMaxShare;
 

@@ -42,14 +42,15 @@ class TrajectoryForecast {
   };
 
   /// In      typical_way  of one horizon; what the prior and the score are weighed by, in units of x
-  explicit TrajectoryForecast(double typical_way) : typical_way_(typical_way) {}
+  ///         prior_along  how far x goes along with what it may, where nothing is known of that yet
+  TrajectoryForecast(double typical_way, double prior_along) : typical_way_(typical_way), prior_along_(prior_along) {}
 
   /// Once a period.
   /// In      known  x(t − horizon_s)
   ///         along  of what it may go along with: since then, and now
   /// Out     x̂(t) − x(t − horizon_s), and the velocity of x̂
   Way step(const Vec3& known, double horizon_s, const Way& along, double period_s) noexcept;
-  void reset() noexcept { *this = TrajectoryForecast(typical_way_); }
+  void reset() noexcept { *this = TrajectoryForecast(typical_way_, prior_along_); }
   /// g, of the last forecast.
   double share() const { return share_; }
   const Vec3& coefficients() const { return c_; }
@@ -59,7 +60,7 @@ class TrajectoryForecast {
 
   void learn(const Vec3& known, double horizon_s, double period_s) noexcept;
 
-  double typical_way_;
+  double typical_way_, prior_along_;
   std::array<Vec3, kKept> known_;                ///< rings, one step each
   std::array<Eigen::Matrix3d, kKept> features_;  ///< a column each
   std::array<Vec3, kKept> ways_;                 ///< forecast with g = 1

@@ -94,6 +94,16 @@ INSTANTIATE_TEST_SUITE_P(Default, Together,
                                          At{"turn_together", 200}),
                          [](const auto& each) { return name_of_case(each); });
 
+// Each is foreseen to go along with the bar that both hold: with more of that, it swings along itself, 2.5 mm/s a second
+// after they have stopped, and 13 mJ are made.
+TEST(Together, ABarTurnedByTwoComesToRest) {
+  for (const char* const seed : {"seed=10", "seed=16"}) {
+    const Shown shown("turn_together", disturbed(100, {seed}));
+    EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002) << seed;
+    EXPECT_LE(shown["energy_created_max_j"], 0.002) << seed;
+  }
+}
+
 // Of what moves at 125 mm/s, in all directions together; a partner that is held instead of foreseen drags with 1.25 N.
 TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);

@@ -43,7 +43,7 @@ struct Errors {
 };
 
 Errors errors_over(const std::vector<Vec3>& path, double horizon_s) {
-  TrajectoryForecast forecast(0.01);
+  TrajectoryForecast forecast(0.01, 0.25);
   const auto late = static_cast<std::size_t>(std::lround(horizon_s / kPeriod_s));
   double forecast_square = 0, hold_square = 0;
   for (std::size_t k = late; k < path.size(); ++k) {
@@ -79,7 +79,7 @@ TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
 
 TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
   const auto share_of_along = [](bool goes_along) {
-    TrajectoryForecast forecast(0.01);
+    TrajectoryForecast forecast(0.01, 0.25);
     const std::vector<Vec3> path = movements(11, 30);
     for (std::size_t k = 200; k < path.size(); ++k) {
       const Vec3 known = goes_along ? path[k - 200] : Vec3(Vec3::Zero());
@@ -87,12 +87,12 @@ TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
     }
     return forecast.coefficients()[2];
   };
-  EXPECT_GT(share_of_along(true), 0.4);
+  EXPECT_GT(share_of_along(true), 0.35);
   EXPECT_LT(share_of_along(false), 0.15);
 }
 
 TEST(TrajectoryForecast, AtRestItHoldsAndForFiniteInputItIsFinite) {
-  TrajectoryForecast forecast(0.01);
+  TrajectoryForecast forecast(0.01, 0.25);
   for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s);
   EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s).way.norm(), 0);
   Random random(3);
