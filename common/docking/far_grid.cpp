@@ -214,7 +214,11 @@ class Shelf {
   std::shared_ptr<Made> of(Source source) {
     const std::lock_guard lock(mutex_);
     // Whoever has one outside is making its grid; otherwise nobody else comes by it meanwhile.
-    std::erase_if(made_, [](const auto& made) { return made.use_count() == 1 && made->grid.expired(); });
+    std::erase_if(made_, [](const auto& made) {
+      if (made.use_count() != 1) return false;
+      const std::lock_guard own(made->mutex);
+      return made->grid.expired();
+    });
     for (const auto& made : made_) {
       if (made->source == source) return made;
     }
