@@ -19,7 +19,7 @@
 #include "client/app/security_options.hpp"
 #include "client/recording/recorded_hand.hpp"
 #include "client/session/asset_store.hpp"
-#include "client/view/drawn_molecule.hpp"
+#include "client/view/window.hpp"
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"

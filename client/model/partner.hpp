@@ -137,8 +137,8 @@ class Partner {
   HandEstimate hand_;
   GivingHand modelled_;  ///< e
   GivingHand shown_;     ///< a
-  // Who is taken to go along with what both hold, gives way to a swing of it: more than this, and two who turn a bar by its
-  // ends keep it swinging along itself, and gain energy.
+  // A partner who is taken to go along with what both hold gives way to its swing. With more than this, a bar that two turn
+  // by its ends keeps swinging along itself, and gains energy.
   haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< of X_H − a [m]
   haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< likewise, as the sum of its turns [rad]
   Vec3 turned_ = Vec3::Zero();

@@ -61,17 +61,17 @@ Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rg
   return element.symbol == "C" ? own : element.color;
 }
 
-/// By the first letters of its name: force fields add to them how it is protonated.
+/// By the first letters of its name, to which some force fields add how it is protonated; others have names of their own.
 Rgba residue_color(std::string_view name) {
   constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
       kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};
   constexpr auto kIn = [](std::string_view list, std::string_view text) {
-    return text.size() == 3 && list.find(text) != std::string_view::npos;
+    return text.size() == 3 && text.find(' ') == std::string_view::npos && list.find(text) != std::string_view::npos;
   };
   const std::string_view three = name.substr(0, 3);
-  if (kIn("ASP GLU", three)) return kAcidic;
-  if (kIn("LYS ARG HIS HID HIE HIP", three)) return kBasic;
-  if (kIn("SER THR ASN GLN TYR CYS CYX", three)) return kPolar;
+  if (kIn("ASP ASH GLU GLH", three)) return kAcidic;
+  if (kIn("LYS LYN LSN LYP ARG HIS HID HIE HIP HSD HSE HSP", three)) return kBasic;
+  if (kIn("SER THR ASN GLN TYR CYS CYX CYM", three)) return kPolar;
   if (kIn("ALA VAL LEU ILE MET MSE PHE TRP PRO GLY", three)) return kApolar;
   const std::string_view base = name.size() == 2 && name[0] == 'D' ? name.substr(1) : name;
   const bool is_nucleotide = base.size() == 1 && std::string_view("ACGTUI").find(base) != std::string_view::npos;
@@ -82,6 +82,8 @@ constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kBondSlackAngstrom = 0.4;
 constexpr double kMaxBondAngstrom = 2.6;
+/// More are no chemistry, but what a server may send: in a cube of kMaxBondAngstrom, and of one atom.
+constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
 
 int halvings_for(const docking::Molecule& molecule, int fine) {
   if (molecule.size() <= kFineAtoms) return fine;
@@ -103,7 +105,8 @@ void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, do
 }
 
 /// Atoms by cells of the longest bond, so that the cost is linear.
-std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule) {
+std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule,
+                                                          const std::stop_token& stop) {
   using Cell = std::array<int, 3>;
   const auto cell_of = [&molecule](std::size_t atom) -> Cell {
     const Vec3 cell = (molecule.positions_angstrom[atom] / kMaxBondAngstrom).array().floor();
@@ -117,16 +120,17 @@ std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecul
   };
   std::map<Cell, std::vector<std::size_t>> cells;
   std::vector<std::pair<std::size_t, std::size_t>> bonds;
-  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+  for (std::size_t atom = 0; atom < molecule.size() && !stop.stop_requested(); ++atom) {
     const Cell own = cell_of(atom);
+    const std::size_t most = bonds.size() + kMaxBonds;
     for (int i = 0; i < 27; ++i) {
       const auto near = cells.find({own[0] + i % 3 - 1, own[1] + i / 3 % 3 - 1, own[2] + i / 9 - 1});
       if (near == cells.end()) continue;
       for (const std::size_t other : near->second) {
-        if (is_bond(atom, other)) bonds.emplace_back(other, atom);
+        if (bonds.size() < most && is_bond(atom, other)) bonds.emplace_back(other, atom);
       }
     }
-    cells[own].push_back(atom);
+    if (std::vector<std::size_t>& here = cells[own]; here.size() < kMaxAtomsInCell) here.push_back(atom);
   }
   return bonds;
 }
@@ -173,26 +177,27 @@ std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::
 }
 
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
-                  std::span<const Rgba> colors) {
+                  std::span<const Rgba> colors, const std::stop_token& stop) {
   DrawnMesh unit;
   append_mesh(unit, halved_octahedron(halvings_for(molecule, 3)), Pose{}, Rgba{1, 1, 1, 1});
   out.reserve(out.size() + molecule.size() * unit.size());
-  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+  for (std::size_t atom = 0; atom < molecule.size() && !stop.stop_requested(); ++atom) {
     append_ball(out, unit, molecule.positions_angstrom[atom] * metres_per_angstrom,
                 van_der_waals_radius_angstrom(molecule, atom) * metres_per_angstrom, colors[atom]);
   }
 }
 
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
-                   std::span<const Rgba> colors) {
+                   std::span<const Rgba> colors, const std::stop_token& stop) {
   DrawnMesh unit;
   append_mesh(unit, halved_octahedron(halvings_for(molecule, 2)), Pose{}, Rgba{1, 1, 1, 1});
   const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };
-  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+  for (std::size_t atom = 0; atom < molecule.size() && !stop.stop_requested(); ++atom) {
     append_ball(out, unit, at(atom), kBallAngstrom * metres_per_angstrom, colors[atom]);
   }
   const int sides = molecule.size() <= kCoarseAtoms ? kSides : kCoarseSides;
-  for (const auto& [a, b] : bonds_of(molecule)) {
+  for (const auto& [a, b] : bonds_of(molecule, stop)) {
+    if (stop.stop_requested()) return;
     const Vec3 middle = (at(a) + at(b)) / 2;
     append_stick(out, at(a), middle, kStickAngstrom * metres_per_angstrom, sides, colors[a]);
     append_stick(out, middle, at(b), kStickAngstrom * metres_per_angstrom, sides, colors[b]);

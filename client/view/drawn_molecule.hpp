@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "client/view/drawn_mesh.hpp"
@@ -26,8 +27,9 @@ struct MoleculeStyle {
 };
 
 /// One for each atom. By element: carbons in the molecule's own colour, the others as is usual (nitrogen blue, oxygen red,
-/// sulphur yellow, hydrogen white). By chain: chain_color() of `first_chain` and so on, as they come in the file. By residue: acidic red, basic
-/// blue, polar teal, the other amino acids sand, nucleotides purple, all else dark grey. By element where a molecule has no names.
+/// sulphur yellow, hydrogen white). By chain: chain_color() of `first_chain` and so on, as they come in the file. By
+/// residue: acidic red, basic blue, polar teal, the other amino acids sand, nucleotides purple, all else dark grey. By
+/// element where a molecule has no names.
 /// Source  chains: Tol, "Colour schemes", SRON/EPS/TN/09-002, 2021 ("muted")
 std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
                               std::size_t first_chain = 0);
@@ -38,14 +40,15 @@ std::size_t chain_count(const docking::Molecule& molecule);
 
 /// Adds a ball for each atom, of its van der Waals radius.
 /// In      colors  one for each atom
+///         stop    once requested, no more is added; likewise the others
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
-                  std::span<const Rgba> colors);
+                  std::span<const Rgba> colors, const std::stop_token& stop = {});
 
 /// Likewise with a small ball for each atom and a stick, of both atoms' colours, for each bond: two atoms nearer than their
 /// covalent radii and 0.4 Å.
 /// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
-                   std::span<const Rgba> colors);
+                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
 /// Of its element: by name, else by mass.
 double van_der_waals_radius_angstrom(const docking::Molecule& molecule, std::size_t atom);

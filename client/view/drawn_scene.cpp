@@ -126,10 +126,10 @@ class Builder {
     if (molecules_.shape == MoleculeStyle::kSurface) {
       append_surface(body.mesh, *molecule, scale, colors, kMaxSurfaceTriangles, stop_);
     } else if (molecules_.shape == MoleculeStyle::kRibbon) {
-      append_ribbon(body.mesh, *molecule, scale, colors);
+      append_ribbon(body.mesh, *molecule, scale, colors, stop_);
     } else {
       const auto append_as = molecules_.shape == MoleculeStyle::kSticks ? append_sticks : append_balls;
-      append_as(body.mesh, *molecule, scale, colors);
+      append_as(body.mesh, *molecule, scale, colors, stop_);
     }
     body.molecule = std::make_shared<const docking::Molecule>(std::move(*molecule));
   }

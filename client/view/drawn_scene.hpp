@@ -41,7 +41,7 @@ struct DrawnScene {
 Rgba tool_color(std::size_t tool);
 
 /// In      assets  may lack some: those shapes are left out, and named in `missing`
-///         stop    once requested, surfaces of molecules are left out
+///         stop    once requested, molecules are left as far as they are
 /// Cost    with surfaces of molecules up to some seconds (molecular_surface.hpp)
 /// Thread  any
 DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules = {},

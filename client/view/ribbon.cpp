@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace tandem::client {
@@ -33,9 +34,13 @@ constexpr std::size_t kMinLinks = 3;
 using Size = Eigen::Vector2d;
 const Size kCoilSize(0.28, 0.28), kHelixSize(1.3, 0.22), kStrandSize(1.0, 0.22), kNucleicSize(0.6, 0.6);
 constexpr double kArrowAngstrom = 1.7, kBaseAngstrom = 0.35;
-/// Sections between two residues, and corners of each; of molecules of so many residues fewer.
-constexpr std::size_t kFewResidues = 3000;
-constexpr int kSections = 8, kCorners = 12, kCoarseSections = 4, kCoarseCorners = 6, kBaseSides = 8;
+constexpr int kBaseSides = 8;
+/// Sections between two residues, and corners of each: up to so many residues in the molecule.
+struct Detail {
+  std::size_t max_residues;
+  int sections, corners;
+};
+constexpr std::array<Detail, 4> kDetails{{{3000, 8, 12}, {30'000, 4, 6}, {100'000, 2, 4}, {1'000'000, 1, 3}}};
 
 /// Atoms of a molecule by residue.
 class Residues {
@@ -227,15 +232,21 @@ Section section_at(const Chain& chain, std::size_t i, double share, int corners,
   return section;
 }
 
-/// In metres.
+/// Of sections, one after the other; in metres.
 class Ribbon {
  public:
   Ribbon(DrawnMesh& out, double metres_per_angstrom) : out_(out), scale_(metres_per_angstrom) {}
 
-  void append(const std::vector<Section>& sections) {
-    cap(sections.front(), -1);
-    for (std::size_t i = 0; i + 1 < sections.size(); ++i) join(sections[i], sections[i + 1]);
-    cap(sections.back(), 1);
+  void append(Section section) {
+    if (last_) {
+      join(*last_, section);
+    } else {
+      cap(section, -1);
+    }
+    last_ = std::move(section);
+  }
+  void end() {
+    if (last_) cap(*last_, 1);
   }
 
  private:
@@ -265,6 +276,7 @@ class Ribbon {
 
   DrawnMesh& out_;
   double scale_;
+  std::optional<Section> last_;
 };
 
 /// From the sugar to the far end of the base.
@@ -277,7 +289,7 @@ void append_base(DrawnMesh& out, const Residues& residues, const Link& link, dou
 
 /// Atoms that are in no chain.
 void append_others(DrawnMesh& out, const Molecule& molecule, double scale, std::span<const Rgba> colors,
-                   const std::vector<bool>& is_in_chain) {
+                   const std::vector<bool>& is_in_chain, const std::stop_token& stop) {
   Molecule others;
   std::vector<Rgba> their_colors;
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
@@ -287,18 +299,20 @@ void append_others(DrawnMesh& out, const Molecule& molecule, double scale, std::
     others.elements.push_back(molecule.elements[atom]);
     their_colors.push_back(colors[atom]);
   }
-  append_sticks(out, others, scale, their_colors);
+  append_sticks(out, others, scale, their_colors, stop);
 }
 
 }  // namespace
 
-void append_ribbon(DrawnMesh& out, const Molecule& molecule, double metres_per_angstrom, std::span<const Rgba> colors) {
+void append_ribbon(DrawnMesh& out, const Molecule& molecule, double metres_per_angstrom, std::span<const Rgba> colors,
+                   const std::stop_token& stop) {
   if (molecule.atom_names.size() != molecule.size() || molecule.segments.size() != molecule.size()) {
-    return append_sticks(out, molecule, metres_per_angstrom, colors);
+    return append_sticks(out, molecule, metres_per_angstrom, colors, stop);
   }
   const Residues residues(molecule);
-  const bool is_coarse = residues.size() > kFewResidues;
-  const int sections = is_coarse ? kCoarseSections : kSections, corners = is_coarse ? kCoarseCorners : kCorners;
+  const auto* const found =
+      std::ranges::find_if(kDetails, [&](const Detail& each) { return residues.size() <= each.max_residues; });
+  const Detail& detail = found == kDetails.end() ? kDetails.back() : *found;
   std::vector<bool> is_in_chain(molecule.size());
   for (Chain& chain : chains_of(residues)) {
     for (const Link& link : chain) {
@@ -309,17 +323,17 @@ void append_ribbon(DrawnMesh& out, const Molecule& molecule, double metres_per_a
     for (const Pattern& pattern : kPatterns) mark(chain, pattern);
     turn_to_planes(chain);
     smooth_strands(chain);
-    std::vector<Section> ribbon;
-    for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
+    Ribbon ribbon(out, metres_per_angstrom);
+    for (std::size_t i = 0; i + 1 < chain.size() && !stop.stop_requested(); ++i) {
       const bool is_last = i + 2 == chain.size();
-      for (int k = 0; k < sections + (is_last ? 1 : 0); ++k) {
-        const double share = static_cast<double>(k) / sections;
-        ribbon.push_back(section_at(chain, i, share, corners, colors[chain[share < 0.5 ? i : i + 1].atom]));
+      for (int k = 0; k < detail.sections + (is_last ? 1 : 0); ++k) {
+        const double share = static_cast<double>(k) / detail.sections;
+        ribbon.append(section_at(chain, i, share, detail.corners, colors[chain[share < 0.5 ? i : i + 1].atom]));
       }
     }
-    Ribbon(out, metres_per_angstrom).append(ribbon);
+    ribbon.end();
   }
-  append_others(out, molecule, metres_per_angstrom, colors, is_in_chain);
+  append_others(out, molecule, metres_per_angstrom, colors, is_in_chain, stop);
 }
 
 }  // namespace tandem::client

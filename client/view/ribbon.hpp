@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <stop_token>
 
 #include "client/view/drawn_molecule.hpp"
 
@@ -15,9 +16,10 @@ namespace tandem::client {
 ///         as it is in the plane of the peptides. A residue is in a helix or strand by the distances to the α carbons two,
 ///         three and four residues further on
 /// In      colors  one for each atom; a residue has that of its α carbon
+///         stop    once requested, no more is added
 /// Source  planes: Carson and Bugg, "Algorithm for ribbon models of proteins", J. Mol. Graphics 4, 1986; distances: Labesse et
 ///         al., "P-SEA: a new efficient assignment of secondary structure from Cα trace of proteins", CABIOS 13, 1997, without its angles
 void append_ribbon(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
-                   std::span<const Rgba> colors);
+                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
 }  // namespace tandem::client

@@ -120,7 +120,7 @@ void SceneView::show(DrawnScene scene, MoleculeStyle molecules) {
 /// Shows molecules of another style when they are here; has them made, by a thread of their own, when nobody does yet.
 bool SceneView::take_made(MoleculeStyle molecules) {
   if (surface_ && surface_->first == molecules) {
-    show(std::exchange(surface_, std::nullopt)->second, molecules);
+    show((*std::exchange(surface_, std::nullopt)).second, molecules);
     return true;
   }
   const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
@@ -131,13 +131,18 @@ bool SceneView::take_made(MoleculeStyle molecules) {
           return make_drawn_scene(*joined, assets != nullptr ? *assets : AssetMap{}, molecules, stop);
         });
     making_ = molecules;
+    is_given_up_ = false;
     made_ = make.get_future();
     maker_ = std::jthread(std::move(make));
+  }
+  if (making_ != molecules) {
+    is_given_up_ = true;
+    maker_.request_stop();
   }
   if (made_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
   try {
     DrawnScene scene = made_.get();
-    if (making_ != molecules) return false;  // meanwhile another is wanted
+    if (is_given_up_) return false;
     show(std::move(scene), molecules);
     return true;
   } catch (const std::exception& error) {

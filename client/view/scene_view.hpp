@@ -82,7 +82,8 @@ class SceneView {
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  MoleculeStyle making_{};  ///< what is being made while made_ is valid
+  MoleculeStyle making_{};    ///< what is being made while made_ is valid
+  bool is_given_up_ = false;  ///< since then another was wanted
   std::future<DrawnScene> made_;
   std::jthread maker_;
 };

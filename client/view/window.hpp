@@ -15,6 +15,7 @@
 
 #include "client/haptics/view.hpp"
 #include "client/net/client_io.hpp"
+#include "client/view/drawn_molecule.hpp"
 #include "devices/device.hpp"
 #include "devices/pointer.hpp"
 

@@ -6,6 +6,7 @@
 
 #include <numbers>
 #include <set>
+#include <stop_token>
 
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
@@ -111,7 +112,7 @@ TEST(DrawnMolecule, IsColouredByChainAndByResidueWhereItHasNames) {
   const Rgba own{0.25F, 0.5F, 0.75F, 1};
   EXPECT_EQ(atom_colors(molecule, MoleculeStyle::kByChain, own), std::vector<Rgba>(6, own)) << "no names";
   molecule.chains = {"B", "B", "A", "C", "C", "A"};
-  molecule.residue_names = {"ASP", "GLUH", "LYS", "ALA", "DG", "HOH"};
+  molecule.residue_names = {"ASP", "GLUH", "HSD", "ALA", "DG", "HOH"};
   const auto by_chain = atom_colors(molecule, MoleculeStyle::kByChain, own);
   EXPECT_EQ(by_chain[0], chain_color(0)) << "the first of the file";
   EXPECT_EQ(by_chain[2], chain_color(1));
@@ -232,6 +233,30 @@ TEST(DrawnMesh, AtomsOfLargeMoleculesAreOfFewTriangles) {
     append_sticks(sticks, molecule, 0.01, yellow(molecule));
     EXPECT_LT(sticks.size() / 3, std::size_t{atoms} * (atoms > 20'000 ? 8 + 2 * 10 : 128 + 2 * 40));
   }
+}
+
+/// What a hostile server may send: nobody waits for all pairs of them.
+TEST(DrawnMesh, AnAtomHasFewSticksWhereverAtomsAre) {
+  docking::Molecule molecule;
+  constexpr unsigned kAtoms = 3000;
+  for (unsigned i = 0; i < kAtoms; ++i) molecule.positions_angstrom.emplace_back(1e-4 * i, 0, 0);
+  molecule.mass_u.assign(kAtoms, 12.011);
+  DrawnMesh balls, sticks;
+  append_balls(balls, molecule, 0.01, yellow(molecule));
+  append_sticks(sticks, molecule, 0.01, yellow(molecule));
+  EXPECT_LE(sticks.size(), balls.size() + std::size_t{kAtoms} * 16 * 2 * 3 * 40);
+}
+
+TEST(DrawnMesh, OfMoleculesIsNoMoreOnceItIsToStop) {
+  docking::Molecule molecule;
+  molecule.positions_angstrom.assign(5, Vec3::Zero());
+  molecule.mass_u.assign(5, 12.011);
+  std::stop_source stop;
+  stop.request_stop();
+  DrawnMesh out;
+  append_balls(out, molecule, 0.01, yellow(molecule), stop.get_token());
+  append_sticks(out, molecule, 0.01, yellow(molecule), stop.get_token());
+  EXPECT_THAT(out, SizeIs(0));
 }
 
 TEST(DrawnScene, ToolsDifferInColour) {
