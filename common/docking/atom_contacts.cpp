@@ -21,7 +21,7 @@ bool is_hydrogen(const Molecule& molecule, std::size_t atom) {
   return molecule.mass_u[atom] < kHydrogen_u;
 }
 
-/// By mass: what clients get has no names.
+/// By mass, the same for molecules without names.
 bool is_polar(const Molecule& molecule, std::size_t atom) {
   constexpr std::array kMasses_u{14.007, 15.999};
   return std::ranges::any_of(kMasses_u,

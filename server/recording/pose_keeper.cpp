@@ -248,8 +248,10 @@ class Site final : public RoomWatcher {
     std::size_t left = kMaxPairsAtOnce / (a_.size() * b_.size());
     const auto [X_AB, energy] = minimum_near(a_, b_, scene_->world.field_model, *X_AB_,
                                              [&] { return !is_stopping_ && left > 0 && left-- > 0; });
-    const std::string how = left > 0 ? "to the minimum nearby, " : "towards the minimum nearby, minimise again, ";
-    return leave_for(X_AB, how + text_of(energy * docking::kKilojoulesPerKilocalorie) + " kJ/mol", request, answer);
+    const std::string found = text_of(energy * docking::kKilojoulesPerKilocalorie) + " kJ/mol";
+    const std::string how = left > 0 ? "to the minimum nearby, " + found
+                                     : "towards the minimum nearby, " + found + "; minimise again to go on";
+    return leave_for(X_AB, how, request, answer);
   }
 
   wire::KeptPose described(const Pose& X_AB) const {
