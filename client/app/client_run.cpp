@@ -275,6 +275,7 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   }
   is_over_ = is_over_ || window_->is_closed();
   if (options_.window.screenshot.empty() || is_over_ || SteadyClock().now() < picture_due_) return;
+  if (window_->is_making()) return;
   window_->save_next_frame(options_.window.screenshot);
   pause();
   is_over_ = true;

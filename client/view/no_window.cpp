@@ -21,6 +21,9 @@ bool Window::take_record_press() {
 bool Window::is_closed() const {
   return true;
 }
+bool Window::is_making() const {
+  return false;
+}
 void Window::save_next_frame(const std::filesystem::path&) {}
 
 }  // namespace tandem::client

@@ -91,9 +91,14 @@ bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
     show(make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{}, at_once), at_once);
     return true;
   }
-  if (molecules_ != molecules && take_made(molecules)) return true;
+  if (is_making(molecules) && take_made(molecules)) return true;
   take_soft_offsets(io);
   return false;
+}
+
+bool SceneView::is_making(MoleculeStyle molecules) const {
+  const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
+  return molecules != molecules_ && molecules != failed_ && std::ranges::any_of(scene_.bodies, has_molecule);
 }
 
 void SceneView::forget_scene(const ClientIoSnapshot& io) {
@@ -123,8 +128,6 @@ bool SceneView::take_made(MoleculeStyle molecules) {
     show((*std::exchange(surface_, std::nullopt)).second, molecules);
     return true;
   }
-  const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
-  if (failed_ == molecules || std::ranges::none_of(scene_.bodies, has_molecule)) return false;
   if (!made_.valid()) {
     std::packaged_task<DrawnScene(const std::stop_token&)> make(
         [joined = joined_, assets = assets_, molecules](const auto& stop) {

@@ -43,7 +43,7 @@ class SceneView {
 
   const DrawnScene& scene() const { return scene_; }
   /// Whether molecules of this style are still to come.
-  bool is_making(MoleculeStyle molecules) const { return made_.valid() && molecules != molecules_; }
+  bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
   /// The user's own tool, where it is felt.

@@ -406,6 +406,10 @@ bool Window::is_closed() const {
   return glfwWindowShouldClose(impl_->window) != GLFW_FALSE;
 }
 
+bool Window::is_making() const {
+  return impl_->scene->is_making(impl_->switches.molecules);
+}
+
 void Window::save_next_frame(const std::filesystem::path& file) {
   impl_->picture = file;
 }

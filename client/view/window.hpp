@@ -61,6 +61,8 @@ class Window {
   bool take_record_press();
   /// Somebody closed it.
   bool is_closed() const;
+  /// Molecules are still being made as they are to be seen.
+  bool is_making() const;
   /// The next frame is also written to a PNG file; draw() then fails with std::runtime_error when that cannot be.
   void save_next_frame(const std::filesystem::path& file);
 
