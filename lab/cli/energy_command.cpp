@@ -259,8 +259,7 @@ void add_energy_command(CLI::App& app, int& exit_code) {
   command->get_option("--cutoff")
       ->description(
           "none, a distance, 4 to 100 [Å], or auto: as a room of tandem-server feels it, 8 above a million pairs where "
-          "it "
-          "has no grid of what is beyond; with a grid, all pairs");
+          "it has no grid of what is beyond; with a grid, all pairs");
   command->add_option("--move", options->move_angstrom, "the ligand by x,y,z before [Å]")->delimiter(',')->expected(3);
   auto* const atoms =
       command->add_flag("--atoms", options->wants_atoms, "with --json: each atom's parameters and the force on it");

@@ -52,21 +52,26 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 1000, "oxygens")
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
-    def test_the_key_m_shows_molecules_as_balls_sticks_surface_and_ribbon(self):
+    def pictures_before_each(self, key, names):
+        """Of molecules, before each press of a key, by these names; and what the window remembers of it."""
+        pictures = {}
         with Server("--scene", "docking_helices") as server:
             client = self.start(server, "--hand", "rest")
             self.wait_for_window()
             server.wait_for_log("joined")
             time.sleep(3)
-            pictures = {}
-            for style in ("balls", "sticks", "surface", "ribbon", "balls again"):
-                pictures[style] = self.display.picture()
-                self.display.do("key", "m")
+            for name in names:
+                pictures[name] = self.display.picture()
+                self.display.do("key", key)
                 time.sleep(3)
             self.display.do("key", "ctrl+q")
             self.assertEqual(finish(client)[0], 0)
         with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
-            self.assertEqual(json.load(file)["molecules"], "sticks", "for the next window")
+            return pictures, json.load(file)
+
+    def test_the_key_m_shows_molecules_as_balls_sticks_surface_and_ribbon(self):
+        pictures, remembered = self.pictures_before_each("m", ("balls", "sticks", "surface", "ribbon", "balls again"))
+        self.assertEqual(remembered["molecules"], "sticks", "for the next window")
         blue, orange = ({style: picture.count(is_it) for style, picture in pictures.items()} for is_it in (is_blue, is_orange))
         for colored in (blue, orange):
             self.assertLess(colored["sticks"], 0.6 * colored["balls"], "sticks are thin")
@@ -80,21 +85,9 @@ class Scenes(WindowTest):
         self.assertLess(changed(pictures["balls"], pictures["balls again"]), 1000)
 
     def test_the_key_n_colours_molecules_by_chain_and_residue(self):
-        with Server("--scene", "docking_helices") as server:
-            client = self.start(server, "--hand", "rest")
-            self.wait_for_window()
-            server.wait_for_log("joined")
-            time.sleep(3)
-            pictures = []
-            for _ in range(4):
-                pictures.append(self.display.picture())
-                self.display.do("key", "n")
-                time.sleep(2)
-            self.display.do("key", "ctrl+q")
-            self.assertEqual(finish(client)[0], 0)
-        with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
-            self.assertEqual(json.load(file)["molecule_colors"], "chain", "for the next window")
-        element, chain, residue, again = pictures
+        pictures, remembered = self.pictures_before_each("n", ("element", "chain", "residue", "again"))
+        self.assertEqual(remembered["molecule_colors"], "chain", "for the next window")
+        element, chain, residue, again = pictures.values()
         self.assertGreater(chain.count(is_rose), 3 * element.count(is_rose) + 1000, "the scene's second chain")
         self.assertGreater(changed(chain, residue), 4000)
         self.assertLess(changed(element, again), 1000)
