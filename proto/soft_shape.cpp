@@ -1,10 +1,12 @@
 // See soft_shape.hpp.
 #include "proto/soft_shape.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <string>
 
 namespace tandem::proto {
@@ -82,6 +84,34 @@ const std::vector<std::array<int, 3>>& soft_lattice_faces() {
     return faces;
   }();
   return kFaces;
+}
+
+NearPlaces places_near(const Vec3& at, std::span<const Vec3> places) {
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  NearPlaces near{};
+  const std::size_t count = std::min(near.size(), order.size());
+  const auto is_nearer = [&](std::size_t a, std::size_t b) {
+    return (places[a] - at).squaredNorm() < (places[b] - at).squaredNorm();
+  };
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), is_nearer);
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    near.at(i) = {order[i], 1 / std::max((places[order[i]] - at).norm(), 1e-9)};
+    sum += near.at(i).second;
+  }
+  for (std::size_t i = 0; i < count; ++i) near.at(i).second /= sum;
+  return near;
+}
+
+std::vector<NearPlaces> soft_lattice_nodes(std::span<const Vec3> nodes) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& node : nodes) box.extend(node);
+  std::vector<NearPlaces> near;
+  for (const Vec3& share : soft_lattice()) {
+    near.push_back(places_near(box.center() + share.cwiseProduct(box.sizes()), nodes));
+  }
+  return near;
 }
 
 void write_soft_shape(std::size_t soft_body, std::span<const Vec3> offsets_W, wire::SoftShape& out) {

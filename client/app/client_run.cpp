@@ -247,6 +247,7 @@ void ClientRun::open_window() {
   settings.facts = {{"you", session.user_name + ", " + role_name(session.role)},
                     {"device", options_.device.name + ", as " + options_.device.profile.name}};
   if (options_.io.links) settings.link = options_.io.links->up;
+  settings.workspace = session.workspace;
   settings.client = &io_;
   settings.recording_folder = next_recording_file(options_, std::chrono::system_clock::now()).parent_path().string();
   if (options_.window.screenshot.empty()) settings.cap = cap_for_camera(options_.device.name);

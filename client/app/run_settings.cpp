@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/geometry/surface_asset.hpp"
+#include "common/geometry/drawing_asset.hpp"
 
 namespace tandem::client {
 namespace {
@@ -28,7 +28,7 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   if (!options.window.is_open) return settings;
   settings.client.haptics.feeds_view = true;
   settings.client.session.wants_soft_shapes = true;
-  settings.client.session.late_asset_kinds = {geometry::kSurfaceAssetKind, "molecule"};
+  settings.client.session.drawn_asset_kinds = {geometry::kDrawingAssetKind, "molecule"};
   // So that the window's sliders have a link to change.
   if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
   return settings;

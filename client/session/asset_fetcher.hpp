@@ -51,11 +51,8 @@ class AssetFetcher {
   /// The server refused a request that is_next(): its asset is given up.
   void on_refused(std::uint32_t request);
 
-  /// How many are still to come: not here, not left out, not given up; and how many of these.
-  std::size_t left() const { return wanted_.size(); }
+  /// How many of these are still to come: on the list, not here, not left out, not given up.
   std::size_t left_of(const AssetInfos& some) const;
-  /// Nothing on the list is still to come: it is here, or was left out or given up.
-  bool is_done() const { return wanted_.empty(); }
   const AssetMap& assets() const { return assets_; }
   std::uint64_t bytes() const { return held_bytes_; }
 

@@ -65,10 +65,11 @@ struct SessionSettings {
   Duration buttons_kept{std::chrono::milliseconds(250)};
   Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
   Duration reconnect_delay_max{std::chrono::seconds(2)};
-  bool may_reconnect = true;                    ///< after a connection that once joined was lost
-  std::vector<std::string> asset_kinds{};       ///< that are fetched, of proto/WIRE.md's; others stay at the server
-  bool wants_soft_shapes = false;               ///< is told how soft bodies yield: for a window
-  std::vector<std::string> late_asset_kinds{};  ///< likewise, once all those are here: what is only drawn
+  bool may_reconnect = true;               ///< after a connection that once joined was lost
+  std::vector<std::string> asset_kinds{};  ///< that are fetched, of proto/WIRE.md's; others stay at the server
+  bool wants_soft_shapes = false;          ///< is told how soft bodies yield: for a window
+  /// Likewise, of what is only drawn: the smallest "drawing" of each surface before all those, the rest once they are here.
+  std::vector<std::string> drawn_asset_kinds{};
   bool fetches_one_at_a_time = false;  ///< a piece is asked for when the one before is here: the lab's comparison
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/session/session_impl.hpp"
+#include "common/geometry/drawing_asset.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/placement.hpp"
 #include "proto/soft_shape.hpp"
@@ -18,6 +19,19 @@ AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& off
     if (std::ranges::find(kinds, info.kind()) != kinds.end()) *wanted.Add() = info;
   }
   return wanted;
+}
+
+/// Of each surface the smallest drawing.
+AssetInfos first_drawings(const AssetInfos& offered) {
+  std::map<std::string_view, const wire::AssetInfo*> smallest;
+  for (const wire::AssetInfo& info : offered) {
+    if (info.kind() != geometry::kDrawingAssetKind) continue;
+    const auto [known, is_first] = smallest.emplace(info.coarse_of(), &info);
+    if (!is_first && info.size_bytes() < known->second->size_bytes()) known->second = &info;
+  }
+  AssetInfos first;
+  for (const auto& [surface, info] : smallest) *first.Add() = *info;
+  return first;
 }
 
 /// What may stand for others until those are here, by their hashes.
@@ -315,15 +329,19 @@ void ClientSession::Impl::fetch(const std::vector<std::string>& kinds, bool is_c
     *first.Add() = coarse != nullptr ? *coarse : info;
     if (coarse != nullptr) *fine.Add() = info;
   }
-  AssetInfos all = first;
+  AssetInfos all = first_drawings(of_kinds(settings.drawn_asset_kinds, offered));
+  all.MergeFrom(first);
   all.MergeFrom(fine);
   for (const std::string& line : assets.begin(all, is_connected_anew)) log(line);
-  fine_left = assets.left_of(fine);
+  felt_coarse = std::move(first);
+  felt_fine = std::move(fine);
 }
 
-void ClientSession::Impl::fetch_late() {
-  const AssetInfos late = of_kinds(settings.late_asset_kinds, scene.joined()->assets());
-  for (const std::string& line : assets.begin(late, false)) log(line);
+/// From small to large.
+void ClientSession::Impl::fetch_drawn() {
+  AssetInfos drawn = of_kinds(settings.drawn_asset_kinds, scene.joined()->assets());
+  std::ranges::stable_sort(drawn, {}, &wire::AssetInfo::size_bytes);
+  for (const std::string& line : assets.begin(drawn, false)) log(line);
 }
 
 void ClientSession::Impl::request_assets(LocalTime now) {
@@ -341,15 +359,15 @@ void ClientSession::Impl::request_assets(LocalTime now) {
   }
 }
 
-/// Then what is only drawn follows.
+/// Then the rest of what is only drawn follows.
 void ClientSession::Impl::announce_assets() {
   if (asset_level == AssetLevel::kFull) return;
   const AssetLevel before = asset_level;
-  if (assets.left() <= fine_left) asset_level = AssetLevel::kCoarse;
-  if (assets.is_done()) asset_level = AssetLevel::kFull;
+  if (assets.left_of(felt_coarse) == 0) asset_level = AssetLevel::kCoarse;
+  if (asset_level == AssetLevel::kCoarse && assets.left_of(felt_fine) == 0) asset_level = AssetLevel::kFull;
   if (asset_level == before) return;
   if (owner.on_assets) owner.on_assets();
-  if (asset_level == AssetLevel::kFull) fetch_late();
+  if (asset_level == AssetLevel::kFull) fetch_drawn();
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {

@@ -54,7 +54,7 @@ struct ClientSession::Impl {
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
   void fetch(const std::vector<std::string>& kinds, bool is_connected_anew);
-  void fetch_late();
+  void fetch_drawn();
   void request_assets(LocalTime now);
   void announce_assets();
   void send(wire::ClientControl& message);
@@ -99,7 +99,8 @@ struct ClientSession::Impl {
   AssetFetcher assets;
   net::FetchRate fetch_rate;
   AssetLevel asset_level = AssetLevel::kNone;  // of this join and these kinds
-  std::size_t fine_left = 0;                   // assets at the end of what is fetched that others stand for meanwhile
+  AssetInfos felt_coarse;                      // of those kinds: themselves, or what stands for them …
+  AssetInfos felt_fine;                        // … and for these, which come after
   std::vector<wire::UserJoined> users;
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;

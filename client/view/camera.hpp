@@ -32,6 +32,8 @@ class Camera {
 
   const Vec3& focus_W() const { return focus_W_; }
   double distance_m() const { return distance_m_; }
+  /// Of who looks, about z; 0: from −y.
+  double turn_rad() const { return turn_rad_; }
   Vec3 eye_W() const { return focus_W_ - distance_m_ * forward_W(); }
   Vec3 forward_W() const;
   Vec3 right_W() const;

@@ -7,43 +7,8 @@
 namespace tandem::client {
 namespace {
 
-/// Of the angle up to which neighbouring faces are one smooth surface.
-const double kSmoothCosine = std::cos(40 * std::numbers::pi / 180);
 constexpr int kConeSides = 20;
 constexpr Rgba kWhite{1, 1, 1, 1};
-
-/// The faces around each vertex, and their normals times twice their area.
-struct Faces {
-  explicit Faces(const geometry::TriangleMesh& mesh) : around(mesh.vertices.size()) {
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      const auto& corners = mesh.triangles[i];
-      const bool is_whole = std::ranges::all_of(corners, [&mesh](int corner) {
-        return corner >= 0 && static_cast<std::size_t>(corner) < mesh.vertices.size();
-      });
-      normals.push_back(is_whole ? normal_of(mesh, corners) : Vec3(0, 0, 0));
-      if (!is_whole || normals.back().squaredNorm() <= 0) continue;
-      for (const int corner : corners) around[static_cast<std::size_t>(corner)].push_back(i);
-    }
-  }
-
-  static Vec3 normal_of(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners) {
-    const auto at = [&](int corner) { return mesh.vertices[static_cast<std::size_t>(corners[corner])]; };
-    return (at(1) - at(0)).cross(at(2) - at(0));
-  }
-
-  /// Of the surface, at a corner of a face.
-  Vec3 smooth_normal(std::size_t vertex, std::size_t face) const {
-    Vec3 sum = Vec3::Zero();
-    const Vec3 own = normals[face].normalized();
-    for (const std::size_t other : around[vertex]) {
-      if (normals[other].normalized().dot(own) >= kSmoothCosine) sum += normals[other];
-    }
-    return sum.normalized();
-  }
-
-  std::vector<std::vector<std::size_t>> around;
-  std::vector<Vec3> normals;
-};
 
 /// Triangles between the circles of two profile points about z; a radius of 0 is a tip.
 void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z,
@@ -98,17 +63,19 @@ std::array<std::uint8_t, 4> bytes_of(const Rgba& color) {
   return result;
 }
 
-void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color) {
-  const Faces faces(mesh);
+void append_mesh(DrawnMesh& out, const geometry::ShadedMesh& shaded, const Pose& X, const Rgba& color) {
+  const auto& [mesh, normals] = shaded;
   const std::array<std::uint8_t, 4> bytes = bytes_of(color);
-  for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
-    if (faces.normals[face].squaredNorm() <= 0) continue;
-    for (const int corner : mesh.triangles[face]) {
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    for (const int corner : triangle) {
       const auto vertex = static_cast<std::size_t>(corner);
-      const Vec3 normal = faces.smooth_normal(vertex, face);
-      out.push_back({floats_of(X * mesh.vertices[vertex]), floats_of(X.q * normal), bytes});
+      out.push_back({floats_of(X * mesh.vertices[vertex]), floats_of(X.q * normals[vertex]), bytes});
     }
   }
+}
+
+void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color) {
+  append_mesh(out, geometry::shaded(mesh), X, color);
 }
 
 void append_cone(DrawnMesh& out) {

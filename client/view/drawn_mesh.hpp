@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/spatial.hpp"
-#include "common/geometry/triangle_mesh.hpp"
+#include "common/geometry/shading.hpp"
 
 namespace tandem::client {
 
@@ -22,8 +22,9 @@ struct Vertex {
 /// Three corners each, counter-clockwise seen from outside.
 using DrawnMesh = std::vector<Vertex>;
 
-/// Adds a mesh: smooth where neighbouring faces meet at less than 40°, with an edge where they meet at more. Corners that
-/// are not in the mesh are left out, with their triangle.
+/// Adds a mesh that is shaded, or is to be.
+/// In      mesh  what geometry::shaded() leaves out is not drawn
+void append_mesh(DrawnMesh& out, const geometry::ShadedMesh& shaded, const Pose& X, const Rgba& color);
 void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color);
 
 /// As a vertex has it.

@@ -15,6 +15,8 @@ constexpr std::size_t kFineAtoms = 1500;
 /// Those of more than this are octahedra with the light of a ball, and sticks have few sides: each is some pixels wide.
 constexpr std::size_t kCoarseAtoms = 20'000;
 constexpr int kSides = 20, kCoarseSides = 5;
+/// Of more atoms a ball stands for several, and there are no sticks: for what a server may send, a quarter of a gigabyte.
+constexpr std::size_t kMaxBalls = 250'000;
 
 /// Source  radii: Bondi, J. Phys. Chem. 68, 441 (1964); hydrogen: Rowland and Taylor, J. Phys. Chem. 100, 7384 (1996); metals:
 ///         Alvarez, Dalton Trans. 42, 8617 (2013)
@@ -180,15 +182,23 @@ void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metr
                   std::span<const Rgba> colors, const std::stop_token& stop) {
   DrawnMesh unit;
   append_mesh(unit, halved_octahedron(halvings_for(molecule, 3)), Pose{}, Rgba{1, 1, 1, 1});
-  out.reserve(out.size() + molecule.size() * unit.size());
-  for (std::size_t atom = 0; atom < molecule.size() && !stop.stop_requested(); ++atom) {
-    append_ball(out, unit, molecule.positions_angstrom[atom] * metres_per_angstrom,
-                van_der_waals_radius_angstrom(molecule, atom) * metres_per_angstrom, colors[atom]);
+  const std::size_t each = std::max<std::size_t>(1, (molecule.size() + kMaxBalls - 1) / kMaxBalls);
+  out.reserve(out.size() + (molecule.size() + each - 1) / each * unit.size());
+  for (std::size_t first = 0; first < molecule.size() && !stop.stop_requested(); first += each) {
+    const std::size_t end = std::min(first + each, molecule.size());
+    Vec3 middle = Vec3::Zero();
+    double cubes = 0;
+    for (std::size_t atom = first; atom < end; ++atom) {
+      middle += molecule.positions_angstrom[atom] / static_cast<double>(end - first);
+      cubes += std::pow(van_der_waals_radius_angstrom(molecule, atom), 3);
+    }
+    append_ball(out, unit, middle * metres_per_angstrom, std::cbrt(cubes) * metres_per_angstrom, colors[first]);
   }
 }
 
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                    std::span<const Rgba> colors, const std::stop_token& stop) {
+  if (molecule.size() > kMaxBalls) return append_balls(out, molecule, metres_per_angstrom, colors, stop);
   DrawnMesh unit;
   append_mesh(unit, halved_octahedron(halvings_for(molecule, 2)), Pose{}, Rgba{1, 1, 1, 1});
   const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };

@@ -38,13 +38,14 @@ Rgba chain_color(std::size_t chain);
 /// By their names.
 std::size_t chain_count(const docking::Molecule& molecule);
 
-/// Adds a ball for each atom, of its van der Waals radius.
+/// Adds a ball for each atom, of its van der Waals radius; of more than a quarter of a million atoms one for some that follow
+/// each other, of their volume.
 /// In      colors  one for each atom
 ///         stop    once requested, no more is added; likewise the others
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Likewise with a small ball for each atom and a stick, of both atoms' colours, for each bond: two atoms nearer than their
+/// Likewise, but of so many atoms only balls, with a small ball for each atom and a stick, of both atoms' colours, for each bond: two atoms nearer than their
 /// covalent radii and 0.4 Å.
 /// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "client/session/session.hpp"
@@ -10,7 +11,7 @@
 #include "client/view/ribbon.hpp"
 #include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
-#include "common/geometry/surface_asset.hpp"
+#include "common/geometry/drawing_asset.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "proto/placement.hpp"
 #include "proto/soft_shape.hpp"
@@ -26,6 +27,10 @@ constexpr double kDeskReach_m = 0.08;
 /// Room around what is looked at.
 constexpr double kFocusMargin = 1.15;
 constexpr double kDefaultToolRadius_m = 0.005;
+/// They are shaded anew each time that one is told how it yields; a server's have some four thousand at most.
+constexpr std::size_t kMaxSoftTriangles = 8'000;
+/// Of all meshes of a scene together: 700 MB of vertices.
+constexpr std::size_t kMaxSceneTriangles = 8'000'000;
 
 Rgba rgba_of(const google::protobuf::RepeatedField<double>& rgb, const Rgba& otherwise) {
   if (rgb.size() != 3) return otherwise;
@@ -51,7 +56,7 @@ std::optional<geometry::TriangleMesh> tessellated(const wire::Shape& shape) {
 class Builder {
  public:
   Builder(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules, const std::stop_token& stop)
-      : scene_(joined.scene()), assets_(assets), molecules_(molecules), stop_(stop) {}
+      : scene_(joined.scene()), offered_(joined.assets()), assets_(assets), molecules_(molecules), stop_(stop) {}
 
   DrawnScene build() {
     for (const wire::Body& body : scene_.bodies()) {
@@ -90,27 +95,73 @@ class Builder {
     DrawnBody body;
     body.name = printable(message.name());
     body.X_WB_start = proto::pose_from_placement(message.placement());
-    const std::vector<Vec3> at_rest(proto::kSoftLatticePoints, Vec3(0, 0, 0));
-    body.mesh = drawn_soft_block(message, at_rest);
-    if (body.mesh.empty()) out_.missing.push_back(body.name + ": the shape of a soft mesh is not sent to clients");
+    body.soft_color = rgba_of(message.color_rgb(), {0.8F, 0.5F, 0.5F, 1});
+    if (message.has_block()) {
+      take_soft_block(message.block(), body);
+    } else if (const auto* const mesh = drawing(message.mesh(), kMaxSoftTriangles)) {
+      take_soft_mesh(mesh->first, body);
+    } else {
+      out_.missing.push_back(body.name + ": its surface is not here");
+    }
+    body.mesh = drawn_soft(body, std::vector<Vec3>(proto::kSoftLatticePoints, Vec3(0, 0, 0)));
     finish(body);
     return body;
   }
 
+  static void take_soft_block(const wire::SoftBlock& block, DrawnBody& body) {
+    const auto& size_m = block.size_m();
+    if (size_m.size() != 3) return;
+    for (std::size_t i = 0; i < proto::kSoftLatticePoints; ++i) {
+      body.soft.vertices.push_back(proto::soft_lattice()[i].cwiseProduct(Vec3(size_m[0], size_m[1], size_m[2])));
+      body.soft_goes_with.push_back({{{i, 1.0}}});
+    }
+    for (const std::array<int, 3>& face : proto::soft_lattice_faces()) body.soft.triangles.push_back(face);
+  }
+
+  /// Each vertex goes with the points of the lattice whose nodes are next to it.
+  static void take_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
+    body.soft = mesh;
+    std::vector<Vec3> told;
+    for (const proto::NearPlaces& nodes : proto::soft_lattice_nodes(mesh.vertices)) {
+      Vec3 at = Vec3::Zero();
+      for (const auto& [node, weight] : nodes) at += weight * mesh.vertices[node];
+      told.push_back(at);
+    }
+    for (const Vec3& vertex : mesh.vertices) body.soft_goes_with.push_back(proto::places_near(vertex, told));
+  }
+
   void append(DrawnBody& body, const wire::Shape& shape, const Rgba& color) {
+    if (stop_.stop_requested()) return;
     const Pose X_BS = proto::pose_from_placement(shape.placement());
     if (shape.has_molecule()) return append_atoms(body, shape.molecule(), color);
-    const std::optional<geometry::TriangleMesh> mesh = shape.has_mesh() ? surface(shape.mesh()) : tessellated(shape);
-    if (mesh) {
+    if (const auto* const drawn = shape.has_mesh() ? drawing(shape.mesh(), triangles_left_) : nullptr) {
+      triangles_left_ -= drawn->first.triangles.size();
+      append_mesh(body.mesh, *drawn, X_BS, color);
+    } else if (const auto mesh = tessellated(shape)) {
       append_mesh(body.mesh, *mesh, X_BS, color);
     } else {
       out_.missing.push_back(body.name + ": its surface is not here");
     }
   }
 
-  std::optional<geometry::TriangleMesh> surface(const wire::Mesh& mesh) const {
-    const proto::Bytes* const bytes = find_asset(assets_, mesh.surface_sha256());
-    return bytes == nullptr ? std::nullopt : geometry::surface_from(*bytes);
+  /// The finest that is here, of at most so many triangles.
+  const geometry::ShadedMesh* drawing(const wire::Mesh& mesh, std::size_t most) {
+    const geometry::ShadedMesh* finest = nullptr;
+    for (const wire::AssetInfo& info : offered_) {
+      if (info.kind() != geometry::kDrawingAssetKind || info.coarse_of() != mesh.surface_sha256()) continue;
+      const std::optional<geometry::ShadedMesh>& found = decoded(info.sha256());
+      const std::size_t least = finest != nullptr ? finest->first.triangles.size() : 0;
+      if (found && found->first.triangles.size() > least && found->first.triangles.size() <= most) finest = &*found;
+    }
+    return finest;
+  }
+
+  /// Each asset once, however many shapes it is of.
+  const std::optional<geometry::ShadedMesh>& decoded(const std::string& sha256) {
+    const auto [entry, is_new] = decoded_.try_emplace(sha256);
+    if (!is_new || stop_.stop_requested()) return entry->second;
+    if (const proto::Bytes* const bytes = find_asset(assets_, sha256)) entry->second = geometry::drawing_from(*bytes);
+    return entry->second;
   }
 
   void append_atoms(DrawnBody& body, const wire::MoleculeSource& source, const Rgba& color) {
@@ -198,9 +249,12 @@ class Builder {
   }
 
   const wire::Scene& scene_;
+  const AssetInfos& offered_;
   const AssetMap& assets_;
   MoleculeStyle molecules_;
   const std::stop_token& stop_;
+  std::map<std::string, std::optional<geometry::ShadedMesh>> decoded_;  ///< by SHA-256
+  std::size_t triangles_left_ = kMaxSceneTriangles;
   std::size_t chains_ = 0;  ///< of the molecules before
   DrawnScene out_;
 };
@@ -243,18 +297,16 @@ DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, 
   return Builder(joined, assets, molecules, stop).build();
 }
 
-DrawnMesh drawn_soft_block(const wire::SoftBody& body, std::span<const Vec3> offsets_W) {
+DrawnMesh drawn_soft(const DrawnBody& body, std::span<const Vec3> offsets_W) {
   DrawnMesh out;
-  const auto& size_m = body.block().size_m();
-  if (!body.has_block() || size_m.size() != 3 || offsets_W.size() != proto::kSoftLatticePoints) return out;
-  const Pose X_WS = proto::pose_from_placement(body.placement());
-  geometry::TriangleMesh mesh;
-  for (std::size_t i = 0; i < offsets_W.size(); ++i) {
-    mesh.vertices.push_back(proto::soft_lattice()[i].cwiseProduct(Vec3(size_m[0], size_m[1], size_m[2])) +
-                            X_WS.q.conjugate() * offsets_W[i]);
+  if (offsets_W.size() != proto::kSoftLatticePoints) return out;
+  geometry::TriangleMesh now = body.soft;
+  for (std::size_t i = 0; i < body.soft_goes_with.size(); ++i) {
+    Vec3 offset_W = Vec3::Zero();
+    for (const auto& [point, weight] : body.soft_goes_with[i]) offset_W += weight * offsets_W[point];
+    now.vertices[i] += body.X_WB_start.q.conjugate() * offset_W;
   }
-  for (const std::array<int, 3>& face : proto::soft_lattice_faces()) mesh.triangles.push_back(face);
-  append_mesh(out, mesh, Pose{}, rgba_of(body.color_rgb(), {0.8F, 0.5F, 0.5F, 1}));
+  append_mesh(out, now, Pose{}, body.soft_color);
   return out;
 }
 

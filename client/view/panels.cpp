@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <numbers>
 
 #include "client/view/scene_view.hpp"
 #include "common/docking/molecule.hpp"
@@ -249,6 +250,30 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
   if (!choice.empty()) number = static_cast<Number>(std::ranges::find(names, choice) - names.begin());
 }
 
+/// How the hand's small space lies in the scene's large one. Set when a slider is let go of, for each change takes the force
+/// away, and it comes back by the ramp.
+void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
+  auto scale = static_cast<float>(workspace.scale);
+  auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);
+  ImGui::TextColored(kDim, "the tool goes so many times as far");
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
+  ImGui::SliderFloat("reach", &scale, 0.1F, 10, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+  bool is_set = ImGui::IsItemDeactivatedAfterEdit();
+  workspace.scale = scale;
+  // The mouse's hand goes where it is seen to go.
+  if (!content.is_mouse) {
+    ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
+    ImGui::SliderFloat("turn", &turn_deg, -180, 180, "%.0f°", ImGuiSliderFlags_AlwaysClamp);
+    is_set = ImGui::IsItemDeactivatedAfterEdit() || is_set;
+    workspace.turn_rad = turn_deg * std::numbers::pi / 180;
+    if (ImGui::Button("away is where I look")) {
+      workspace.turn_rad = content.looks_from_rad;
+      is_set = true;
+    }
+  }
+  if (is_set) content.client->set_workspace(workspace);
+}
+
 void draw_molecule_style(const PanelContent& content, MoleculeStyle& style) {
   choose("atoms (M)", MoleculeStyle::kShapeNames, style.shape);
   choose("coloured by (N)", MoleculeStyle::kColorNames, style.colors);
@@ -336,7 +361,8 @@ double panels_width() {
   return (kPanelEm + 1.2) * ImGui::GetFontSize();
 }
 
-void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link) {
+void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
+                 WorkspaceSettings& workspace) {
   draw_notice(content.notice);
   if (switches.shows_help) draw_help(content, switches.shows_help);
   if (!switches.shows_panels) return;
@@ -352,6 +378,7 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
   if (begin_part("Touch", switches.is_open[2])) draw_touch(content);
   if (begin_part("Stage", switches.is_open[3])) draw_stage(content);
   if (begin_part("View", switches.is_open[4])) draw_view(content, switches);
+  if (begin_part("Hand", switches.is_open[6])) draw_workspace(content, workspace);
   ImGui::End();
 }
 

@@ -23,7 +23,8 @@ struct WindowSwitches {
   bool cuts = false;       ///< away what is nearer than a plane
   double cut_share = 0.5;  ///< where that is: 0 before, 1 behind the ball that is looked at
   MoleculeStyle molecules{};
-  std::array<bool, 6> is_open{true, true, true, true, true, true};  ///< of the panels' parts, the molecules' last
+  /// Of the panels' parts: session, network, touch, stage, view, molecules, hand.
+  std::array<bool, 7> is_open{true, true, true, true, true, true, false};
   std::array<char, 65> pose_name{};  ///< being typed, of a pose to be kept; not remembered
 };
 
@@ -36,6 +37,7 @@ struct PanelContent {
   const std::vector<std::string>* missing = nullptr;                        ///< of the scene, in the picture
   std::string notice;                                                       ///< for the top of the window
   bool is_mouse = false;
+  double looks_from_rad = 0;         ///< Camera::turn_rad()
   bool is_making_molecules = false;  ///< those of another style
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< in words
@@ -44,9 +46,10 @@ struct PanelContent {
 };
 
 /// With the ImGui context that is current.
-/// In      link  the simulated link; the sliders write it
+/// In      link  the simulated link; workspace  the hand's: the sliders write them
 /// Thread  the window's
-void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link);
+void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
+                 WorkspaceSettings& workspace);
 
 /// Of a room of two molecules; the server refuses it where it cannot be.
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");

@@ -85,20 +85,23 @@ SceneView::SceneView(Renderer& renderer)
 
 bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   if (io.joined == nullptr) return false;
-  if (io.joined != joined_ || io.assets != assets_) {
-    forget_scene(io);
-    const MoleculeStyle at_once{.colors = molecules.colors};
-    show(make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{}, at_once), at_once);
-    return true;
-  }
-  if (is_making(molecules) && take_made(molecules)) return true;
+  if (io.joined != joined_) forget_scene(io);
+  assets_ = io.assets;
+  const bool is_another = is_making(molecules) && take_made(molecules);
   take_soft_offsets(io);
-  return false;
+  return is_another;
+}
+
+/// Without molecules no style is another.
+SceneView::Content SceneView::wanted(MoleculeStyle molecules) const {
+  const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
+  const bool has_style = !shown_ || std::ranges::any_of(scene_.bodies, has_molecule);
+  return {assets_, has_style ? molecules : shown_->second};
 }
 
 bool SceneView::is_making(MoleculeStyle molecules) const {
-  const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
-  return molecules != molecules_ && molecules != failed_ && std::ranges::any_of(scene_.bodies, has_molecule);
+  const Content content = wanted(molecules);
+  return joined_ != nullptr && shown_ != content && failed_ != content;
 }
 
 void SceneView::forget_scene(const ClientIoSnapshot& io) {
@@ -106,15 +109,19 @@ void SceneView::forget_scene(const ClientIoSnapshot& io) {
   made_ = {};
   surface_.reset();
   failed_.reset();
+  shown_.reset();
+  scene_ = {};
+  soft_offsets_.clear();
+  renderer_.remove_meshes_from(first_of_scene_);
   joined_ = io.joined;
-  assets_ = io.assets;
-  molecules_ = {};
 }
 
-void SceneView::show(DrawnScene scene, MoleculeStyle molecules) {
-  if (molecules_.shape == MoleculeStyle::kSurface) surface_.emplace(molecules_, std::move(scene_));
+void SceneView::show(DrawnScene scene, const Content& content) {
+  const bool is_of_same_assets = shown_ && shown_->first == content.first;
+  if (is_of_same_assets && shown_->second.shape == MoleculeStyle::kSurface)
+    surface_.emplace(*shown_, std::move(scene_));
   scene_ = std::move(scene);
-  molecules_ = molecules;
+  shown_ = content;
   soft_offsets_.clear();
   renderer_.remove_meshes_from(first_of_scene_);
   for (const auto* things : {&scene_.bodies, &scene_.soft_bodies, &scene_.tools}) {
@@ -122,23 +129,18 @@ void SceneView::show(DrawnScene scene, MoleculeStyle molecules) {
   }
 }
 
-/// Shows molecules of another style when they are here; has them made, by a thread of their own, when nobody does yet.
+/// Shows what is wanted when it is here; has it made, by a thread of its own, when nobody does yet.
 bool SceneView::take_made(MoleculeStyle molecules) {
-  if (surface_ && surface_->first == molecules) {
-    show((*std::exchange(surface_, std::nullopt)).second, molecules);
+  Content content = wanted(molecules);
+  if (surface_ && surface_->first == content) {
+    show((*std::exchange(surface_, std::nullopt)).second, content);
     return true;
   }
-  if (!made_.valid()) {
-    std::packaged_task<DrawnScene(const std::stop_token&)> make(
-        [joined = joined_, assets = assets_, molecules](const auto& stop) {
-          return make_drawn_scene(*joined, assets != nullptr ? *assets : AssetMap{}, molecules, stop);
-        });
-    making_ = molecules;
-    is_given_up_ = false;
-    made_ = make.get_future();
-    maker_ = std::jthread(std::move(make));
-  }
-  if (making_ != molecules) {
+  // Balls are there in no time, and seen until all else is.
+  if (!shown_) content.second.shape = MoleculeStyle::kBalls;
+  if (!made_.valid()) begin_making(content);
+  // More assets are no reason to begin anew: what they add comes after.
+  if (making_.second != content.second) {
     is_given_up_ = true;
     maker_.request_stop();
   }
@@ -146,14 +148,25 @@ bool SceneView::take_made(MoleculeStyle molecules) {
   try {
     DrawnScene scene = made_.get();
     if (is_given_up_) return false;
-    show(std::move(scene), molecules);
+    show(std::move(scene), making_);
     return true;
   } catch (const std::exception& error) {
     failed_ = making_;
-    scene_.missing.push_back(std::string("molecules as ") + MoleculeStyle::kShapeNames.at(making_.shape) + ": " +
+    if (!shown_) shown_ = making_;
+    scene_.missing.push_back(std::string("molecules as ") + MoleculeStyle::kShapeNames.at(making_.second.shape) + ": " +
                              error.what());
     return false;
   }
+}
+
+void SceneView::begin_making(const Content& content) {
+  std::packaged_task<DrawnScene(const std::stop_token&)> make([joined = joined_, content](const auto& stop) {
+    return make_drawn_scene(*joined, content.first != nullptr ? *content.first : AssetMap{}, content.second, stop);
+  });
+  making_ = content;
+  is_given_up_ = false;
+  made_ = make.get_future();
+  maker_ = std::jthread(std::move(make));
 }
 
 void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
@@ -162,8 +175,8 @@ void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
   for (std::size_t i = 0; i < bodies; ++i) {
     if (io.soft_offsets[i] == nullptr || io.soft_offsets[i] == soft_offsets_[i]) continue;
     soft_offsets_[i] = io.soft_offsets[i];
-    const wire::SoftBody& body = joined_->scene().soft_bodies(static_cast<int>(i));
-    renderer_.replace_mesh(first_of_scene_ + scene_.bodies.size() + i, drawn_soft_block(body, *soft_offsets_[i]));
+    renderer_.replace_mesh(first_of_scene_ + scene_.bodies.size() + i,
+                           drawn_soft(scene_.soft_bodies[i], *soft_offsets_[i]));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "client/haptics/view.hpp"
@@ -33,16 +34,16 @@ class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
 
-  /// Makes the scene's meshes when scene or assets are others than before, and those of soft bodies that have yielded.
-  /// Molecules are balls then; those of another style are made aside, and shown when they are here. A surface that was
-  /// shown last is kept. True: there is another scene, or more of it.
+  /// Has the scene's meshes made aside when scene, assets or style are others than before, and shows them when they are here;
+  /// of molecules balls first. Those of soft bodies that have yielded follow at once. A surface that was shown last is kept.
+  /// True: there is another scene, or more of it.
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, and things are where the scene starts
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
 
   const DrawnScene& scene() const { return scene_; }
-  /// Whether molecules of this style are still to come.
+  /// Whether the scene, or more of it, or molecules of this style are still to come.
   bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
@@ -50,9 +51,14 @@ class SceneView {
   const Pose& tool_pose() const { return X_WT_; }
 
  private:
+  /// What a scene is made of beside its message.
+  using Content = std::pair<std::shared_ptr<const AssetMap>, MoleculeStyle>;
+
   void forget_scene(const ClientIoSnapshot& io);
-  void show(DrawnScene scene, MoleculeStyle molecules);
+  Content wanted(MoleculeStyle molecules) const;
+  void show(DrawnScene scene, const Content& content);
   bool take_made(MoleculeStyle molecules);
+  void begin_making(const Content& content);
   void add(std::size_t mesh, const Pose& X, const Rgba& tint = {1, 1, 1, 1}, float glow = 0);
   void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
   void add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint);
@@ -74,15 +80,15 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< meshes: bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  MoleculeStyle molecules_{};                                    ///< as shown
-  std::optional<std::pair<MoleculeStyle, DrawnScene>> surface_;  ///< while that is not shown, once it was
-  std::optional<MoleculeStyle> failed_;                          ///< could not be made
+  std::optional<Content> shown_;                           ///< null: nothing of this scene yet
+  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< while that is not shown, once it was
+  std::optional<Content> failed_;                          ///< could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  MoleculeStyle making_{};    ///< what is being made while made_ is valid
+  Content making_;            ///< what is being made while made_ is valid
   bool is_given_up_ = false;  ///< since then another was wanted
   std::future<DrawnScene> made_;
   std::jthread maker_;

@@ -378,12 +378,13 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
                              .is_mouse = self.is_mouse(),
+                             .looks_from_rad = self.camera.turn_rad(),
                              .is_making_molecules = self.scene->is_making(self.switches.molecules),
                              .is_recording = self.is_recording,
                              .recording_state = &self.recording_state,
                              .recording_folder = &self.settings.recording_folder,
                              .is_record_pressed = &self.is_record_pressed};
-  draw_panels(content, self.switches, self.settings.link);
+  draw_panels(content, self.switches, self.settings.link, self.settings.workspace);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   if (!self.picture.empty()) {

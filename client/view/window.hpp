@@ -35,6 +35,7 @@ struct WindowSettings {
   std::vector<std::pair<std::string, std::string>> facts{};  ///< of the run, for the session's panel
   std::string recording_folder{};                            ///< of recordings that the button begins
   net::LinkParameters link{};                                ///< of the simulated link, at first
+  WorkspaceSettings workspace{};                             ///< of the hand, at first
 };
 
 /// Thread  main: one, that which made it

@@ -12,6 +12,7 @@
 #include "common/base/byte_io.hpp"
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
+#include "common/geometry/drawing_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "proto/world_from_wire.hpp"
 #include "server/assets/mesh_file.hpp"
@@ -298,10 +299,20 @@ void SceneAssets::add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& me
     const auto bytes = std::make_shared<const proto::Bytes>(geometry::surface_asset_bytes(mesh));
     const proto::Sha256 hash = proto::sha256_of(*bytes);
     message.set_surface_sha256(hash.data(), hash.size());
-    offer({hash, geometry::kSurfaceAssetKind, sized_name(message) + ".surface", bytes});
+    if (!offer({hash, geometry::kSurfaceAssetKind, sized_name(message) + ".surface", bytes})) return;
+    add_drawings(mesh, message, hash);
   } catch (const std::invalid_argument& error) {
     notes.push_back(message.file() + ": " + error.what() +
                     ", so clients can neither draw it nor touch it with a point");
+  }
+}
+
+void SceneAssets::add_drawings(const geometry::TriangleMesh& mesh, const wire::Mesh& message,
+                               const proto::Sha256& surface) {
+  for (const geometry::ShadedMesh& level : geometry::drawing_levels(mesh)) {
+    const auto bytes = std::make_shared<const proto::Bytes>(geometry::drawing_asset_bytes(level));
+    const std::string name = sized_name(message) + "." + std::to_string(level.first.triangles.size()) + ".drawing";
+    offer({proto::sha256_of(*bytes), geometry::kDrawingAssetKind, name, bytes, surface});
   }
 }
 
@@ -311,7 +322,10 @@ void SceneAssets::tell_users(const std::string& note) {
 }
 
 bool SceneAssets::offer(Asset asset) {
-  const auto is_same = [&asset](const Asset& other) { return other.sha256 == asset.sha256; };
+  // Two surfaces may be drawn by the same bytes.
+  const auto is_same = [&asset](const Asset& other) {
+    return other.sha256 == asset.sha256 && other.coarse_of == asset.coarse_of;
+  };
   if (std::any_of(assets.begin(), assets.end(), is_same)) return false;
   assets.push_back(std::move(asset));
   return true;

@@ -36,11 +36,12 @@ struct SceneLoading {
 struct Asset {
   proto::Sha256 sha256{};
   /// "mesh", "structure", "contact" and "coarse-contact" (common/contact/contact_shape.hpp), "surface" (common/geometry/surface_asset.hpp),
-  /// or "molecule" (common/docking/molecule_asset.hpp)
+  /// "drawing" (common/geometry/drawing_asset.hpp), or "molecule" (common/docking/molecule_asset.hpp)
   std::string kind;
   std::string name;  ///< base name
   std::shared_ptr<const proto::Bytes> bytes;
-  std::optional<proto::Sha256> coarse_of{};  ///< of a "coarse-contact": what it may stand for
+  std::optional<proto::Sha256>
+      coarse_of{};  ///< of a "coarse-contact": what it may stand for; of a "drawing": the "surface"
 };
 
 /// Reads the files of one scene and makes contact shapes; the same file is read once, and equal shapes are made once.
@@ -60,8 +61,8 @@ class SceneAssets {
   /// cannot be written is told of in a note, and is no error. Offered to clients; `message` leaves with its hash.
   /// Fails   as make_contact_mesh(); MeshError: the scene's shapes take longer than SceneLoading::max_build
   std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
-  /// Offers the triangles of `mesh`, as load_mesh() gave it, and writes their hash into `message`; of more than a
-  /// client takes there is a note instead.
+  /// Offers the triangles of `mesh`, as load_mesh() gave it, and what is drawn of them; writes their hash into `message`. Of
+  /// more than a client takes there is a note instead.
   void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
@@ -89,6 +90,7 @@ class SceneAssets {
   /// The file's bytes, kept as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
+  void add_drawings(const geometry::TriangleMesh& mesh, const wire::Mesh& message, const proto::Sha256& surface);
   std::filesystem::path located(const std::string& file) const;
   /// False: it was there already.
   bool offer(Asset asset);

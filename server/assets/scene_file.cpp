@@ -194,6 +194,7 @@ class SceneBuilder {
   void add_soft_body(wire::SoftBody& body, const SceneField& field) {
     std::optional<geometry::ContactMesh> mesh;
     if (body.has_mesh()) mesh = assets_.load_mesh(*body.mutable_mesh(), field.in("mesh"));
+    if (mesh) assets_.add_surface(mesh->mesh, *body.mutable_mesh());
     scene_->soft_bodies.push_back(soft_model_of(body, mesh ? &*mesh : nullptr, field));
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
   }

@@ -10,10 +10,11 @@ namespace {
 
 constexpr int kPoseNumbers = 7;
 
-/// Of the description and all that it names.
+/// Of the description and all that it names; but not of how that is drawn.
 std::string hash_of(const LoadedScene& scene) {
   std::string text = scene.description.SerializeAsString();
   for (const Asset& asset : scene.assets) {
+    if (asset.kind == "drawing") continue;
     text.append(reinterpret_cast<const char*>(asset.sha256.data()), asset.sha256.size());
   }
   const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(text)));

@@ -1,10 +1,14 @@
-// Any bytes as a surface or a molecule that a server sends, as the first byte chooses: what is read is sound, and the same
-// after it was written. The checksum at the end is set right first, or nothing would get past it.
+// Any bytes as a surface, a drawing or a molecule that a server sends, as the first byte chooses: what is read is sound, and a
+// surface or a molecule the same after it was written. The checksum at the end is set right first, or nothing would get past it.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
+#include "common/geometry/drawing_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "tests/fuzz/check.hpp"
 
@@ -16,7 +20,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<std::uint8_t> raw(data + 1, data + size - sizeof(std::uint64_t));
   end_asset(raw);
   const std::span<const std::byte> bytes = std::as_bytes(std::span(raw));
-  if (data[0] % 2 == 0) {
+  if (data[0] % 4 == 2) {
+    const auto drawing = geometry::drawing_from(bytes);
+    if (!drawing) return 0;
+    const auto& [mesh, normals] = *drawing;
+    check(normals.size() == mesh.vertices.size());
+    for (const Vec3& normal : normals) check(std::abs(normal.norm() - 1) < 1e-9);
+    std::vector<bool> is_used(mesh.vertices.size());
+    for (const auto& triangle : mesh.triangles) {
+      for (const int corner : triangle) {
+        check(mesh.vertices.at(static_cast<std::size_t>(corner)).allFinite());
+        is_used[static_cast<std::size_t>(corner)] = true;
+      }
+    }
+    check(std::ranges::all_of(is_used, std::identity{}));
+  } else if (data[0] % 2 == 0) {
     const auto surface = geometry::surface_from(bytes);
     if (!surface) return 0;
     for (const Vec3& vertex : surface->vertices) check(vertex.allFinite());

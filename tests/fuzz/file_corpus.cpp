@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/docking/molecule_asset.hpp"
+#include "common/geometry/drawing_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "tests/fuzz/seed_file.hpp"
 
@@ -97,6 +98,7 @@ void write_assets(const fs::path& folder) {
   const geometry::TriangleMesh tetrahedron{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                                            {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
   write("surface", 0, geometry::surface_asset_bytes(tetrahedron));
+  write("drawing", 2, geometry::drawing_asset_bytes(geometry::shaded(tetrahedron)));
   docking::Molecule molecule;
   for (int i = 0; i < 3; ++i) {
     molecule.positions_angstrom.emplace_back(3.0 * i, 0, 1);

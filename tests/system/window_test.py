@@ -52,6 +52,17 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 1000, "oxygens")
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
+    def next_picture(self, before):
+        """Another than `before`, when it does not change any more: a thread makes what it shows."""
+        last, end = before, time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            time.sleep(1)
+            picture = self.display.picture()
+            if changed(before, picture) > 1000 and changed(last, picture) < 500:
+                return picture
+            last = picture
+        return last
+
     def pictures_before_each(self, key, names):
         """Of molecules, before each press of a key, by these names; and what the window remembers of it."""
         pictures = {}
@@ -60,10 +71,12 @@ class Scenes(WindowTest):
             self.wait_for_window()
             server.wait_for_log("joined")
             time.sleep(3)
-            for name in names:
-                pictures[name] = self.display.picture()
+            pictures[names[0]] = self.display.picture()
+            self.display.do("key", key)
+            for before, name in itertools.pairwise(names):
+                pictures[name] = self.next_picture(pictures[before])
                 self.display.do("key", key)
-                time.sleep(3)
+            time.sleep(1)
             self.display.do("key", "ctrl+q")
             self.assertEqual(finish(client)[0], 0)
         with open(os.path.join(self.display.folder.name, "tandem", "window.json")) as file:
@@ -97,6 +110,39 @@ class Scenes(WindowTest):
             picture = self.picture(server, "--hand", "rest")
         self.assertGreater(picture.count(is_pink), 4000, "the pad")
         self.assertGreater(picture.count(is_red), 700, "the ball")
+
+    def test_a_soft_mesh_is_there_and_yields(self):
+        """A ball, that a tool presses from above."""
+        rings, sides, radius_m = 12, 24, 0.03
+        with open(self.path("ball.obj"), "w") as file:
+            for ring in range(rings + 1):
+                up = math.pi * ring / rings
+                for around in (2 * math.pi * side / sides for side in range(sides)):
+                    x, y, z = math.sin(up) * math.cos(around), math.sin(up) * math.sin(around), math.cos(up)
+                    file.write(f"v {radius_m * x:.9f} {radius_m * y:.9f} {radius_m * z:.9f}\n")
+            for ring, side in itertools.product(range(rings), range(sides)):
+                a, b = 1 + sides * ring + side, 1 + sides * ring + (side + 1) % sides
+                file.write(f"f {a} {a + sides} {b + sides}\nf {a} {b + sides} {b}\n")
+        with open(self.path("ball.json"), "w") as file:
+            json.dump({"name": "ball",
+                       "bodies": [{"name": "table", "shapes": [{"box": {"size_m": [0.5, 0.4, 0.02]}}],
+                                   "placement": {"position_m": [0, 0, -0.01]}}],
+                       "soft_bodies": [{"name": "ball", "mesh": {"file": "ball.obj"}, "mass_kg": 0.3, "stiffness": 0.5,
+                                        "placement": {"position_m": [0, 0, 0.03]}, "anchored": ["-z"],
+                                        "color_rgb": [0.2, 0.3, 0.9]}],
+                       "tools": [{"name": "left", "placement": {"position_m": [0, 0, 0.085]},
+                                  "shapes": [{"sphere": {"radius_m": 0.01}}]}],
+                       "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 5}}, file)
+        def top_of_middle(picture, x):
+            """Of the ball, where a drawing that does not yield would hide the tool."""
+            return min(y for at, y in picture.places(is_blue) if abs(at - x) <= 1)
+        with Server("--scene", self.path("ball.json")) as server:
+            rest = self.picture(server, "--hand", "rest")
+            pressed = self.picture(server, "--hand", "press-down", after="4s")
+        self.assertGreater(rest.count(is_blue), 4000, "the ball")
+        self.assertGreater(pressed.count(is_yellow), 10, "it is felt")
+        x = rest.middle(is_blue)[0]
+        self.assertGreater(top_of_middle(pressed, x), top_of_middle(rest, x) + 5, "its top goes before the tool")
 
 
 def changed(before, after):

@@ -1,7 +1,9 @@
 """A person at the window, with synthetic mouse and keys: joins, grabs, lifts, changes delay and stage, goes to another room,
 resizes and closes the window by a real window manager. What there is to click is found by its colours."""
 
+import csv
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -50,14 +52,16 @@ def blocks(picture, is_it, shortest, longest, left=0.6):
 
 class UseTest(WindowTest):
     width, height = 800, 700
+    #: Parts of the panels by their number (WindowSwitches::is_open). A small window is drawn fast; the curves and the view's
+    #: switches are closed, so that the rest has room.
+    parts = {2: False, 4: False}
 
     def setUp(self):
         super().setUp()
-        # A small window is drawn fast; the curves and the view's switches are closed, so that the rest has room.
         memory = os.path.join(self.display.folder.name, "tandem")
         os.makedirs(memory)
         with open(os.path.join(memory, "window.json"), "w") as file:
-            json.dump({"part_2_is_open": False, "part_4_is_open": False}, file)
+            json.dump({f"part_{part}_is_open": is_open for part, is_open in self.parts.items()}, file)
 
     def click(self, x, y):
         self.display.do("mousemove", int(x), int(y))
@@ -212,6 +216,44 @@ class Recordings(UseTest):
         self.assertEqual(code, 0, err)
         self.assertRegex(err, r"gone/tandem-\S+ cannot be written: No such file")
         self.assertEqual(json.loads(out)["recording"]["file"], self.path("gone/first.mcap"))
+
+
+class Hand(UseTest):
+    parts = {0: False, 1: False, 2: False, 3: False, 4: False, 6: True}
+
+    def ways(self, since, until):
+        """How far the device and what it moves in the world went, along x and y."""
+        with open(self.path("trace.csv")) as file:
+            rows = [row for row in csv.DictReader(file) if since < float(row["t_s"]) < until and row["handle_p_x_m"]]
+        self.assertGreater(len(rows), 500)
+        return [max(float(row[name]) for row in rows) - min(float(row[name]) for row in rows)
+                for name in ("device_p_x_m", "handle_p_x_m", "handle_p_y_m")]
+
+    def test_reach_and_turn_are_changed_while_the_hand_moves(self):
+        with open(self.path("sway.json"), "w") as file:
+            json.dump({"points": [{"t_s": 0, "position_m": [0, 0, 0]}, {"t_s": 120, "phase": "hold"}],
+                       "multisine": {"from_s": 0.5, "to_s": 119, "components": [
+                           {"axis": [1, 0, 0], "frequency_hz": 1, "amplitude_m": 0.02}]}}, file)
+        with Server("--scene", "free") as server:
+            client = self.join(server, "--hand", self.path("sway.json"), "--trace", self.path("trace.csv"))
+            begun = time.monotonic()
+            time.sleep(3)
+            (reach_x, reach_y), (turn_x, turn_y) = self.sliders()
+            self.click(reach_x + 40, reach_y)
+            self.click(turn_x + 35, turn_y)
+            changed = time.monotonic()
+            time.sleep(4)
+            self.display.do("key", "ctrl+q")
+            code, _, err = finish(client)
+        self.assertEqual(code, 0, err)
+        device, along_x, along_y = self.ways(0.5, 3)
+        self.assertGreater(device, 0.02)
+        self.assertAlmostEqual(along_x / device, 1, delta=0.01)
+        self.assertLess(along_y, 0.002)
+        since = changed - begun + 2.5  # the room is joined before the window is looked at
+        device, along_x, along_y = self.ways(since, since + 2)
+        self.assertGreater(math.hypot(along_x, along_y) / device, 1.5, "the reach")
+        self.assertGreater(along_y / along_x, 0.5, "the turn")
 
 
 @unittest.skipUnless(shutil.which("openbox"), "needs openbox (deploy/install-deps)")

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "common/contact/asset/brick_lattice.hpp"
-#include "common/contact/asset/packing.hpp"
 #include "common/contact/distance_grid.hpp"
+#include "common/geometry/packing.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -93,16 +93,16 @@ void DistanceGrid::write(std::vector<std::uint8_t>& bytes, int packing_level) co
   std::vector<std::uint8_t> levels(refs_.size());
   std::transform(refs_.begin(), refs_.end(), levels.begin(),
                  [](std::uint32_t ref) { return static_cast<std::uint8_t>(ref & ((1U << kLevelBits) - 1U)); });
-  append_block(bytes, levels, packing_level);
+  geometry::append_block(bytes, levels, packing_level);
 
   std::vector<std::uint8_t> numbers;
   std::vector<std::int32_t> corners(corners_m_.size());
   const CornerPredictor predictor(bricks_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i] = static_cast<std::int32_t>(std::lround(static_cast<double>(corners_m_[i]) / corner_quantum_m_));
-    put_number(numbers, static_cast<std::int32_t>(corners[i] - predictor.predict(corners, i)));
+    geometry::put_number(numbers, static_cast<std::int32_t>(corners[i] - predictor.predict(corners, i)));
   }
-  append_block(bytes, numbers, packing_level);
+  geometry::append_block(bytes, numbers, packing_level);
 
   std::array<std::vector<std::uint8_t>, kDepths> coded;
   const SampleCoding coding{sample_step_};
@@ -111,10 +111,10 @@ void DistanceGrid::write(std::vector<std::uint8_t>& bytes, int packing_level) co
       coding, [this](std::size_t corner) { return corner_quanta(corner); },
       [&](int depth, int predicted, int sample) {
         const int r = coding.steps_to(sample, predicted);
-        put_number(coded[static_cast<std::size_t>(depth)], r);
+        geometry::put_number(coded[static_cast<std::size_t>(depth)], r);
         return r;
       });
-  for (const std::vector<std::uint8_t>& of_depth : coded) append_block(bytes, of_depth, packing_level);
+  for (const std::vector<std::uint8_t>& of_depth : coded) geometry::append_block(bytes, of_depth, packing_level);
 }
 
 bool DistanceGrid::read_header(ByteReader& reader) {
@@ -134,7 +134,7 @@ bool DistanceGrid::read_header(ByteReader& reader) {
 }
 
 bool DistanceGrid::read_corners(ByteReader& reader, std::size_t limit_bytes) {
-  const auto block = read_block(reader, limit_bytes);
+  const auto block = geometry::read_block(reader, limit_bytes);
   if (!block || block->size() < corner_total()) return false;
   std::span<const std::uint8_t> rest = *block;
   ByteReader numbers(rest);
@@ -142,7 +142,7 @@ bool DistanceGrid::read_corners(ByteReader& reader, std::size_t limit_bytes) {
   corners_m_.resize(corners.size());
   const CornerPredictor predictor(bricks_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto corner = static_cast<double>(predictor.predict(corners, i) + take_number(numbers));
+    const auto corner = static_cast<double>(predictor.predict(corners, i) + geometry::take_number(numbers));
     if (!is_between(corner, -kMaxCorner, kMaxCorner)) return false;
     corners[i] = static_cast<std::int32_t>(corner);
     corners_m_[i] = static_cast<float>(corner * corner_quantum_m_);
@@ -155,7 +155,7 @@ bool DistanceGrid::read_samples(ByteReader& reader, std::size_t limit_bytes) {
   std::array<std::vector<std::uint8_t>, kDepths> blocks;
   std::array<std::span<const std::uint8_t>, kDepths> rests;
   for (std::size_t depth = 0; depth < kDepths; ++depth) {
-    auto block = read_block(reader, limit_bytes);
+    auto block = geometry::read_block(reader, limit_bytes);
     if (!block) return false;
     limit_bytes -= block->size();
     blocks[depth] = std::move(*block);
@@ -166,7 +166,7 @@ bool DistanceGrid::read_samples(ByteReader& reader, std::size_t limit_bytes) {
   BrickLattice lattice = this->lattice();
   lattice.code(
       SampleCoding{sample_step_}, [this](std::size_t corner) { return corner_quanta(corner); },
-      [&](int depth, int, int) { return take_number(numbers[static_cast<std::size_t>(depth)]); });
+      [&](int depth, int, int) { return geometry::take_number(numbers[static_cast<std::size_t>(depth)]); });
   const bool is_whole = std::all_of(numbers.begin(), numbers.end(), [](const ByteReader& each) { return each.ok(); }) &&
                         std::all_of(rests.begin(), rests.end(), [](const auto& rest) { return rest.empty(); });
   return is_whole && take_lattice(lattice);
@@ -178,7 +178,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
   if (!grid->read_header(reader)) return nullptr;
   const std::size_t lattice_bytes = grid->brick_total() * sizeof(std::uint32_t) + grid->corner_total() * sizeof(float);
   if (lattice_bytes > limit_bytes) return nullptr;
-  const auto levels = read_block(reader, grid->brick_total());
+  const auto levels = geometry::read_block(reader, grid->brick_total());
   if (!levels || levels->size() != grid->brick_total()) return nullptr;
   std::size_t sample_count = 0;
   for (const std::uint8_t level : *levels) {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <optional>
 
-#include "common/contact/asset/packing.hpp"
 #include "common/contact/point_shell.hpp"
+#include "common/geometry/packing.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -23,16 +23,10 @@ constexpr std::size_t kNumbers = 6;
 /// A point in whole steps: place, normal, area.
 using Steps = std::array<std::int32_t, kNumbers>;
 
-/// Source  Meyer et al., "On floating-point normal vectors", EGSR 2010: the octahedral map
 std::array<std::int32_t, 2> steps_of(const Eigen::Vector3f& normal) {
-  const Vec3 n = normal.cast<double>();
-  Vec3 on = n / n.cwiseAbs().sum();
-  if (on.z() < 0) {
-    const auto sign = [](double value) { return value >= 0 ? 1.0 : -1.0; };
-    on = Vec3((1 - std::abs(on.y())) * sign(on.x()), (1 - std::abs(on.x())) * sign(on.y()), on.z());
-  }
+  const Eigen::Vector2d at = geometry::in_square(normal.cast<double>());
   const auto step = [](double share) { return static_cast<std::int32_t>(std::lround(share * kNormalSteps)); };
-  std::int32_t u = step(on.x()), v = step(on.y());
+  std::int32_t u = step(at.x()), v = step(at.y());
   // The border of the unfolded octahedron has each place twice.
   if (std::abs(u) == kNormalSteps) v = std::abs(v);
   if (std::abs(v) == kNormalSteps) u = std::abs(u);
@@ -40,14 +34,8 @@ std::array<std::int32_t, 2> steps_of(const Eigen::Vector3f& normal) {
 }
 
 Eigen::Vector3f normal_of(std::int32_t u, std::int32_t v) {
-  double x = static_cast<double>(u) / kNormalSteps, y = static_cast<double>(v) / kNormalSteps;
-  const double z = 1 - std::abs(x) - std::abs(y);
-  if (z < 0) {
-    const double unfolded_x = (1 - std::abs(y)) * (x >= 0 ? 1 : -1);
-    y = (1 - std::abs(x)) * (y >= 0 ? 1 : -1);
-    x = unfolded_x;
-  }
-  return Vec3(x, y, z).normalized().cast<float>();
+  return geometry::direction_of(static_cast<double>(u) / kNormalSteps, static_cast<double>(v) / kNormalSteps)
+      .cast<float>();
 }
 
 /// Points into steps, one after the other; what rounding takes from one area the next gets.
@@ -104,7 +92,8 @@ void PointShell::write(std::vector<std::uint8_t>& bytes, int packing_level) cons
     for (std::size_t i = 0; i < kNumbers; ++i) columns[i].push_back(steps[i] - before[i]);
     before = steps;
   }
-  for (const std::vector<std::int32_t>& column : columns) append_block(bytes, planes_of(column), packing_level);
+  for (const std::vector<std::int32_t>& column : columns)
+    geometry::append_block(bytes, geometry::planes_of(column), packing_level);
 }
 
 std::optional<PointShell> PointShell::read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes) {
@@ -115,9 +104,9 @@ std::optional<PointShell> PointShell::read(std::span<const std::uint8_t>& bytes,
   if (!is_sound || count > limit_bytes / sizeof(ShellPoint)) return {};
   std::array<std::vector<std::int32_t>, kNumbers> columns;
   for (std::vector<std::int32_t>& column : columns) {
-    const auto block = read_block(reader, 4 * count);
+    const auto block = geometry::read_block(reader, 4 * count);
     if (!block || block->size() != 4 * count) return {};
-    column = values_of(*block);
+    column = geometry::values_of(*block);
   }
   const Coder coder(spacing_m);
   std::vector<ShellPoint> points;

@@ -160,7 +160,7 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   wire::Joined joined = joined_with_asset(bytes);
   joined.mutable_assets(0)->set_kind("surface");
   SessionSettings settings = fetching("contact");
-  settings.late_asset_kinds = {"surface"};
+  settings.drawn_asset_kinds = {"surface"};
   test::SessionBench bench(settings);
   std::vector<std::size_t> here_when_announced;
   bench.session.on_assets = [&] { here_when_announced.push_back(bench.session.assets().size()); };
@@ -169,6 +169,39 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   EXPECT_EQ(serve_assets(bench, bytes), bytes.size());
   EXPECT_EQ(bench.session.assets().size(), 1U);
   EXPECT_EQ(here_when_announced.size(), 1U);
+}
+
+TEST(SessionAssets, FetchesTheSmallestDrawingOfASurfaceBeforeWhatIsFeltAndTheOthersAfterIt) {
+  const std::string felt(1000, 'c'), large(3000, 'd'), small(200, 'd');
+  wire::Joined joined = joined_with_asset(felt);
+  for (const std::string* drawing : {&large, &small}) {
+    *joined.add_assets() = joined_with_asset(*drawing).assets(0);
+    joined.mutable_assets(joined.assets_size() - 1)->set_kind("drawing");
+    joined.mutable_assets(joined.assets_size() - 1)->set_coarse_of(std::string(32, 's'));
+  }
+  SessionSettings settings = fetching("contact");
+  settings.drawn_asset_kinds = {"drawing"};
+  test::SessionBench bench(settings);
+  std::vector<std::size_t> here_when_announced;
+  bench.session.on_assets = [&] { here_when_announced.push_back(bench.session.assets().size()); };
+  join(bench, joined);
+  EXPECT_EQ(serve_assets(bench, {felt, large, small}), felt.size() + large.size() + small.size());
+  EXPECT_EQ(here_when_announced, std::vector<std::size_t>{2}) << "the small drawing and what is felt";
+  EXPECT_EQ(bench.session.assets().size(), 3U);
+}
+
+TEST(SessionAssets, ADamagedDrawingHoldsUpNothingThatIsFelt) {
+  const std::string felt(1000, 'c'), drawing(200, 'd');
+  wire::Joined joined = joined_with_asset(felt);
+  *joined.add_assets() = joined_with_asset(drawing).assets(0);
+  joined.mutable_assets(1)->set_kind("drawing");
+  SessionSettings settings = fetching("contact");
+  settings.drawn_asset_kinds = {"drawing"};
+  test::SessionBench bench(settings);
+  join(bench, joined);
+  serve_assets(bench, {felt, std::string(200, 'x')});
+  EXPECT_EQ(bench.session.asset_level(), AssetLevel::kFull);
+  EXPECT_EQ(bench.session.assets().size(), 1U);
 }
 
 /// One asset of 150,000 bytes, and one of 2,000 that stands for it.

@@ -9,7 +9,7 @@
 #include <stop_token>
 
 #include "common/docking/molecule_asset.hpp"
-#include "common/geometry/surface_asset.hpp"
+#include "common/geometry/drawing_asset.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "proto/soft_shape.hpp"
 #include "tests/support/session_bench.hpp"
@@ -38,6 +38,16 @@ std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   const proto::Sha256 hash = proto::sha256_of(bytes);
   assets[hash] = std::make_shared<const proto::Bytes>(bytes.begin(), bytes.end());
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
+}
+
+/// Offers what is drawn of a mesh; returns the hash that its surface would have.
+std::string add_drawing(wire::Joined& joined, AssetMap& assets, const geometry::TriangleMesh& mesh) {
+  const std::string surface(32, 's');
+  wire::AssetInfo& info = *joined.add_assets();
+  info.set_kind(geometry::kDrawingAssetKind);
+  info.set_coarse_of(surface);
+  info.set_sha256(add_asset(assets, geometry::drawing_asset_bytes(geometry::shaded(mesh))));
+  return surface;
 }
 
 wire::Body& add_box(wire::Scene& scene, const std::string& name, const Vec3& at, double edge_m, double mass_kg) {
@@ -153,8 +163,7 @@ TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceTheirAssetsAreHereAndSaysWhatIsMis
   molecule.charge_e = {0};
   molecule.mass_u = {12.011};
   wire::Shape mesh, atoms;
-  mesh.mutable_mesh()->set_surface_sha256(
-      add_asset(assets, geometry::surface_asset_bytes(geometry::tessellated_box({0.1, 0.1, 0.1}))));
+  mesh.mutable_mesh()->set_surface_sha256(add_drawing(joined, assets, geometry::tessellated_box({0.1, 0.1, 0.1})));
   atoms.mutable_molecule()->set_asset_sha256(add_asset(assets, docking::molecule_asset_bytes(molecule)));
   for (const wire::Shape* shape : {&mesh, &atoms}) {
     wire::Body& body = *wire_scene.add_bodies();
@@ -170,12 +179,31 @@ TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceTheirAssetsAreHereAndSaysWhatIsMis
   EXPECT_GT(scene.bodies[1].mesh.size(), 300U);
 }
 
+TEST(DrawnScene, OfAMeshTheFinestLevelThatIsHereIsDrawn) {
+  AssetMap coarse, all;
+  wire::Joined joined = test::minimal_joined();
+  add_drawing(joined, all, geometry::tessellated_sphere(0.1));
+  const std::string surface = add_drawing(joined, coarse, geometry::tessellated_box({0.1, 0.1, 0.1}));
+  all.insert(coarse.begin(), coarse.end());
+  wire::Body& body = *joined.mutable_scene()->add_bodies();
+  body.add_shapes()->mutable_mesh()->set_surface_sha256(surface);
+  EXPECT_THAT(make_drawn_scene(joined, coarse).bodies[0].mesh, SizeIs(36));
+  EXPECT_THAT(make_drawn_scene(joined, all).bodies[0].mesh,
+              SizeIs(3 * geometry::tessellated_sphere(0.1).triangles.size()));
+  body.mutable_shapes(0)->mutable_mesh()->set_surface_sha256(std::string(32, 't'));
+  EXPECT_THAT(make_drawn_scene(joined, all).missing, SizeIs(1)) << "of another mesh";
+}
+
 TEST(DrawnScene, OfHostileBytesIsWhatCanBeDrawn) {
   AssetMap assets;
   wire::Joined joined = test::minimal_joined();
   wire::Body& body = *joined.mutable_scene()->add_bodies();
   body.set_name("\x1b[2J");
-  body.add_shapes()->mutable_mesh()->set_surface_sha256(add_asset(assets, {std::byte{1}, std::byte{2}}));
+  body.add_shapes()->mutable_mesh()->set_surface_sha256(std::string(32, 's'));
+  wire::AssetInfo& info = *joined.add_assets();
+  info.set_kind(geometry::kDrawingAssetKind);
+  info.set_coarse_of(std::string(32, 's'));
+  info.set_sha256(add_asset(assets, {std::byte{1}, std::byte{2}}));
   body.add_shapes()->mutable_box()->add_size_m(1);
   body.add_shapes();
   const DrawnScene scene = make_drawn_scene(joined, assets);
@@ -200,9 +228,36 @@ TEST(DrawnScene, ASoftBlockIsDrawnAsItYields) {
   };
   EXPECT_LT((reach(scene.soft_bodies[0].mesh) - Vec3(0.05, 0.1, 0.02)).norm(), 1e-6);
   const std::vector<Vec3> offsets(proto::kSoftLatticePoints, Vec3(0.01, 0, 0));
-  const Vec3 moved = reach(drawn_soft_block(pad, offsets)) - reach(scene.soft_bodies[0].mesh);
+  const Vec3 moved = reach(drawn_soft(scene.soft_bodies[0], offsets)) - reach(scene.soft_bodies[0].mesh);
   EXPECT_LT((moved - Vec3(0, -0.01, 0)).norm(), 1e-6) << "offsets are of the world, which is turned";
-  EXPECT_THAT(drawn_soft_block(pad, {offsets.data(), 7}), SizeIs(0));
+  EXPECT_THAT(drawn_soft(scene.soft_bodies[0], {offsets.data(), 7}), SizeIs(0));
+}
+
+TEST(DrawnScene, ASoftMeshGoesWithTheNodesThatAreToldOf) {
+  AssetMap assets;
+  wire::Joined joined = test::minimal_joined();
+  const geometry::TriangleMesh ball = geometry::decimated(geometry::tessellated_sphere(0.03), 1500);
+  wire::SoftBody& soft = *joined.mutable_scene()->add_soft_bodies();
+  soft.set_name("ball");
+  soft.mutable_mesh()->set_surface_sha256(add_drawing(joined, assets, ball));
+  for (const double degrees : {0, 0, 90}) soft.mutable_placement()->add_rotation_xyz_deg(degrees);
+  EXPECT_THAT(make_drawn_scene(joined, {}).missing, testing::ElementsAre(HasSubstr("ball")));
+  const DrawnScene scene = make_drawn_scene(joined, assets);
+  EXPECT_THAT(scene.missing, SizeIs(0));
+  ASSERT_THAT(scene.soft_bodies[0].mesh, SizeIs(3 * ball.triangles.size()));
+  // Each node moves along the world's x by a tenth of its height: what a server would measure of a body that is sheared.
+  std::vector<Vec3> offsets;
+  for (const proto::NearPlaces& nodes : proto::soft_lattice_nodes(ball.vertices)) {
+    Vec3 offset = Vec3::Zero();
+    for (const auto& [node, weight] : nodes) offset += weight * 0.1 * ball.vertices[node].z() * Vec3::UnitX();
+    offsets.push_back(offset);
+  }
+  const DrawnMesh sheared = drawn_soft(scene.soft_bodies[0], offsets);
+  ASSERT_THAT(sheared, SizeIs(scene.soft_bodies[0].mesh.size()));
+  for (std::size_t i = 0; i < sheared.size(); ++i) {
+    const Vec3 was = vector_of(scene.soft_bodies[0].mesh[i].position_m), is = vector_of(sheared[i].position_m);
+    EXPECT_LT((is - was - Vec3(0, -0.1 * was.z(), 0)).norm(), 1e-3) << "the body is turned by 90° about z";
+  }
 }
 
 TEST(DrawnMesh, SticksAreWhereAtomsAreBonded) {
@@ -233,6 +288,18 @@ TEST(DrawnMesh, AtomsOfLargeMoleculesAreOfFewTriangles) {
     append_sticks(sticks, molecule, 0.01, yellow(molecule));
     EXPECT_LT(sticks.size() / 3, std::size_t{atoms} * (atoms > 20'000 ? 8 + 2 * 10 : 128 + 2 * 40));
   }
+}
+
+TEST(DrawnMesh, OfAMillionAtomsABallStandsForSomeAndThereAreNoSticks) {
+  docking::Molecule molecule;
+  for (unsigned i = 0; i < 1'000'000; ++i) molecule.positions_angstrom.emplace_back(1.5 * i, 0, 0);
+  molecule.mass_u.assign(1'000'000, 12.011);
+  DrawnMesh balls, sticks;
+  append_balls(balls, molecule, 0.01, yellow(molecule));
+  EXPECT_EQ(balls.size() / 24, 250'000U);
+  EXPECT_NEAR(balls.front().position_m[0], 0.01 * 1.5 * 1.5 + 0.017 * std::cbrt(4), 1e-5);
+  append_sticks(sticks, molecule, 0.01, yellow(molecule));
+  EXPECT_EQ(sticks.size(), balls.size());
 }
 
 /// What a hostile server may send: nobody waits for all pairs of them.

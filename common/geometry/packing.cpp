@@ -1,8 +1,10 @@
-#include "common/contact/asset/packing.hpp"
+#include "common/geometry/packing.hpp"
 
 #include <zstd.h>
 
-namespace tandem::contact {
+#include <cmath>
+
+namespace tandem::geometry {
 namespace {
 
 // First bytes of the longer forms.
@@ -26,7 +28,23 @@ std::int32_t unfolded(std::uint32_t folded) {
   return static_cast<std::int32_t>(folded >> 1U) ^ -static_cast<std::int32_t>(folded & 1U);
 }
 
+double sign_of(double value) {
+  return value < 0 ? -1 : 1;
+}
+
 }  // namespace
+
+Eigen::Vector2d in_square(const Vec3& direction) {
+  const Vec3 on = direction / direction.cwiseAbs().sum();
+  if (on.z() >= 0) return {on.x(), on.y()};
+  return {(1 - std::abs(on.y())) * sign_of(on.x()), (1 - std::abs(on.x())) * sign_of(on.y())};
+}
+
+Vec3 direction_of(double x, double y) {
+  const double z = 1 - std::abs(x) - std::abs(y);
+  if (z >= 0) return Vec3(x, y, z).normalized();
+  return Vec3((1 - std::abs(y)) * sign_of(x), (1 - std::abs(x)) * sign_of(y), z).normalized();
+}
 
 void put_number(std::vector<std::uint8_t>& bytes, std::int32_t value) {
   const std::uint32_t folded = folded_of(value);
@@ -93,4 +111,4 @@ std::optional<std::vector<std::uint8_t>> read_block(ByteReader& reader, std::siz
   return raw;
 }
 
-}  // namespace tandem::contact
+}  // namespace tandem::geometry
