@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "client/haptics/stages/stage.hpp"
-#include "client/model/local_world.hpp"
 #include "client/model/proxy_world.hpp"
 #include "client/session/scene_from_wire.hpp"
 #include "common/geometry/surface_asset.hpp"
@@ -16,6 +15,7 @@ namespace tandem::client {
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
   AssetLevel level = AssetLevel::kNone;  ///< of what it is made of
+  ContactShapes shapes;                  ///< of its local model
   std::string problem;                   ///< why it has neither model nor ball's world, though its stage wants one
 };
 
@@ -103,8 +103,8 @@ void Client::begin_rendering() {
   const StageSettings& stage = settings_.haptics.stage;
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside, stage,
                      makes = makes_something(), level = session_.asset_level(),
-                     generation = session_.scene_generation(), joined = *session_.joined(),
-                     assets = session_.assets()] {
+                     generation = session_.scene_generation(), joined = *session_.joined(), assets = session_.assets(),
+                     shapes = shapes_]() mutable {
     // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
     if (is_aside) realtime::drop_realtime();
     auto made = std::make_unique<Made>();
@@ -117,9 +117,10 @@ void Client::begin_rendering() {
       if (needs_proxy_world(stage.name)) {
         made->rendering->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
-        const auto world = make_local_world(joined, assets);
+        const auto world = make_local_world(joined, assets, shapes);
         if (is_aside) require_in_time(world, kMaxModelStep);
         made->rendering->local_model = std::make_unique<LocalModel>(world, joined.tool(), settings);
+        made->shapes = std::move(shapes);
       }
     } catch (const std::exception& error) {
       made->problem = printable(error.what());
@@ -136,6 +137,7 @@ void Client::begin_rendering() {
 void Client::take_made() {
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
+  if (!made_->shapes.empty()) shapes_ = std::move(made_->shapes);
   if (made_->rendering->generation != session_.scene_generation()) {
     made_.reset();
     return;

@@ -19,6 +19,7 @@
 
 #include "client/haptics/haptic_core.hpp"
 #include "client/model/local_model.hpp"
+#include "client/model/local_world.hpp"
 #include "client/session/session.hpp"
 
 namespace tandem::client {
@@ -93,6 +94,7 @@ class Client {
   ClientSession session_;
   std::future<std::unique_ptr<Made>> making_;
   std::unique_ptr<Made> made_;    ///< not handed over yet
+  ContactShapes shapes_;          ///< of the local model that was made last: the next may need the same
   bool is_stage_wanted_ = false;  ///< another one: begun once the scene's assets are here
   std::string model_problem_;
   std::string stage_note_;

@@ -1,6 +1,5 @@
 #include "client/model/local_world.hpp"
 
-#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -32,7 +31,8 @@ const std::string& needed_hash(const wire::Shape& shape) {
 
 class Builder {
  public:
-  Builder(const wire::Joined& joined, const AssetMap& assets) : joined_(joined), assets_(assets) {}
+  Builder(const wire::Joined& joined, const AssetMap& assets, const ContactShapes& known)
+      : joined_(joined), assets_(assets), known_(known) {}
 
   std::shared_ptr<const physics::WorldDescription> build() {
     const wire::Scene& scene = joined_.scene();
@@ -53,6 +53,7 @@ class Builder {
     for (int i = 0; i < scene.tools_size(); ++i) add_tool(i);
     return std::make_shared<const physics::WorldDescription>(std::move(world_));
   }
+  ContactShapes take_shapes() { return std::move(contacts_); }
 
  private:
   static MassProperties mass_of(const wire::MassProperties& message, const std::string& path) {
@@ -97,11 +98,14 @@ class Builder {
   std::shared_ptr<const contact::ContactShape> contact(const wire::Shape& shape, const std::string& field) {
     wire::Shape key = shape;
     key.clear_placement();
-    std::shared_ptr<const contact::ContactShape>& made = contacts_[key.SerializeAsString()];
+    if (shape.has_mesh()) key.mutable_mesh()->set_contact_sha256(hash_here(shape));
+    const std::string made_of = key.SerializeAsString();
+    std::shared_ptr<const contact::ContactShape>& made = contacts_[made_of];
     if (made != nullptr) return made;
-    if (shape.has_mesh()) {
-      const proto::Bytes& bytes = asset(shape, field);
-      made = contact::contact_shape_from(octets_of(bytes));
+    if (const auto known = known_.find(made_of); known != known_.end()) {
+      made = known->second;
+    } else if (shape.has_mesh()) {
+      made = contact::contact_shape_from(octets_of(asset(shape, field)));
     } else {
       made = proto::primitive_contact(shape);
     }
@@ -117,35 +121,41 @@ class Builder {
   }
 
   const proto::Bytes& asset(const wire::Shape& shape, const std::string& field) const {
-    const proto::Bytes* bytes = find_asset(assets_, needed_hash(shape));
-    if (bytes == nullptr) bytes = coarse_asset(needed_hash(shape));
+    const proto::Bytes* const bytes = find_asset(assets_, hash_here(shape));
     if (bytes == nullptr) throw std::runtime_error(field + ".shapes: an asset is not here");
     return *bytes;
   }
 
-  /// What stands for the contact asset of that hash; null: nothing that is here.
-  const proto::Bytes* coarse_asset(const std::string& hash) const {
+  /// Of the asset that it needs, or of the coarse one that stands for that and is here.
+  const std::string& hash_here(const wire::Shape& shape) const {
+    const std::string& hash = needed_hash(shape);
     const auto is_fine = [&hash](const wire::AssetInfo& info) {
       return info.sha256() == hash && info.kind() == "contact";
     };
-    if (hash.empty() || std::ranges::none_of(joined_.assets(), is_fine)) return nullptr;
+    if (find_asset(assets_, hash) != nullptr || hash.empty()) return hash;
+    if (std::ranges::none_of(joined_.assets(), is_fine)) return hash;
     for (const wire::AssetInfo& info : joined_.assets()) {
       if (info.kind() != "coarse-contact" || info.coarse_of() != hash) continue;
-      if (const proto::Bytes* const bytes = find_asset(assets_, info.sha256())) return bytes;
+      if (find_asset(assets_, info.sha256()) != nullptr) return info.sha256();
     }
-    return nullptr;
+    return hash;
   }
 
   const wire::Joined& joined_;
   const AssetMap& assets_;
   physics::WorldDescription world_;
-  std::map<std::string, std::shared_ptr<const contact::ContactShape>> contacts_;
+  const ContactShapes& known_;
+  ContactShapes contacts_;
 };
 
 }  // namespace
 
-std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets) {
-  return Builder(joined, assets).build();
+std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets,
+                                                                  ContactShapes& shapes) {
+  Builder builder(joined, assets, shapes);
+  auto world = builder.build();
+  shapes = builder.take_shapes();
+  return world;
 }
 
 void require_in_time(const std::shared_ptr<const physics::WorldDescription>& description, Duration most) {

@@ -191,7 +191,8 @@ class SceneRanges : public ::testing::Test {
     client::HapticScene haptic;
     if (std::string problem = client::fill_haptic_scene(joined, haptic); !problem.empty()) return problem;
     try {
-      client::make_local_world(joined, assets_);
+      client::ContactShapes shapes;
+      client::make_local_world(joined, assets_, shapes);
     } catch (const std::exception& error) {
       return error.what();
     }
