@@ -23,7 +23,7 @@ PARTNERS = ("self", "bunny", "box", "plate")
 MAX_STEP_US, MAX_DEPTH_M = 200, 6e-4
 TIMEOUT_S = 900
 HEAD = ["class", "meshes", "loaded", "runs", "step p99, µs: median of meshes, worst", "above 200 µs", "deepest, mm: median, worst",
-        "deeper than 0.6 mm", "runs with pop-throughs", "found less than a search of all points", "no end"]
+        "deeper than 0.6 mm", "hand's force moves in a step, N: median, worst", "runs with pop-throughs", "found less than a search of all points", "no end"]
 
 
 def partners_in(folder):
@@ -73,7 +73,8 @@ def row(kind, meshes):
     checked = [run["check"]["checks"] for run in good if "check" in run]
     return [kind, len(meshes), sum(loaded for loaded, _ in meshes), len(runs), median_and_worst(of_meshes, 0),
             sum(value > MAX_STEP_US for value in p99), median_and_worst([1e3 * depth for depth in depths], 3),
-            sum(depth > MAX_DEPTH_M for depth in depths), sum(run["pop_throughs"] > 0 for run in good),
+            sum(depth > MAX_DEPTH_M for depth in depths),
+            median_and_worst([run["hand_force_step_max_n"] for run in good], 2), sum(run["pop_throughs"] > 0 for run in good),
             sum(not all(check["holds"] for check in checks) for checks in checked), len(runs) - len(good)]
 
 

@@ -11,8 +11,6 @@ namespace {
 
 // A shell wider than this is not trusted to find all there is: the accuracy that contact promises.
 constexpr double kFineSpacing_m = 5e-4;
-// Candidates keep distances in single precision.
-constexpr double kRounding_m = 1e-8;
 // For so much motion of a ball it is asked once which planes are around it.
 constexpr double kBallSlack_m = 1e-3;
 // Of its ring, what a ball's core takes over a step: in a hundred steps it forgets that a touch was lighter.
@@ -103,6 +101,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_WA.inverse() * X_WB;
+  if (!is_finite(X_BA) || !is_finite(X_AB)) return {};
   const double share = is_mutual_ ? 0.5 : 1;
   const Direction a_in_b{*b_->field, X_WB, X_BA, is_a_primary_ ? 0 : ContactPoint::kOtherDirection, 1, share};
   const Direction b_in_a{*a_->field, X_WA, X_AB, is_a_primary_ ? ContactPoint::kOtherDirection : 0, -1, share};
@@ -220,14 +219,15 @@ void ContactPair::share_bristles(const Eigen::Matrix3d& turn) noexcept {
 }
 
 void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
-  const Eigen::Matrix3d R_FP = direction.X_FP.q.toRotationMatrix();
+  const Pose X_WP = direction.X_WF * direction.X_FP;
+  const Eigen::Matrix3d R_WP = X_WP.q.toRotationMatrix();
   const Eigen::Matrix3d R_WF = direction.X_WF.q.toRotationMatrix();
   const Eigen::Matrix3d R_out = direction.sign * R_WF;
   const double rigid_depth_m = std::min(a_->rigid_depth_m, b_->rigid_depth_m);
   PlaneContacts planes{candidates.shell(),
                        direction.field.planes(),
                        direction.X_FP,
-                       direction.X_WF * direction.X_FP,
+                       X_WP,
                        R_WF,
                        band_m,
                        rigid_depth_m,
@@ -235,25 +235,18 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
                        direction.sign,
                        direction.id_bits,
                        candidates.room()};
-  const double margin_m = band_m + 2 * direction.field.error_m() + kRounding_m;
-  for (const ShellPart& part : candidates.parts()) {
-    for (const ShellCandidate& candidate : candidates.candidates(part)) {
-      if (candidate.distance_m > margin_m + part.motion_m) continue;
-      if (candidate.planes != 0) {
-        planes.add(candidate.node, candidate.planes, now_);
-        continue;
-      }
-      const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
-      const DistanceSample sample = direction.field.sample(p_F);
-      if (sample.distance_m >= band_m) continue;
-      ContactPoint& point = now_.emplace_back();
-      point.p_W = R_WF * p_F + direction.X_WF.p;
-      point.normal_W = R_out * unit(sample.gradient);
-      point.depth_m = -sample.distance_m;
-      point.area_m2 = direction.share * candidate.area_m2;
-      point.id = candidate.first | direction.id_bits;
-      point.count = candidate.count;
+  for (const ShellCandidate& candidate : candidates.candidates()) {
+    if (candidate.planes != 0) {
+      planes.add(candidate.node, candidate.planes, now_);
+      continue;
     }
+    ContactPoint& point = now_.emplace_back();
+    point.p_W = R_WP * candidate.p_P.cast<double>() + X_WP.p;
+    point.normal_W = R_out * unit(candidate.gradient_F);
+    point.depth_m = -candidate.distance_m;
+    point.area_m2 = direction.share * candidate.area_m2;
+    point.id = candidate.first | direction.id_bits;
+    point.count = candidate.count;
   }
 }
 

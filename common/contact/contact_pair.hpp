@@ -34,8 +34,8 @@ struct ContactPoint {
 /// never in time: a replay degrades alike.
 inline constexpr std::uint32_t kContactBudget = 2048;
 
-/// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and
-/// how far the shapes may move before they are not enough.
+/// The contacts of shape A with shape B, searched each step. Remembers which parts of the tree cannot be near yet, and how far
+/// the shapes may move until they can.
 ///
 /// Model   the surface points of each shape against the distance field of the other, each for half of its area. A shape
 ///         whose shell is wider than 0.5 mm (a large primitive) gives its feature points alone; the other's then stand
@@ -52,11 +52,10 @@ class ContactPair {
 
   /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B.
   ///
-  /// Model   while the budget holds, force, moment and stiffness depend on the poses alone, not on those before; but where
-  ///         the shapes were parallel at the last walk of the tree, up to eight points of a leaf are one, whose depth
-  ///         differs from theirs by at most the size of the leaf × the turn since then, which the slack of the walk
-  ///         bounds. Of flat on flat a few contacts act as all of a face (PlaneContacts). Beyond the budget, points are
-  ///         merged where contact is shallowest; their areas add up. A ball on one plane has the few contacts of
+  /// Model   while the budget holds, force, moment and stiffness depend on the poses alone, not on those before; up to eight
+  ///         points of a leaf are one where their depths are equal within a micrometre. Of flat on flat a few contacts act
+  ///         as all of a face (PlaneContacts). Beyond the budget, points are joined: of a leaf, what presses, with the force
+  ///         and moment of its points; then of larger nodes. A ball on one plane has the few contacts of
   ///         add_ball_on_plane(), which have the force that its points tend to when they get finer; near an edge it
   ///         depends on the last millimetre of motion whether these are found or its points
   /// In      band_m  beyond a field's `band_m()` depths are as good as its sample(): to look ahead in fast motion

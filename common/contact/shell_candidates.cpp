@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/flat/plane_contacts.hpp"
@@ -12,23 +13,27 @@
 namespace tandem::contact {
 namespace {
 
-// Slack is worth its price (more candidates a step) when a walk is avoided often enough. Half or twice these values
-// cost a few per cent (measured on two bunnies that slide over each other at 0.01 to 0.5 m/s).
-constexpr double kSlackMin_m = 2e-4;
-constexpr double kSlackMax_m = 2e-3;
-constexpr double kStepsPerWalk = 2;
-// Nodes above planes need no slack to be cheap: a walk finds them again soon.
-constexpr double kPlaneSlack_m = 3e-4;
+// Two nodes are one again when they may go so far before they must be asked.
+constexpr double kJoinAt_m = 3e-4;
+// Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
+constexpr double kPlaneMotion_m = 2e-4;
 // How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
 // own ball, points near it may be a little outside; of a tiny solid that would be much.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
-// contact is a leaf (a millimetre or two), and its work a quarter or less. A few quanta of a distance grid.
-// Until the next walk the shapes may turn: then each point is off by up to the size of the leaf × that angle.
-constexpr double kFlat_m = 1e-6;
-// Room for rounding: candidates keep distances in single precision.
-constexpr double kRounding_m = 1e-8;
+// Room for rounding in a field; and until where motion is added up, since the cut keeps distances in single precision.
+constexpr double kRounding_m = 3e-8;
+constexpr double kFarthest_m = 0.25;
+// What is sampled is steeper than a distance where a grid interpolates: each of its three slopes is about 1 at most.
+constexpr double kSteepest = 1.75;
+// So many times the looks that a step may take can be too many for one only; a cut that begins needs more.
+constexpr std::uint32_t kWalkLooks = 6, kFirstWalkLooks = 8;
+// A part is asked as a whole after this much motion, some of them earlier and one a step: small nodes next to a groove
+// that was passed by may be one large one above planes again. Where nothing came of it, after twice as much.
+constexpr double kWholeAgain_m = 4e-3, kMaxWholeAgain_m = 16e-3;
+constexpr double kWorthIt = 0.8;  ///< of the nodes that there were
+// So many nodes a step are asked whether they are above planes: a grid needs microseconds to answer.
+constexpr std::uint32_t kMaxPlaneTurns = 32, kMaxFirstPlaneTurns = 1024;
 
 Vec3 middle_of(const ContactShape& shape) {
   return (shape.low_S + shape.high_S) / 2;
@@ -39,7 +44,52 @@ double radius_of(const ContactShape& shape) {
   return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
 }
 
+double chord(const Quat& a, const Quat& b) {
+  return 2 * (a.conjugate() * b).vec().norm();
+}
+
+/// The next below.
+float rounded_down(double a) {
+  constexpr double kFar = 100;
+  const auto rounded = static_cast<float>(std::min(a, kFar));
+  return rounded > a ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+}
+
+/// 0.5 to 1, of each node another.
+double share_of(std::uint32_t node) {
+  return 0.5 + 0x1.0p-33 * (node * 2654435769U);
+}
+
 }  // namespace
+
+/// A node of the cut.
+struct ShellCandidates::CutNode {
+  std::uint32_t node = 0;
+  float asked_again_at_m = 0;  ///< when its part has gone that far, and the band is added
+  PlaneSet planes = 0;         ///< it is above these, until then; without the band
+  LeafLags lags = {};          ///< of a leaf's points that were asked: how much later each of them is asked again
+  bool is_leaf = false;        ///< whose points were asked
+};
+
+/// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
+struct ShellCandidates::Part {
+  std::uint32_t node = 0;  ///< the root of its tree
+  std::uint32_t begin = 0, count = 0;
+  double gone_m = 0;            ///< a sum over steps: none of its points has come nearer by more
+  double asked_again_at_m = 0;  ///< the least of its nodes'
+  double whole_again_at_m = 0;  ///< its cut begins anew
+  double whole_again_m = 0;     ///< and after so much motion the next time
+};
+
+/// What a level found.
+struct ShellCandidates::Found {
+  int level = 0;
+  std::vector<Part> parts;
+  std::vector<CutNode> cut;
+  std::vector<ShellCandidate> candidates;
+  std::size_t contacts = 0, near_count = 0;
+  std::uint32_t walk_points = 0, steps_at_level = 0, dense_steps = 0;
+};
 
 ContactWork& ContactWork::operator+=(const ContactWork& other) {
   nodes += other.nodes;
@@ -52,11 +102,14 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
 ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
 ShellCandidates::~ShellCandidates() = default;
 
-ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
-  parts_.reserve(kParts);
-  candidates_.reserve(capacity + 1);
-  old_candidates_.reserve(capacity + 1);
-  cut_.reserve(std::max<std::size_t>(capacity, kParts) + 2);
+ShellCandidates::ShellCandidates(std::uint32_t capacity)
+    : largest_capacity_(capacity), capacity_(capacity), before_(std::make_unique<Found>()) {
+  for (std::vector<Part>* parts : {&parts_, &before_->parts}) parts->reserve(kParts + 1);
+  for (std::vector<ShellCandidate>* candidates : {&candidates_, &before_->candidates})
+    candidates->reserve(capacity + kShellLeafPoints);
+  before_->cut.reserve(cut_limit() / 2);  // finer levels are tried where there is room
+  cut_.reserve(cut_limit());
+  old_cut_.reserve(cut_limit());
 }
 
 void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, const ContactShape& solid,
@@ -67,221 +120,270 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   points_radius_m_ = radius_of(points);
   solid_centre_F_ = middle_of(solid);
   solid_radius_m_ = radius_of(solid);
-  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
+  rigid_depth_m_ = std::min(points.rigid_depth_m, solid.rigid_depth_m);
+  capacity_ = std::max(2U, std::min(capacity, largest_capacity_));
   candidates_.clear();
   contacts_ = 0;
-  is_coarse_ = false;
-  coarse_walks_ = 0;
-  slack_limit_m_ = kSlackMax_m;
   gap_m_ = -1;
-  drift_m_ = 0;
-  X_FP_before_ = Pose{};
-  divide(kParts);
+  has_walked_ = false;
+  least_band_m_ = std::numeric_limits<double>::infinity();
+  steps_to_try_ = 0;
+  steps_per_try_ = kStepsPerTry;
+  dense_steps_ = 0;
+  is_try_ = false;
+  // At the coarsest level a part is two candidates.
+  divide(std::clamp<std::size_t>(capacity_ / 4, 1, kParts));
+  std::uint32_t most_points = 0;
+  for (const Part& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
+  for (coarsest_level_ = 0; kShellLeafPoints << static_cast<unsigned>(coarsest_level_) < most_points;)
+    ++coarsest_level_;
+  change_level(kFine);
 }
 
 // Cuts the tree into subtrees, the largest first.
 void ShellCandidates::divide(std::size_t parts) noexcept {
-  const auto largest_last = [](const Cut& a, const Cut& b) { return a.gain_m < b.gain_m; };
   parts_.clear();
-  cut_.clear();
   if (shell_ == nullptr || shell_->nodes.empty()) return;
   const auto& nodes = shell_->nodes;
-  cut_.push_back({nodes[0].radius_m, 0});
-  while (cut_.size() < parts) {
-    const Cut largest = cut_.front();
-    const ShellNode& node = nodes[largest.node];
+  const auto largest_last = [&](const Part& a, const Part& b) {
+    return nodes[a.node].radius_m < nodes[b.node].radius_m;
+  };
+  parts_.push_back({.node = 0});
+  while (parts_.size() < parts) {
+    const std::uint32_t largest = parts_.front().node;
+    const ShellNode& node = nodes[largest];
     std::size_t children = 0;
-    for (std::uint32_t i = largest.node + 1; i < node.next; i = nodes[i].next) ++children;
-    if (node.is_leaf || cut_.size() + children > parts + 1) break;
-    std::pop_heap(cut_.begin(), cut_.end(), largest_last);
-    cut_.pop_back();
-    for (std::uint32_t i = largest.node + 1; i < node.next; i = nodes[i].next) {
-      cut_.push_back({nodes[i].radius_m, i});
-      std::push_heap(cut_.begin(), cut_.end(), largest_last);
+    for (std::uint32_t i = largest + 1; i < node.next; i = nodes[i].next) ++children;
+    if (node.is_leaf || parts_.size() + children > parts + 1) break;
+    std::pop_heap(parts_.begin(), parts_.end(), largest_last);
+    parts_.pop_back();
+    for (std::uint32_t i = largest + 1; i < node.next; i = nodes[i].next) {
+      parts_.push_back({.node = i});
+      std::push_heap(parts_.begin(), parts_.end(), largest_last);
     }
   }
-  std::sort(cut_.begin(), cut_.end(), [](const Cut& a, const Cut& b) { return a.node < b.node; });
-  lever_m_ = 0;
-  for (const Cut& cut : cut_) {
-    parts_.emplace_back().node = cut.node;
-    const Vec3 lever = nodes[cut.node].centre_S.cast<double>() - points_centre_P_;
-    lever_m_ = std::max(lever_m_, lever.norm() + nodes[cut.node].radius_m);
+  std::sort(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) { return a.node < b.node; });
+}
+
+// Of which nothing is known.
+void ShellCandidates::begin_cut() noexcept {
+  cut_.clear();
+  for (Part& part : parts_) {
+    part.begin = static_cast<std::uint32_t>(cut_.size());
+    part.count = 1;
+    part.gone_m = 0;
+    part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+    part.whole_again_m = kWholeAgain_m;
+    part.whole_again_at_m = share_of(part.node) * kWholeAgain_m;
+    cut_.push_back({.node = part.node, .asked_again_at_m = -std::numeric_limits<float>::infinity()});
   }
+}
+
+void ShellCandidates::change_level(int level) noexcept {
+  level_ = level;
+  is_try_ = false;
+  steps_at_level_ = 0;
+  dense_steps_ = 0;
+  leaf_points_ = level == kFine ? 0 : kShellLeafPoints << static_cast<unsigned>(level);
+  begin_cut();
+}
+
+// False: it is too much.
+bool ShellCandidates::keep_found() noexcept {
+  if (cut_.size() > before_->cut.capacity()) return false;
+  before_->level = level_;
+  before_->parts = parts_;
+  before_->cut = cut_;
+  before_->candidates = candidates_;
+  before_->contacts = contacts_;
+  before_->near_count = near_count_;
+  before_->walk_points = walk_points_;
+  before_->steps_at_level = steps_at_level_;
+  before_->dense_steps = dense_steps_;
+  return true;
+}
+
+void ShellCandidates::take_back_found() noexcept {
+  change_level(before_->level);
+  parts_ = before_->parts;
+  cut_ = before_->cut;
+  candidates_ = before_->candidates;
+  contacts_ = before_->contacts;
+  near_count_ = before_->near_count;
+  walk_points_ = before_->walk_points;
+  steps_at_level_ = before_->steps_at_level;
+  dense_steps_ = before_->dense_steps;
 }
 
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
+  if (steps_to_try_ > 0) --steps_to_try_;
+  ++steps_at_level_;
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
-  R_FP_ = X_FP.q.toRotationMatrix();
-  p_FP_ = X_FP.p;
-  solid_P_ = R_FP_.transpose() * (solid_centre_F_ - p_FP_);
-  add_drift(X_FP);
-  bool is_expired = false;
-  for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
-  if (is_expired) {
-    work_.is_refreshed = true;
-    if (is_coarse_) {
-      walk_coarse(X_FP, band_m + kSlackMin_m);
-    } else if (!walk_expired(X_FP, band_m)) {
-      // Slack must not make contact coarse: with the least of it, all may still fit.
-      slack_limit_m_ = kSlackMin_m;
-      if (!walk_all(X_FP, band_m + kSlackMin_m)) walk_coarse(X_FP, band_m + kSlackMin_m);
-    }
+  work_.is_coarse = level_ != kFine;
+  const bool is_at_rest =
+      has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
+  if (is_at_rest && !may_be_finer()) return work_;
+  work_.is_refreshed = true;
+  move(X_FP);
+  allow_band(band_m);
+  if (!walk(band_m) || is_too_dense()) {
+    search_coarser(band_m);
+  } else if (may_be_finer()) {
+    search_finer(band_m);
   }
-  remember_gap(X_FP, band_m);
-  work_.is_coarse = is_coarse_;
+  remember_gap(X_FP);
+  work_.is_coarse = level_ != kFine;
   return work_;
 }
 
 // Far apart, one look at the poses is enough.
 bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
   if (gap_m_ < 0) return false;
-  const double chord = 2 * (X_FP_gap_.q.conjugate() * X_FP.q).vec().norm();
-  const double motion = (X_FP * points_centre_P_ - X_FP_gap_ * points_centre_P_).norm() + chord * points_radius_m_;
+  const double motion =
+      (X_FP * points_centre_P_ - X_FP_gap_ * points_centre_P_).norm() + chord(X_FP_gap_.q, X_FP.q) * points_radius_m_;
   return motion + band_m <= gap_m_;
 }
 
-void ShellCandidates::remember_gap(const Pose& X_FP, double band_m) noexcept {
+void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   gap_m_ = -1;
-  if (!candidates_.empty()) return;
+  // Of a larger node not all points are known.
+  if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
-  for (ShellPart& part : parts_) {
-    if (part.has_old_look) look_at(part, X_FP);
-    gap_m_ = std::min(gap_m_, part.reach_m - part.motion_m);
-  }
-  gap_m_ = std::max(gap_m_, band_m);
+  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.asked_again_at_m - part.gone_m);
   X_FP_gap_ = X_FP;
 }
 
-// By how much `of_points` below can have grown since the last refresh, of any part.
-void ShellCandidates::add_drift(const Pose& X_FP) noexcept {
-  const double chord = 2 * (X_FP_before_.q.conjugate() * X_FP.q).vec().norm();
-  drift_m_ += (X_FP * points_centre_P_ - X_FP_before_ * points_centre_P_).norm() + chord * lever_m_;
+// What is known of points is said for the least band: for a lesser one, steep fields may have come nearer than that.
+void ShellCandidates::allow_band(double band_m) noexcept {
+  band_m_ = band_m;
+  if (band_m >= least_band_m_) return;
+  if (std::isfinite(least_band_m_)) {
+    for (Part& part : parts_) part.gone_m += (1 - 1 / kSteepest) * (least_band_m_ - band_m);
+  }
+  least_band_m_ = band_m;
+}
+
+// Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of both: a
+// small tool may turn above a large table.
+void ShellCandidates::move(const Pose& X_FP) noexcept {
+  const Eigen::Matrix3d R_before = R_FP_;
+  const Vec3 p_before = p_FP_;
+  R_FP_ = X_FP.q.toRotationMatrix();
+  p_FP_ = X_FP.p;
+  const double turned = chord(X_FP_before_.q, X_FP.q);
   X_FP_before_ = X_FP;
+  if (!std::exchange(has_walked_, true)) return;
+  const Vec3 solid_P = R_FP_.transpose() * (solid_centre_F_ - p_FP_);
+  const Vec3 solid_before_P = R_before.transpose() * (solid_centre_F_ - p_before);
+  const double of_solid = (solid_P - solid_before_P).norm() + turned * solid_radius_m_;
+  const Eigen::Matrix3d turn = R_FP_ - R_before;
+  const Vec3 shift = p_FP_ - p_before;
+  for (Part& part : parts_) {
+    const ShellNode& node = shell_->nodes[part.node];
+    const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + turned * node.radius_m;
+    part.gone_m += std::min(of_points, of_solid);
+    if (part.gone_m > kFarthest_m) start_again_from_0(part);
+  }
 }
 
-void ShellCandidates::look_at(ShellPart& part, const Pose& X_FP) const noexcept {
-  const ShellNode& node = shell_->nodes[part.node];
-  const double chord = 2 * (part.q_FP.conjugate() * X_FP.q).vec().norm();
-  // Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of
-  // both: a small tool may turn above a large table.
-  const Vec3 centre_F = R_FP_ * node.centre_S.cast<double>() + p_FP_;
-  const double of_points = (centre_F - part.centre_F).norm() + chord * node.radius_m;
-  part.motion_m = std::min(of_points, (solid_P_ - part.solid_P).norm() + chord * solid_radius_m_);
-  part.looked_motion_m = of_points;
-  part.looked_drift_m = drift_m_;
-  part.has_old_look = false;
+// Single precision is kept that way.
+void ShellCandidates::start_again_from_0(Part& part) noexcept {
+  for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
+    entry.asked_again_at_m = rounded_down(entry.asked_again_at_m - part.gone_m);
+  }
+  part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+  part.whole_again_at_m -= part.gone_m;
+  part.gone_m = 0;
 }
 
-bool ShellCandidates::has_expired(ShellPart& part, const Pose& X_FP, double band_m) const noexcept {
-  if (!part.is_walked) return true;
-  ++part.steps_since;
-  // Most parts are far from contact and have no candidates: nobody asks how far they moved while it is less than they
-  // may.
-  const double most_m = part.looked_motion_m + (drift_m_ - part.looked_drift_m) + kRounding_m;
-  part.has_old_look = part.count == 0 && most_m + band_m <= part.reach_m;
-  if (part.has_old_look) return false;
-  look_at(part, X_FP);
-  return is_due(part, band_m);
-}
-
-bool ShellCandidates::is_due(const ShellPart& part, double band_m) {
-  return !part.is_walked || part.motion_m + band_m > part.reach_m || part.motion_m > part.plane_motion_m;
-}
-
-// Faster parts get more slack, so that a walk lasts for some steps.
-double ShellCandidates::slack_of(const ShellPart& part) const {
-  const double motion_a_step = part.is_walked ? part.motion_m / std::max(1U, part.steps_since) : 0;
-  return std::clamp(kStepsPerWalk * motion_a_step, kSlackMin_m, slack_limit_m_);
-}
-
-void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP, double slack_m) noexcept {
-  part.begin = static_cast<std::uint32_t>(candidates_.size());
-  part.is_walked = true;
-  part.motion_m = 0;
-  part.steps_since = 0;
-  part.centre_F = R_FP_ * shell_->nodes[part.node].centre_S.cast<double>() + p_FP_;
-  part.solid_P = solid_P_;
-  part.q_FP = X_FP.q;
-  part.looked_motion_m = 0;
-  part.looked_drift_m = drift_m_;
-  part.has_old_look = false;
-  part.plane_motion_m = std::min(slack_m, kPlaneSlack_m);
-  plane_motion_m_ = part.plane_motion_m;
-  contacts_before_ = contacts_;
-  has_planes_ = false;
-  reach_m_ = std::numeric_limits<double>::infinity();
-}
-
-void ShellCandidates::end_walk(ShellPart& part) noexcept {
-  part.count = static_cast<std::uint32_t>(candidates_.size()) - part.begin;
-  part.reach_m = reach_m_;
-  part.contacts = contacts_ - contacts_before_;
-  if (!has_planes_) part.plane_motion_m = std::numeric_limits<double>::infinity();
-}
-
-// False: there are more than fit.
-bool ShellCandidates::walk_expired(const Pose& X_FP, double band_m) noexcept {
-  std::swap(candidates_, old_candidates_);
+// False: there are more than there is room for.
+bool ShellCandidates::walk(double band_m) noexcept {
+  std::swap(cut_, old_cut_);
+  cut_.clear();
   candidates_.clear();
   contacts_ = 0;
-  for (ShellPart& part : parts_) {
-    if (is_due(part, band_m)) {
-      const double slack = slack_of(part);
-      begin_walk(part, X_FP, slack);
-      if (!gather_all(part.node, band_m + slack)) return false;
-      end_walk(part);
-    } else {
-      if (!has_room(part.contacts)) return false;
-      contacts_ += part.contacts;
-      const auto from = old_candidates_.begin() + part.begin;
-      part.begin = static_cast<std::uint32_t>(candidates_.size());
-      candidates_.insert(candidates_.end(), from, from + part.count);
+  near_count_ = 0;
+  has_whole_turn_ = !field_->planes().empty();
+  plane_turns_ = steps_at_level_ > 1 ? kMaxPlaneTurns : kMaxFirstPlaneTurns;
+  const std::uint32_t points_before = work_.points;
+  const std::uint32_t share = steps_at_level_ > 1 ? kWalkLooks : kFirstWalkLooks;
+  looks_end_ =
+      level_ == coarsest_level_ ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + share * most_looks();
+  for (Part& part : parts_) {
+    if (!walk_part(part, band_m)) return false;
+  }
+  walk_points_ = work_.points - points_before;
+  return true;
+}
+
+bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
+  const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
+  const auto begin = static_cast<std::uint32_t>(cut_.size());
+  const bool is_whole = part.gone_m > part.whole_again_at_m && has_whole_turn_;
+  if (!is_whole && part.gone_m + band_m < part.asked_again_at_m) {
+    if (cut_.size() + entries.size() > cut_limit()) return false;
+    cut_.insert(cut_.end(), entries.begin(), entries.end());
+  } else {
+    root_ = part.node;
+    if (is_whole) {
+      has_whole_turn_ = false;
+      if (!open(part.node, part.gone_m, band_m)) return false;
+      const bool was_worth_it =
+          static_cast<double>(cut_.size() - begin) <= kWorthIt * static_cast<double>(entries.size());
+      part.whole_again_m = was_worth_it ? kWholeAgain_m : std::min(2 * part.whole_again_m, kMaxWholeAgain_m);
+      part.whole_again_at_m = part.gone_m + share_of(part.node) * part.whole_again_m;
+    }
+    bool was_asked = false;  // the entry before
+    for (const CutNode& entry : is_whole ? entries.first(0) : entries) {
+      bool has_room = false;
+      const bool is_known = part.gone_m + (entry.planes != 0 ? 0 : band_m) < entry.asked_again_at_m;
+      if (!is_known) {
+        has_room = entry.is_leaf ? open_leaf(entry, part.gone_m, band_m) : open(entry.node, part.gone_m, band_m);
+      } else if (entry.planes != 0) {
+        has_room = add_planes(entry.node, entry.planes) && put(entry);
+      } else {
+        has_room = was_asked ? keep(entry, part.gone_m, band_m) : put(entry);
+      }
+      if (!has_room) return false;
+      was_asked = !is_known;
+    }
+    part.asked_again_at_m = std::numeric_limits<double>::infinity();
+    for (std::size_t i = begin; i < cut_.size(); ++i) {
+      const double at_m = cut_[i].planes != 0 ? part.gone_m : double{cut_[i].asked_again_at_m};
+      part.asked_again_at_m = std::min(part.asked_again_at_m, at_m);
     }
   }
-  if (2 * contacts_ < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
+  part.begin = begin;
+  part.count = static_cast<std::uint32_t>(cut_.size()) - begin;
   return true;
 }
 
-bool ShellCandidates::walk_all(const Pose& X_FP, double reach_m) noexcept {
-  candidates_.clear();
-  contacts_ = 0;
-  for (ShellPart& part : parts_) {
-    begin_walk(part, X_FP, kSlackMin_m);
-    if (!gather_all(part.node, reach_m)) return false;
-    end_walk(part);
-  }
-  return true;
+// At least; of its ball.
+double ShellCandidates::nearest_m(const ShellNode& node) const {
+  const double distance = field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_);
+  return distance - node.radius_m - 2 * field_->error_m() - kRounding_m;
 }
 
-double ShellCandidates::distance_at(const Eigen::Vector3f& p_P) const {
-  return field_->distance_m(R_FP_ * p_P.cast<double>() + p_FP_);
-}
-
-// What is not reached limits how far the list reaches: often much farther than was asked for.
-bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
-  const double nearest = nearest_m - 2 * field_->error_m() - kRounding_m;
-  if (nearest <= reach_m) return true;
-  reach_m_ = std::min(reach_m_, nearest);
-  return false;
-}
-
-// False: there are more than fit.
-bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
+// All below a node. False: there is no room.
+bool ShellCandidates::open(std::uint32_t root, double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
   for (std::uint32_t i = root; i < end;) {
     const ShellNode& node = nodes[i];
     ++work_.nodes;
-    if (!is_reached(distance_at(node.centre_S) - node.radius_m, reach_m)) {
+    if (work_.looks() > looks_end_) return false;
+    const double nearest = nearest_m(node);
+    const bool is_far = nearest > band_m, is_small = node.count <= leaf_points_;
+    const PlaneSet planes = is_far || is_small ? 0 : planes_below(node);
+    if (is_far) {
+      if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
       i = node.next;
-    } else if (const PlaneSet planes = planes_below(node)) {
-      if (!gather_planes(i, planes, reach_m)) return false;
+    } else if (planes != 0) {
+      if (!open_planes(i, planes, gone_m, band_m)) return false;
       i = node.next;
-    } else if (node.is_leaf) {
-      const std::size_t size_before = candidates_.size();
-      if (!gather_leaf(node, reach_m, capacity_ - contacts_)) return false;
-      contacts_ += candidates_.size() - size_before;
+    } else if (is_small || node.is_leaf) {
+      if (!open_leaf({.node = i}, gone_m, band_m)) return false;
       i = node.next;
     } else {
       ++i;
@@ -290,75 +392,106 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
   return true;
 }
 
-// For all places that the node may go to until its part is walked again.
-PlaneSet ShellCandidates::planes_below(const ShellNode& node) const noexcept {
-  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return 0;
+// Of its points, those that may be near: of the others is known until when they are not.
+bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept {
+  const ShellNode& node = shell_->nodes[entry.node];
+  const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
+  const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m);
+  work_.points += leaf.asked();
+  if (work_.looks() > looks_end_) return false;
+  near_count_ += leaf.near_count(band_m);
+  const std::size_t before = candidates_.size();
+  if (level_ == kFine) {
+    leaf.add_points(band_m, candidates_);
+  } else {
+    leaf.add_joined(band_m, rigid_depth_m_, level_ == coarsest_level_, candidates_);
+  }
+  contacts_ += candidates_.size() - before;
+  if (contacts_ > capacity_) return false;
+
+  std::array<double, kShellLeafPoints> at_m;
+  double first_m = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < leaf.size(); ++k) {
+    if (leaf.is_asked(k)) {
+      // Beyond the field's band samples may be too far.
+      const double sampled = std::min(leaf.distance_m(k), field_->band_m());
+      const double of_steepest = least_band_m_ + (sampled - least_band_m_) / kSteepest;
+      at_m[k] = gone_m + std::max(sampled - 2 * field_->error_m(), of_steepest) - kRounding_m;
+    } else {
+      at_m[k] = entry.asked_again_at_m + entry.lags[k] * kLagStep_m;
+    }
+    first_m = std::min(first_m, at_m[k]);
+  }
+  CutNode asked{.node = entry.node, .asked_again_at_m = rounded_down(first_m), .is_leaf = true};
+  for (std::size_t k = 0; k < leaf.size(); ++k) {
+    asked.lags[k] = static_cast<std::uint8_t>(std::min(255.0, (at_m[k] - first_m) / kLagStep_m));
+  }
+  return keep(asked, gone_m, band_m);
+}
+
+// Takes the place of its halves where that serves for some steps. False: there is no room.
+bool ShellCandidates::keep(CutNode entry, double gone_m, double band_m) noexcept {
+  const auto& nodes = shell_->nodes;
+  while (!cut_.empty() && entry.planes == 0 && entry.node != root_) {
+    const CutNode& before = cut_.back();
+    if (before.planes != 0 || before.node <= root_ || nodes[before.node].next != entry.node) break;
+    const std::uint32_t parent = before.node - 1;
+    if (nodes[parent].is_leaf || nodes[parent].next != nodes[entry.node].next) break;
+    const float at_m = std::min(before.asked_again_at_m, entry.asked_again_at_m);
+    if (!(at_m > gone_m + band_m + kJoinAt_m)) break;
+    entry = {.node = parent, .asked_again_at_m = at_m};
+    cut_.pop_back();
+  }
+  return put(entry);
+}
+
+bool ShellCandidates::put(const CutNode& entry) noexcept {
+  if (cut_.size() >= cut_limit()) return false;
+  cut_.push_back(entry);
+  return true;
+}
+
+// For all places that the node may go to until it is asked again.
+PlaneSet ShellCandidates::planes_below(const ShellNode& node) noexcept {
+  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m || plane_turns_ == 0) return 0;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
   // How far the shapes move is measured at the solid: what is farther out may move more.
   if ((box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_) return 0;
-  box_F.half_m.array() += kSideways * plane_motion_m_;
+  --plane_turns_;
+  box_F.half_m.array() += kSideways * kPlaneMotion_m;
   return largest_over(field_->planes(), field_->planes_over(box_F), box_F);
 }
 
-// False: there is no room.
-bool ShellCandidates::gather_planes(std::uint32_t index, PlaneSet planes, double reach_m) noexcept {
-  const ShellNode& node = shell_->nodes[index];
-  const OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
+// A node above planes. False: there is no room.
+bool ShellCandidates::open_planes(std::uint32_t index, PlaneSet planes, double gone_m, double band_m) noexcept {
+  const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[index].flat].box_S().moved(R_FP_, p_FP_);
   double nearest = -std::numeric_limits<double>::infinity();
   for (PlaneSet rest = planes; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane_F = field_->planes()[static_cast<std::size_t>(std::countr_zero(rest))];
     nearest = std::max(nearest, plane_F.distance_m(box_F.centre) - box_F.reach_m(plane_F.normal));
   }
-  if (!is_reached(nearest, reach_m)) return true;
+  nearest -= 2 * field_->error_m() + kRounding_m;
+  if (nearest > band_m) {
+    return keep({.node = index, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
+  }
+  const float at_m = rounded_down(gone_m + share_of(index) * kPlaneMotion_m);
+  return add_planes(index, planes) && put({.node = index, .asked_again_at_m = at_m, .planes = planes});
+}
+
+// False: there is no room.
+bool ShellCandidates::add_planes(std::uint32_t index, PlaneSet planes) noexcept {
+  const ShellNode& node = shell_->nodes[index];
   const std::size_t contacts = contacts_of_node(node, static_cast<std::size_t>(std::popcount(planes)));
-  if (!has_room(contacts)) return false;
   contacts_ += contacts;
-  has_planes_ = true;
-  candidates_.push_back(
-      {node.mean.p_S, node.mean.area_m2, static_cast<float>(nearest), node.first, node.count, index, planes});
+  near_count_ += contacts;
+  if (contacts_ > capacity_) return false;
+  candidates_.push_back({.p_P = node.mean.p_S,
+                         .area_m2 = node.mean.area_m2,
+                         .first = node.first,
+                         .count = node.count,
+                         .node = index,
+                         .planes = planes});
   return true;
-}
-
-// False, and nothing gathered: its points do not fit into `room`.
-bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept {
-  const std::size_t size_before = candidates_.size();
-  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-    const ShellPoint& point = shell_->points[i];
-    const double distance = distance_at(point.p_S);
-    ++work_.points;
-    if (!is_reached(distance, reach_m)) continue;
-    if (candidates_.size() - size_before == room) {
-      candidates_.resize(size_before);
-      return false;
-    }
-    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), i, 1});
-  }
-  if (candidates_.size() - size_before == node.count) merge_flat(size_before);
-  return true;
-}
-
-// What is at equal distance, as one; the mean of what lies around something round is not.
-void ShellCandidates::merge_flat(std::size_t begin) noexcept {
-  const auto first = candidates_.begin() + static_cast<std::ptrdiff_t>(begin);
-  if (candidates_.end() - first < 2) return;
-  const auto [low, high] =
-      std::minmax_element(first, candidates_.end(),
-                          [](const ShellCandidate& a, const ShellCandidate& b) { return a.distance_m < b.distance_m; });
-  if (high->distance_m - low->distance_m > kFlat_m) return;
-  ShellCandidate mean = *first;
-  mean.p_P.setZero();
-  mean.area_m2 = 0;
-  for (auto candidate = first; candidate != candidates_.end(); ++candidate) {
-    mean.p_P += candidate->area_m2 * candidate->p_P;
-    mean.area_m2 += candidate->area_m2;
-  }
-  mean.p_P /= mean.area_m2;
-  mean.distance_m = static_cast<float>(distance_at(mean.p_P));
-  ++work_.points;
-  if (mean.distance_m - high->distance_m > kFlat_m || low->distance_m - mean.distance_m > kFlat_m) return;
-  mean.count = candidates_.back().first + 1 - mean.first;
-  candidates_.resize(begin);
-  candidates_.push_back(mean);
 }
 
 }  // namespace tandem::contact

@@ -280,18 +280,22 @@ class Spreader {
   Random random_{0x7368656C6CULL};  // any seed: the spread only has to be the same each time
 };
 
-/// Divides a covered surface among its samples: each piece goes to the nearest that faces the same way.
+/// Divides a covered surface among its samples: each piece goes to the nearest that faces the same way. Samples for the
+/// faces beside sharp ones come after them.
 class Shares {
  public:
-  Shares(const geometry::SurfaceTopology& surface, std::span<const geometry::SurfaceSample> samples, double spacing_m)
+  /// In      sharp_count  the first of `samples` are of sharp edges and corners
+  Shares(const geometry::SurfaceTopology& surface, std::span<const geometry::SurfaceSample> samples,
+         std::size_t sharp_count, double spacing_m)
       : surface_(surface),
         spacing_(static_cast<float>(spacing_m)),
         grid_(spacing_m * kPatchReach),
-        areas_(samples.size(), 0.0) {
+        areas_(samples.size(), 0.0),
+        sides_(sharp_count) {
     for (const geometry::SurfaceSample& sample : samples) grid_.add(sample);
   }
 
-  std::vector<float> divide() {
+  void divide(SpreadSamples& spread) {
     for (std::size_t i = 0; i < surface_.mesh.triangles.size(); ++i) {
       const Eigen::Vector3f normal = surface_.face_normals[i].cast<float>();
       if (normal.isZero()) continue;
@@ -299,17 +303,44 @@ class Shares {
                     [&](const Piece& patch) { divide_patch(patch, normal); });
     }
     give_to_the_empty();
-    return {areas_.begin(), areas_.end()};
+    spread.areas_m2.assign(areas_.begin(), areas_.end());
+    for (std::size_t i = 0; i < sides_.size(); ++i) add_sides(i, spread);
   }
 
  private:
   // In spacings: pieces up to this have one owner.
-  static constexpr float kGrain = 0.5F;
+  static constexpr float kGrain = 0.25F;
+  // What of its share a sharp sample keeps: with this a box on its edge presses as a foundation of its faces does.
+  static constexpr double kEdgeShare = 0.15;
+  static constexpr float kSameSide = 0.98F,
+                         kSharp = 0.5F;  ///< of normals; of those of a flatter fold both sides are alike
 
   struct Owner {
     Eigen::Vector3f p_S;
     std::uint32_t index;
   };
+  /// Of a sharp sample's share, what faces one way.
+  struct Side {
+    Eigen::Vector3f normal_S;
+    double area_m2 = 0;
+    Vec3 moment = Vec3::Zero();  ///< of the area
+  };
+
+  /// All of the share at the edge itself would press where one face alone does, and at an edge that leans, too early: most
+  /// of it goes to a sample in the middle of each side.
+  void add_sides(std::size_t index, SpreadSamples& spread) {
+    if (!is_sharp(sides_[index])) return;
+    double all_m2 = 0;
+    for (const Side& side : sides_[index]) all_m2 += side.area_m2;
+    if (!(all_m2 > 0)) return;
+    const double scale = (1 - kEdgeShare) * areas_[index] / all_m2;
+    for (const Side& side : sides_[index]) {
+      if (!(side.area_m2 > 0)) continue;
+      spread.samples.push_back({(side.moment / side.area_m2).cast<float>(), side.normal_S});
+      spread.areas_m2.push_back(static_cast<float>(scale * side.area_m2));
+    }
+    spread.areas_m2[index] = static_cast<float>(kEdgeShare * areas_[index]);
+  }
 
   void divide_patch(const Piece& patch, const Eigen::Vector3f& normal) {
     const Eigen::Vector3f middle = patch.centroid();
@@ -320,12 +351,12 @@ class Shares {
         owners_.push_back({sample.p_S, index});
       }
     });
-    if (!owners_.empty()) divide_piece(patch, kMaxHalvings);
+    if (!owners_.empty()) divide_piece(patch, normal, kMaxHalvings);
   }
 
-  void divide_piece(const Piece& piece, int halvings_left) {
+  void divide_piece(const Piece& piece, const Eigen::Vector3f& normal, int halvings_left) {
     if (halvings_left > 0 && piece.longest_squared > kGrain * kGrain * spacing_ * spacing_) {
-      for (const Piece& half : piece.halves()) divide_piece(half, halvings_left - 1);
+      for (const Piece& half : piece.halves()) divide_piece(half, normal, halvings_left - 1);
       return;
     }
     const Eigen::Vector3f middle = piece.centroid();
@@ -338,6 +369,23 @@ class Shares {
       nearest = owner.index;
     }
     areas_[nearest] += piece.area();
+    if (nearest < sides_.size()) add_to_side(sides_[nearest], piece, normal);
+  }
+
+  static bool is_sharp(const std::vector<Side>& sides) {
+    for (const Side& a : sides) {
+      for (const Side& b : sides) {
+        if (a.normal_S.dot(b.normal_S) < kSharp) return true;
+      }
+    }
+    return false;
+  }
+
+  static void add_to_side(std::vector<Side>& sides, const Piece& piece, const Eigen::Vector3f& normal) {
+    auto side = std::ranges::find_if(sides, [&](const Side& one) { return one.normal_S.dot(normal) > kSameSide; });
+    if (side == sides.end()) side = sides.insert(side, Side{.normal_S = normal, .area_m2 = 0, .moment = Vec3::Zero()});
+    side->area_m2 += piece.area();
+    side->moment += piece.area() * piece.centroid().cast<double>();
   }
 
   /// A sample whose share is too small to be seen takes half of its nearest neighbour's: none is without a force.
@@ -362,6 +410,7 @@ class Shares {
   float spacing_;
   geometry::SampleGrid grid_;
   std::vector<double> areas_;
+  std::vector<std::vector<Side>> sides_;  ///< of sharp samples
   std::vector<Piece> stack_;
   std::vector<Owner> owners_;
 };
@@ -394,9 +443,10 @@ SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const Con
     spreader.add_bumps(sharp.size(), options.feature_height_m, feature_spacing);
     SpreadSamples spread;
     spread.samples.assign(spreader.grid().samples().begin(), spreader.grid().samples().end());
-    spread.areas_m2 = Shares(surface, spread.samples, spacing).divide();
-    spread.spacing_m = spacing;
     for (std::size_t i = 0; i < spread.samples.size(); ++i) spread.is_feature.push_back(spreader.is_feature(i));
+    Shares(surface, spread.samples, sharp.size(), spacing).divide(spread);
+    spread.is_feature.resize(spread.samples.size(), false);
+    spread.spacing_m = spacing;
     return spread;
   }
 }

@@ -216,22 +216,22 @@ class NodeContacts {
   bool has_one_plane() const { return planes_.size() == 1; }
 
   void add_points(const ShellNode& node) {
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const ShellPoint& point = search_.shell.points[i];
-      const Vec3 p_P = point.p_S.cast<double>();
-      const Below* largest = nullptr;
-      double largest_m = -std::numeric_limits<double>::infinity();
-      int positive = 0;
-      for (const Below& plane : planes_) {
-        const double distance = plane.distance_m(p_P);
-        if (distance > 0) ++positive;
-        if (distance <= largest_m) continue;
-        largest_m = distance;
-        largest = &plane;
-      }
-      // Beyond an edge there is nothing to press on.
-      if (positive < 2) add(*largest, p_P, largest_m, point.area_m2, i, i + 1);
-    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) add_point(i, i, i + 1, 1);
+  }
+
+  /// So many of its points, evenly among them but for the deepest, which share out its area.
+  void add_some_points(const ShellNode& node, std::uint32_t count) {
+    const auto index_of = [&](std::uint32_t k) {
+      return node.first + static_cast<std::uint32_t>(std::uint64_t{k} * node.count / count);
+    };
+    const std::uint32_t deepest = deepest_of(node);
+    const auto chosen = [&](std::uint32_t k) {
+      return deepest >= index_of(k) && deepest < index_of(k + 1) ? deepest : index_of(k);
+    };
+    double area_m2 = 0;
+    for (std::uint32_t k = 0; k < count; ++k) area_m2 += search_.shell.points[chosen(k)].area_m2;
+    const double scale = area_m2 > 0 ? node.mean.area_m2 / area_m2 : 1;
+    for (std::uint32_t k = 0; k < count; ++k) add_point(chosen(k), index_of(k), index_of(k + 1), scale);
   }
 
   /// All of it presses on one plane, or none.
@@ -281,6 +281,38 @@ class NodeContacts {
   }
 
  private:
+  std::uint32_t deepest_of(const ShellNode& node) const {
+    std::uint32_t deepest = node.first;
+    double least_m = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const Vec3 p_P = search_.shell.points[i].p_S.cast<double>();
+      double largest_m = -std::numeric_limits<double>::infinity();
+      for (const Below& plane : planes_) largest_m = std::max(largest_m, plane.distance_m(p_P));
+      if (largest_m >= least_m) continue;
+      least_m = largest_m;
+      deepest = i;
+    }
+    return deepest;
+  }
+
+  /// It stands for those from `first` to `end`, with so many times its own area.
+  void add_point(std::uint32_t i, std::uint32_t first, std::uint32_t end, double scale) {
+    const ShellPoint& point = search_.shell.points[i];
+    const Vec3 p_P = point.p_S.cast<double>();
+    const Below* largest = nullptr;
+    double largest_m = -std::numeric_limits<double>::infinity();
+    int positive = 0;
+    for (const Below& plane : planes_) {
+      const double distance = plane.distance_m(p_P);
+      if (distance > 0) ++positive;
+      if (distance <= largest_m) continue;
+      largest_m = distance;
+      largest = &plane;
+    }
+    // Beyond an edge there is nothing to press on.
+    if (positive < 2) add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
+  }
+
   static Slope slope_of(const Below& plane, const FlatNode& flat) {
     return {plane.distance_m(flat.mean_S.cast<double>()), plane.normal_P.dot(flat.along_S.cast<double>()),
             plane.normal_P.dot(flat.across_S.cast<double>())};
@@ -416,9 +448,10 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
       } else if (is_small) {
         node_contacts.add_points(node);
         merge_contacts(contacts, begin, rigid_depth_m, true);
-      } else if (((low >= 0 || high <= 0) && node_contacts.has_one_plane()) ||
-                 !node_contacts.add_parts(node, flat, room, false)) {
+      } else if ((low >= 0 || high <= 0) && node_contacts.has_one_plane()) {
         node_contacts.add_whole(node, flat);
+      } else if (!flat.is_rectangle || !node_contacts.add_parts(node, flat, room, false)) {
+        node_contacts.add_some_points(node, kMaxNodeContacts);
       }
     }
     room -= std::min(room, contacts.size() - begin);

@@ -186,8 +186,8 @@ PlaneSet PlaneMap::harmless_in(std::uint8_t index, const Vec3& middle, double ed
 }
 
 bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, double edge_m) const noexcept {
-  if (index == kOutside) return is_beyond(all, 1, 0, middle, edge_m);
-  if (index == kInside) return is_beyond(all, -1, kDeep_m, middle, edge_m);
+  if (index == kOutside) return is_above_some(all, middle, Vec3::Constant(edge_m / 2));
+  if (index == kInside) return is_deep(all, middle, edge_m);
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
@@ -253,10 +253,44 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Whether the largest distance × sign is at least that, at the middle and the corners of a cube.
-bool PlaneMap::is_beyond(PlaneSet set, double sign, double least_m, const Vec3& middle, double edge_m) const noexcept {
-  const auto is_there = [&](const Vec3& p_S) { return sign * largest_m(planes_, set, p_S) >= least_m; };
-  return is_there(middle) && for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(), is_there);
+// Whether the largest distance is nowhere below 0 in a box along the axes. Between its corners it may be less than at each of
+// them, as in a wall that passes between: what counts is the least of one plane's, or of the mean of two.
+bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
+  for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
+    const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
+    const double at_middle = plane.distance_m(middle);
+    if (at_middle >= plane.normal.cwiseAbs().dot(half_m)) return true;
+    for (PlaneSet others = rest & (rest - 1); others != 0; others &= others - 1) {
+      const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];
+      const Vec3 slope = plane.normal + other.normal;
+      if (at_middle + other.distance_m(middle) >= slope.cwiseAbs().dot(half_m)) return true;
+    }
+  }
+  return false;
+}
+
+// Whether all of a cube is deeper than contact goes. The largest distance has its most at a corner.
+bool PlaneMap::is_deep(PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
+  return for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(),
+                     [&](const Vec3& p_S) { return largest_m(planes_, set, p_S) <= -kDeep_m; });
+}
+
+// Beyond the lattice there is no surface, so some plane must be below all of a box there.
+bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noexcept {
+  const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
+  for (int i = 0; i < 3; ++i) {
+    const double low = box_S.centre[i] - reach[i], high = box_S.centre[i] + reach[i];
+    const double from = origin_S_[i], to = from + bricks_[static_cast<std::size_t>(i)] * brick_m_;
+    const auto is_right = [&](double begin, double end) {
+      Vec3 middle = box_S.centre, half_m = reach;
+      middle[i] = (begin + end) / 2;
+      half_m[i] = (end - begin) / 2;
+      return is_above_some(set, middle, half_m);
+    };
+    if (low < from && !is_right(low, std::min(high, from))) return false;
+    if (high > to && !is_right(std::max(low, to), high)) return false;
+  }
+  return true;
 }
 
 // None of the others is nearer than those of a set, all over a cube.
@@ -304,10 +338,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
     return is_largest(all, index, middle, brick_m_ / kBlocks);
   };
   if (!for_blocks(box_S, is_largest_of_brick, is_largest_of_block)) return 0;
-  const auto is_right_beyond = [&](const Vec3& corner) {
-    return at(corner) != kOutside || largest_m(planes_, all, corner) >= 0;
-  };
-  return for_corners(box_S.centre, half_edges, is_right_beyond) ? all : 0;
+  return is_right_beyond(all, box_S) ? all : 0;
 }
 
 }  // namespace tandem::contact

@@ -9,7 +9,7 @@ namespace tandem::physics {
 namespace {
 
 /// Shapes nearer than this are searched for contacts even when they are at rest.
-constexpr double kMinBand_m = 2e-4;
+constexpr double kMinBand_m = 5e-5;
 
 /// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
 constexpr std::size_t kMaxNear = 4096;

@@ -59,7 +59,8 @@ boost::json::object to_json(const ContactBench& bench) {
                              {"spacing_m", bench.spacing_m},
                              {"cell_m", bench.cell_m}};
   for (const auto& [key, value] : to_json(bench.ours)) result[key] = value;
-  result["force_jump_max_n"] = bench.ours.force_jump_max_n;
+  result["hand_force_step_max_n"] = bench.ours.hand_force_step_max_n;
+  result["hand_torque_step_max_n_m"] = bench.ours.hand_torque_step_max_n_m;
   result["not_converged"] = bench.ours.not_converged;
   result["build_s"] = bench.build_s;
   result["cache_load_s"] = bench.cache_load_s;
@@ -80,8 +81,9 @@ std::string to_text(const ContactBench& bench) {
        << format_significant(bench.cache_load_s, 3) << " s; "
        << format_significant(static_cast<double>(bench.memory_bytes) / (1U << 20U), 3) << " MiB\n\n"
        << "ours                    p50 / p99 / p99.9 / max\n"
-       << figures_text(bench.ours) << "  force jump            " << format_significant(bench.ours.force_jump_max_n, 3)
-       << " N\n";
+       << figures_text(bench.ours) << "  hand's force          moves by "
+       << format_significant(bench.ours.hand_force_step_max_n, 3) << " N and "
+       << format_significant(1e3 * bench.ours.hand_torque_step_max_n_m, 3) << " mN m a step at most\n";
   if (bench.gimpact) text << "\nBullet's GImpact        p50 / p99 / p99.9 / max\n" << figures_text(*bench.gimpact);
   text << "\nthis machine            p50 / p99 / p99.9 / max\n"
        << times_line("copy of 256 KiB       ", bench.memory_copy_us) << "  one field sample      "

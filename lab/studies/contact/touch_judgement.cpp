@@ -152,6 +152,11 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
     figures.force_jump_max_n = std::max(figures.force_jump_max_n, step.force_jump_n);
     figures.not_converged += step.has_converged ? 0 : 1;
   }
+  for (std::size_t i = 1; i < trace.size(); ++i) {
+    const Wrench &last = trace[i - 1].on_hand_W, &now = trace[i].on_hand_W;
+    figures.hand_force_step_max_n = std::max(figures.hand_force_step_max_n, (now.f - last.f).norm());
+    figures.hand_torque_step_max_n_m = std::max(figures.hand_torque_step_max_n_m, (now.t - last.t).norm());
+  }
   figures.query_us = quantiles_of(std::move(queries));
   figures.step_us = quantiles_of(std::move(steps));
   steps.clear();

@@ -19,7 +19,9 @@ struct TouchFigures {
   /// Overlap by the exact meshes. Checked every 50 steps up to 3 mm, and at 200 points of each body at every step.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;
-  double force_jump_max_n = 0;
+  double force_jump_max_n = 0;  ///< of the reduced contacts, see run_touch()
+  /// From step to step of what the hand feels.
+  double hand_force_step_max_n = 0, hand_torque_step_max_n_m = 0;
   std::size_t not_converged = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);

@@ -16,7 +16,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kDampingRatio = 0.7;
-constexpr double kMinBand_m = 3e-4;
+constexpr double kMinBand_m = 5e-5;
 constexpr std::size_t kReducedContacts = 16;
 /// Contacts closer together than this have no lever worth the name.
 constexpr double kMinSpread_m = 1e-3;

@@ -7,7 +7,7 @@
 
 #include "common/base/byte_io.hpp"
 #include "common/base/random.hpp"
-#include "common/contact/asset/packing.hpp"
+#include "common/geometry/packing.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 
@@ -194,16 +194,16 @@ TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   EXPECT_FALSE(contact_shape_from(asset, shape->memory_bytes() - 1));
 
   std::vector<std::uint8_t> bomb;
-  append_block(bomb, std::vector<std::uint8_t>(std::size_t{64} << 20U), kPackingLevel);
+  geometry::append_block(bomb, std::vector<std::uint8_t>(std::size_t{64} << 20U), kPackingLevel);
   ASSERT_LT(bomb.size(), 16'384U);
   std::span<const std::uint8_t> rest(bomb);
   ByteReader reader(rest);
-  EXPECT_FALSE(read_block(reader, std::size_t{1} << 20U));
+  EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
   // One that lies about its size, and unpacks to more.
   const std::uint32_t told = 1000;
   std::memcpy(bomb.data(), &told, sizeof(told));
   rest = bomb;
-  EXPECT_FALSE(read_block(reader, std::size_t{1} << 20U));
+  EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
 }
 
 TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {

@@ -69,7 +69,10 @@ TEST(ContactBench, JsonHasWhatAScriptReadsAndItIsPlausible) {
   EXPECT_GT(json.at("memory_bytes").to_number<double>(), 0);
   EXPECT_EQ(json.at("pop_throughs").to_number<int>(), 0);
   EXPECT_LE(json.at("max_penetration_m").to_number<double>(), 1e-3);
-  EXPECT_GE(json.at("force_jump_max_n").to_number<double>(), 0);
+  for (const char* step : {"hand_force_step_max_n", "hand_torque_step_max_n_m"}) {
+    EXPECT_GT(json.at(step).to_number<double>(), 0) << step;
+    EXPECT_LT(json.at(step).to_number<double>(), 1) << step << ": it is pressed with 5 N";
+  }
   EXPECT_GT(json.at("build_s").to_number<double>(), 0);
   EXPECT_GT(json.at("cache_load_s").to_number<double>(), 0);
   for (const char* times : {"query_us", "step_us"}) {

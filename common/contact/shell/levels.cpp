@@ -1,0 +1,69 @@
+// Which level of a shell's tree the candidates are made at.
+#include <algorithm>
+
+#include "common/contact/shell_candidates.hpp"
+
+namespace tandem::contact {
+namespace {
+
+// Of the capacity, what may be in use when a finer level is tried, and how often it is tried. Where so little is near that
+// it surely fits, all is asked again soon.
+constexpr double kFinerBelow = 0.8;
+constexpr double kFinerLevelBelow = 0.4;
+constexpr double kFinestBelow = 0.4;
+constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
+// More looks for each candidate than this, in so many steps on end, are too many.
+constexpr std::uint32_t kLooksPerCandidate = 2, kMaxDenseSteps = 4;
+
+}  // namespace
+
+void ShellCandidates::search_coarser(double band_m) noexcept {
+  // Each try costs a walk: when it did not last, the next comes later.
+  const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
+  steps_per_try_ = has_failed ? std::min(2 * steps_per_try_, kMaxStepsPerTry) : kStepsPerTry;
+  steps_to_try_ = steps_per_try_;
+  do {
+    // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question.
+    const int next = level_ == kFine && dense_steps_ > 0 ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
+    change_level(std::min(next, coarsest_level_));
+  } while (!walk(band_m) && level_ < coarsest_level_);
+}
+
+// Of larger nodes some points are asked for all: where few are near, only if it must be.
+bool ShellCandidates::is_too_dense() noexcept {
+  // Surfaces that follow each other just beyond the band have many points to ask and few that are near.
+  const bool is_over = walk_points_ > (near_count_ > capacity_ ? 1 : 2) * most_looks();
+  const bool is_dense = is_over && level_ < coarsest_level_;
+  dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
+  return dense_steps_ > kMaxDenseSteps;
+}
+
+std::uint32_t ShellCandidates::most_looks() const {
+  return kLooksPerCandidate * capacity_;
+}
+
+bool ShellCandidates::may_be_finer() const {
+  if (level_ == kFine) return false;
+  const auto is_below = [&](std::size_t used, double share) { return static_cast<double>(used) <= share * capacity_; };
+  const bool has_failed = steps_per_try_ > kStepsPerTry;
+  if (is_below(near_count_, kFinestBelow) && !has_failed) return steps_at_level_ >= kStepsToFinest;
+  if (steps_to_try_ > 0) return false;
+  if (is_below(near_count_, kFinestBelow)) return true;
+  if (level_ == 0) return is_below(near_count_, kFinerBelow);
+  return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
+}
+
+// A level that has no room costs its one walk: what the level before has found is right as it was.
+void ShellCandidates::search_finer(double band_m) noexcept {
+  const bool is_kept = keep_found();
+  change_level(static_cast<double>(near_count_) <= kFinestBelow * capacity_ ? kFine : level_ - 1);
+  is_try_ = true;
+  steps_to_try_ = steps_per_try_;
+  if (walk(band_m)) return;
+  if (!is_kept) return search_coarser(band_m);
+  take_back_found();
+  steps_per_try_ = std::min(2 * steps_per_try_, kMaxStepsPerTry);
+  steps_to_try_ = steps_per_try_;
+}
+
+}  // namespace tandem::contact

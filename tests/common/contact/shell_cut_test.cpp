@@ -1,0 +1,163 @@
+// What a search keeps from step to step: that it lets go of it again.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "common/contact/contact_pair.hpp"
+#include "common/contact/flat/flat_node.hpp"
+#include "common/contact/primitive_fields.hpp"
+#include "tests/common/contact/hand_made_shell.hpp"
+
+namespace tandem::contact {
+namespace {
+
+constexpr double kBand_m = 1e-4;
+
+ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
+  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
+                         PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
+}
+
+ContactShape without_flat_parts(ContactShape shape) {
+  shape.shells.surface.flat_nodes.clear();
+  for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
+  return shape;
+}
+
+/// A table with a line across it at x = 0 where it says of nothing that it is flat.
+class LinedTable final : public DistanceField {
+ public:
+  explicit LinedTable(const Vec3& size_m) : table_(box_field(size_m)) {}
+  double distance_m(const Vec3& p_S) const noexcept override { return table_->distance_m(p_S); }
+  DistanceSample sample(const Vec3& p_S) const noexcept override { return table_->sample(p_S); }
+  std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
+  PlaneSet planes_over(const OrientedBox& box_S) const noexcept override {
+    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) ? 0 : table_->planes_over(box_S);
+  }
+  double error_m() const noexcept override { return table_->error_m(); }
+  double band_m() const noexcept override { return table_->band_m(); }
+
+ private:
+  std::shared_ptr<const DistanceField> table_;
+};
+
+TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
+  const Vec3 table_m(0.4, 0.1, 0.02);
+  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
+  ContactShape table = box_shape(table_m, 4e-3);
+  table.field = std::make_shared<LinedTable>(table_m);
+  const auto at = [](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), Quat::Identity()}; };
+  ContactPair pair;
+  pair.bind(&block, &table);
+  pair.find(at(-0.05), {}, kBand_m);
+  const std::size_t of_a_face = pair.contacts().size();
+  std::size_t most = 0, last = 0, points = 0;
+  for (double x_m = -0.05; x_m < 0.05; x_m += 1e-4) {
+    points = pair.find(at(x_m), {}, kBand_m).points;
+    last = pair.contacts().size();
+    most = std::max(most, last);
+  }
+  EXPECT_GT(most, 2 * of_a_face) << "on the line it is many";
+  EXPECT_LE(last, 2 * of_a_face);
+  EXPECT_EQ(points, 0U);
+}
+
+TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
+  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const auto at = [](double gap_m) { return Pose{Vec3(0, 0, 0.02 + gap_m), Quat::Identity()}; };
+  ContactPair pair;
+  pair.bind(&block, &table);
+  pair.find(at(1.3e-3), {}, kBand_m);
+  EXPECT_TRUE(pair.contacts().empty());
+  EXPECT_FALSE(pair.find(at(1.29e-3), {}, kBand_m).is_refreshed) << "until the gap is used up";
+  pair.find(at(-1e-5), {}, kBand_m);
+  EXPECT_FALSE(pair.contacts().empty());
+}
+
+TEST(ShellCut, IsFineSoonAfterAHardLanding) {
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  for (const bool does_move : {true, false}) {
+    ContactPair pair(512);
+    pair.bind(&block, &table);
+    const auto tilted = [](double tilt_rad, int i) {
+      return Pose{Vec3(1e-6 * i, 0, 0.03 + 0.02 * std::sin(tilt_rad) - 1e-5), quaternion_of(Vec3(0, tilt_rad, 0))};
+    };
+    for (int i = 0; i < 40; ++i) {
+      ASSERT_TRUE(pair.find(tilted(1e-4, i), {}, 5e-4).is_coarse) << "a face of 8,000 points";
+    }
+    bool is_coarse = true;
+    for (int i = 0; i < 20; ++i) is_coarse = pair.find(tilted(0.1, does_move ? i : 0), {}, kBand_m).is_coarse;
+    EXPECT_FALSE(is_coarse) << "an edge of some dozen; moves: " << does_move;
+  }
+}
+
+TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
+  // Of large nodes only some points are asked. When most have left, each point counts again.
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  ContactPair pair(64), all(40'000);
+  pair.bind(&block, &table);
+  all.bind(&block, &table);
+  for (int i = 0; i < 40; ++i) pair.find({Vec3(0, 0, 0.03 - 1e-4), Quat::Identity()}, {}, 5e-4);
+  // Lifted onto one of its corners.
+  const Quat q = quaternion_of(Vec3(0.35, -0.25, 0));
+  double lowest_m = 0;
+  for (const ShellPoint& point : block.shells.surface.points) {
+    lowest_m = std::min(lowest_m, (q * point.p_S.cast<double>()).z());
+  }
+  for (int i = 0; i < 20; ++i) pair.find({Vec3(1e-6 * i, 0, 0.01 - lowest_m - 1e-5), q}, {}, kBand_m);
+  all.find({Vec3(19e-6, 0, 0.01 - lowest_m - 1e-5), q}, {}, kBand_m);
+  ASSERT_FALSE(all.contacts().empty());
+  double deepest_m = -1, deepest_of_all_m = -1;
+  for (const ContactPoint& contact : pair.contacts()) deepest_m = std::max(deepest_m, contact.depth_m);
+  for (const ContactPoint& contact : all.contacts()) deepest_of_all_m = std::max(deepest_of_all_m, contact.depth_m);
+  EXPECT_DOUBLE_EQ(deepest_m, deepest_of_all_m);
+}
+
+TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  ContactPair pair(64);
+  pair.bind(&block, &table);
+  std::uint32_t most = 0;
+  for (int i = 0; i < 40; ++i) {
+    const double gap_m = i % 2 == 0 ? 1.5e-4 : 4e-4;
+    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kBand_m).looks());
+    EXPECT_TRUE(pair.contacts().empty());
+  }
+  EXPECT_LT(most, 6'000U) << "of some 8,000 points on each of six sides";
+}
+
+TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
+  const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::of(sphere_points(0.01, 6000), 4.5e-4));
+  const ContactShape table = without_flat_parts(box_shape(Vec3(0.1, 0.1, 0.02), 4e-3));
+  ContactPair kept(8192), fresh(8192);
+  kept.bind(&ball, &table);
+  for (int i = 0; i < 600; ++i) {
+    const double band_m = 2e-5 * std::pow(50.0, 0.5 + 0.5 * std::sin(0.37 * i) * std::cos(0.011 * i));
+    const Pose X_WA{Vec3(1e-5 * i, 0, 0.0201 + 2e-4 * std::sin(0.05 * i)), quaternion_of(Vec3(0, 1e-3 * i, 0))};
+    kept.find(X_WA, {}, band_m);
+    fresh.bind(&ball, &table);
+    fresh.find(X_WA, {}, band_m);
+    ASSERT_EQ(kept.contacts().size(), fresh.contacts().size()) << i;
+  }
+}
+
+TEST(ShellCut, PosesAtTheEndOfNumbersHaveNoContacts) {
+  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  ContactPair pair;
+  pair.bind(&block, &table);
+  pair.find({Vec3(1e308, 0, 0), Quat::Identity()}, {Vec3(-1e308, 0, 0), Quat::Identity()}, kBand_m);
+  EXPECT_TRUE(pair.contacts().empty());
+  pair.find({Vec3(0, 0, 0.02 - 1e-5), Quat::Identity()}, {}, kBand_m);
+  EXPECT_FALSE(pair.contacts().empty());
+}
+
+}  // namespace
+}  // namespace tandem::contact
