@@ -8,6 +8,7 @@ namespace tandem::client {
 namespace {
 
 constexpr Duration kMaxShowOut{std::chrono::milliseconds(50)};
+constexpr Duration kMaxSpin{std::chrono::microseconds(150)};
 
 }  // namespace
 
@@ -35,7 +36,8 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
 
   const SteadyClock clock;
   const LocalTime start = clock.now();
-  realtime::PeriodicTimer timer(settings_.period, start);
+  // Without priority it would take from others what it does not get itself.
+  realtime::PeriodicTimer timer(settings_.period, start, is_realtime ? kMaxSpin : Duration{0});
   const LocalTime end = settings_.duration ? start + *settings_.duration : LocalTime::max();
   LocalTime deadline = start;
   while (!should_stop_.load(std::memory_order_relaxed) && deadline < end) {

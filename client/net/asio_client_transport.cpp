@@ -266,7 +266,7 @@ void AsioClientTransport::receive_datagrams(Connection& connection) {
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
     LocalTime came{};
-    const auto received = receive_stamped(connection.datagrams.native_handle(), buffer, clock_.now(), came);
+    const auto received = receive_stamped(connection.datagrams.native_handle(), buffer, clock_, came);
     if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (!received) continue;  // a refusal of something sent earlier; TCP tells what it means
     const auto datagram = std::span(buffer).first(*received);

@@ -38,7 +38,7 @@ void stamp_what_comes(int socket) noexcept {
   static_cast<void>(setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on));
 }
 
-std::optional<std::size_t> receive_stamped(int socket, std::span<std::byte> buffer, LocalTime now,
+std::optional<std::size_t> receive_stamped(int socket, std::span<std::byte> buffer, const Clock& clock,
                                            LocalTime& came) noexcept {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
   iovec place{buffer.data(), buffer.size()};
@@ -49,7 +49,8 @@ std::optional<std::size_t> receive_stamped(int socket, std::span<std::byte> buff
   message.msg_controllen = control.size();
   const ssize_t size = recvmsg(socket, &message, MSG_DONTWAIT);
   if (size < 0) return std::nullopt;
-  came = now - age_of(message);
+  const Duration age = age_of(message);
+  came = clock.now() - age;
   return static_cast<std::size_t>(size);
 }
 

@@ -123,7 +123,7 @@ class World {
 
   /// Advances by step_s. No throw; faults are bits.
   TickFaults step() noexcept;
-  /// Some steps, and how long the quickest of them took: what else the machine does at the time counts little.
+  /// Some steps, and the processor's time that the quickest of them took: what else the machine does counts little.
   Duration quickest_step() noexcept;
 
   /// Bodies that the last step put back to their starts, at rest: not finite any more, or beyond limits.bounds_m with

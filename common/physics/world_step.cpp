@@ -1,5 +1,9 @@
 // One step of the world: what is there is described to the touch stage and the engines, and what they found is taken.
+#include <time.h>
+
 #include <algorithm>
+#include <chrono>
+#include <ctime>
 
 #include "common/physics/joints/anchor.hpp"
 #include "common/physics/world_impl.hpp"
@@ -11,6 +15,13 @@ namespace {
 constexpr double kIdleDamping_per_s = 20;
 /// Where the molecular field has a molecule that is not there: no force comes so far.
 constexpr double kOutOfReach_m = 1e6;
+
+/// Of this thread: what it waits for a processor is not in it.
+Duration processor_time() noexcept {
+  std::timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
 
 }  // namespace
 
@@ -243,12 +254,11 @@ TickFaults World::step() noexcept {
 
 Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
-  const SteadyClock clock;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
-    const LocalTime begin = clock.now();
+    const Duration begin = processor_time();
     step();
-    quickest = std::min(quickest, clock.now() - begin);
+    quickest = std::min(quickest, processor_time() - begin);
   }
   return quickest;
 }

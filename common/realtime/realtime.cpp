@@ -142,7 +142,8 @@ bool set_priority(pthread_t thread, int priority) {
   return pthread_setschedparam(thread, priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters) == 0;
 }
 
-PeriodicTimer::PeriodicTimer(Duration period, LocalTime start) : period_(period), next_(start) {
+PeriodicTimer::PeriodicTimer(Duration period, LocalTime start, Duration spin)
+    : period_(period), next_(start), spin_(spin) {
   if (period <= Duration{0}) throw std::invalid_argument("the period of a timer must be above 0");
 }
 
@@ -156,11 +157,16 @@ LocalTime PeriodicTimer::wait(Duration early) {
     next_ += skipped * period_;
   }
   if (clock.now() + early < next_) {
-    const LocalTime end = next_ - std::min(early, 2 * waking_);
-    const timespec until = timespec_of(end);
-    while (clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+    const Duration ahead = std::max(early, spin_);
+    const LocalTime end = next_ - std::min(ahead, 2 * waking_);
+    if (clock.now() < end) {
+      const timespec until = timespec_of(end);
+      while (clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+      }
+      waking_ += (std::min(clock.now() - end, ahead) - waking_) / kWakingMean;
     }
-    waking_ += (std::min(clock.now() - end, early) - waking_) / kWakingMean;
+    while (clock.now() + early < next_) {
+    }
   }
   const Duration late = clock.now() - next_;
   lateness_.record(late);

@@ -39,8 +39,10 @@ bool set_priority(pthread_t thread, int priority);
 /// Thread  the loop's own
 class PeriodicTimer {
  public:
+  /// In      spin  wakes up to so much ahead, by twice what waking up takes lately, and waits for the deadline without
+  ///               sleep: an idle processor may need a tenth of a millisecond to wake up, a busy one microseconds
   /// Fails   std::invalid_argument: period not above 0
-  PeriodicTimer(Duration period, LocalTime start);
+  PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
   /// Sleeps to the next deadline. When that has passed by more than a period, the missed ones are skipped and
   /// counted, so that a late loop does not run a burst to catch up. Returns the deadline that it woke for.
   ///
@@ -64,6 +66,7 @@ class PeriodicTimer {
  private:
   Duration period_;
   LocalTime next_;
+  Duration spin_;
   Duration waking_{0};  ///< how late wake-ups are, lately
   Histogram lateness_;
   std::uint64_t missed_ = 0;

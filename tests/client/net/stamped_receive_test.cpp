@@ -45,16 +45,15 @@ TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   const auto is_stamped = [this] {
     EXPECT_EQ(send(from_, "x", 1, 0), 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    const LocalTime now = clock_.now();
-    const auto received = receive_stamped(to_, buffer_, now, came_);
-    return received && now - came_ > std::chrono::milliseconds(4);
+    const auto received = receive_stamped(to_, buffer_, clock_, came_);
+    return received && clock_.now() - came_ > std::chrono::milliseconds(4);
   };
   ASSERT_TRUE(test::eventually(is_stamped));
   const LocalTime before = clock_.now();
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
   const LocalTime after = clock_.now();
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
-  const auto received = receive_stamped(to_, buffer_, clock_.now(), came_);
+  const auto received = receive_stamped(to_, buffer_, clock_, came_);
   ASSERT_TRUE(received);
   EXPECT_EQ(*received, 3U);
   EXPECT_EQ(buffer_[2], std::byte{'c'});
@@ -62,23 +61,24 @@ TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   constexpr Duration kSlack = std::chrono::milliseconds(2);
   EXPECT_GE(came_, before - kSlack);
   EXPECT_LE(came_, after + kSlack) << "and not 60 ms later, when it was read";
-  EXPECT_FALSE(receive_stamped(to_, buffer_, clock_.now(), came_));
+  EXPECT_FALSE(receive_stamped(to_, buffer_, clock_, came_));
   EXPECT_EQ(errno, EAGAIN);
 }
 
 TEST_F(StampedReceive, WithoutAStampItCameWhenItIsRead) {
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
-  const LocalTime now{std::chrono::seconds(5)};
-  const auto received = receive_stamped(to_, buffer_, now, came_);
+  VirtualClock clock;
+  clock.advance_to(LocalTime{std::chrono::seconds(5)});
+  const auto received = receive_stamped(to_, buffer_, clock, came_);
   ASSERT_TRUE(received);
-  EXPECT_EQ(came_, now);
+  EXPECT_EQ(came_, clock.now());
 }
 
 TEST_F(StampedReceive, OneThatIsLongerThanTheBufferIsCutToIt) {
   stamp_what_comes(to_);
   const std::array<char, 200> much{};
   ASSERT_EQ(send(from_, much.data(), much.size(), 0), 200);
-  EXPECT_EQ(receive_stamped(to_, buffer_, clock_.now(), came_), buffer_.size());
+  EXPECT_EQ(receive_stamped(to_, buffer_, clock_, came_), buffer_.size());
 }
 
 }  // namespace

@@ -48,6 +48,16 @@ TEST(PeriodicTimer, MayWakeAheadByAsMuchAsItIsTold) {
   EXPECT_GT(ahead, 0) << "it knows by then how long waking up takes";
 }
 
+TEST(PeriodicTimer, ThatSpinsIsNotBeforeItsDeadlineEither) {
+  const SteadyClock clock;
+  const Duration spin = std::chrono::microseconds(400);
+  PeriodicTimer timer(std::chrono::milliseconds(1), clock.now(), spin);
+  for (int i = 0; i < 200; ++i) {
+    const LocalTime deadline = timer.wait();
+    ASSERT_GE(clock.now(), deadline);
+  }
+}
+
 TEST(PeriodicTimer, LateLoopSkipsWhatItMissedInsteadOfABurst) {
   const SteadyClock clock;
   const LocalTime start = clock.now();
