@@ -2,6 +2,8 @@
 #include <google/protobuf/io/coded_stream.h>
 
 #include <Eigen/Eigenvalues>
+#include <array>
+#include <bit>
 #include <tuple>
 
 #include "proto/state_fields.hpp"
@@ -73,7 +75,7 @@ DropReason read_bridge_part(const wire::ServerUpdate& in, ServerUpdate& out) {
   return read_wave(in.wave(), out.wave);
 }
 
-/// Everything but bodies and users: always sent.
+/// Everything but bodies and users is always sent: this before them, write_bridge_part() after.
 void write_own_part(const ServerUpdate& update, wire::ServerUpdate& out) {
   out.set_step(update.step.value);
   out.set_stepped_server_ns(nanoseconds_of(update.stepped.time_since_epoch()));
@@ -90,7 +92,6 @@ void write_own_part(const ServerUpdate& update, wire::ServerUpdate& out) {
   // Clamped, unlike the rest: overlapping atoms give any energy, up to infinity, in a sound world.
   out.set_field_energy_kj_per_mol(
       std::clamp(update.field_energy_kj_per_mol, -kMaxFieldEnergyKjPerMol, kMaxFieldEnergyKjPerMol));
-  write_bridge_part(update, out);
 }
 
 DropReason read_own_part(const wire::ServerUpdate& in, ServerUpdate& out) {
@@ -164,20 +165,20 @@ DropReason read_users(const wire::ServerUpdate& in, ServerUpdate& out) {
   return DropReason::kNone;
 }
 
-/// The same items as in `items`, in their order, each with what `turns` knew of it.
+/// Then `turns` has the same items as `items`, in their order, each with what it knew of it.
 template <class Items, class Turns>
-Turns turns_following(const Items& items, const Turns& turns) {
+void follow(const Items& items, Turns& turns) {
   using Turn = typename Turns::value_type;
+  const auto has_id_of = [](const Turn& turn, const auto& item) { return turn.id == item.id.value; };
+  // Nearly always nobody came or went, and everything is where it was.
+  if (std::ranges::equal(turns, items, has_id_of)) return;
   Turns followed;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::uint32_t id = items[i].id.value;
-    // Nearly always nobody came or went, and everything is where it was.
-    const bool is_in_place = i < turns.size() && turns[i].id == id;
-    const auto known = is_in_place ? turns.begin() + static_cast<std::ptrdiff_t>(i)
-                                   : std::ranges::find(turns, id, [](const Turn& turn) { return turn.id; });
+  for (const auto& item : items) {
+    const std::uint32_t id = item.id.value;
+    const auto known = std::ranges::find(turns, id, [](const Turn& turn) { return turn.id; });
     followed.push_back(known != turns.end() ? *known : Turn{.id = id, .sent = 0, .place = 0, .was_moving = false});
   }
-  return followed;
+  turns = followed;
 }
 
 /// The written priority after the own part; lower goes first.
@@ -189,33 +190,17 @@ Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
   return was_moving || !is_at_rest(body.state.V) ? kRankMoving : kRankResting;
 }
 
-// The arithmetic of keep_last_if_it_fits(): a one-byte tag before the length of each item.
-static_assert(wire::ServerUpdate::kBodiesFieldNumber < 16 && wire::ServerUpdate::kUsersFieldNumber < 16);
-constexpr std::size_t kTagBytes = 1;
 /// A resting body with a one-byte id: when less is left, nothing fits any more.
 constexpr std::size_t kMinItemBytes = 34;
+/// A user with the largest numbers has 179.
+constexpr std::size_t kMaxItemBytes = 192;
 
-using WireItems = google::protobuf::RepeatedPtrField<wire::CompactState>;
-
-/// Keeps the last of `items` when it fits into `left` bytes, which then shrinks; else takes it out again.
-bool keep_last_if_it_fits(WireItems& items, std::size_t& left) {
-  const std::size_t size = items.rbegin()->ByteSizeLong();
-  const std::size_t bytes =
-      kTagBytes + google::protobuf::io::CodedOutputStream::VarintSize32(static_cast<std::uint32_t>(size)) + size;
-  if (bytes > left) {
-    items.RemoveLast();
-    return false;
-  }
-  left -= bytes;
-  return true;
-}
-
-void write_body(const BodyState& body, wire::CompactState& out) {
+void write_item(const BodyState& body, wire::CompactState& out) {
   write_compact(body.id.value, body.state, out);
   out.set_held_by_user(body.held_by.value);
 }
 
-void write_user(const OtherUserState& user, wire::CompactState& out) {
+void write_item(const OtherUserState& user, wire::CompactState& out) {
   write_compact(user.id.value, user.tool, out);
   out.set_holds_body(user.holds.value);
   out.set_tool(user.tool_index);
@@ -226,6 +211,59 @@ void write_user(const OtherUserState& user, wire::CompactState& out) {
   write_six({user.handle.V.v, user.handle.V.w}, *handle.mutable_twist());
   write_six(user.on_hand_W, *handle.mutable_on_hand());
   handle.set_age_ns(nanoseconds_of_delay(user.handle_age));
+}
+
+bool is_same(const RigidState& a, const RigidState& b) {
+  return a.X.p == b.X.p && a.X.q.coeffs() == b.X.q.coeffs() && a.V.v == b.V.v && a.V.w == b.V.w;
+}
+bool is_same(const BodyState& a, const BodyState& b) {
+  return a.id == b.id && a.held_by == b.held_by && is_same(a.state, b.state);
+}
+bool is_same(const OtherUserState& a, const OtherUserState& b) {
+  return a.id == b.id && a.holds == b.holds && a.tool_index == b.tool_index && a.has_handle == b.has_handle &&
+         a.handle_age == b.handle_age && is_same(a.tool, b.tool) && is_same(a.handle, b.handle) &&
+         a.on_hand_W.f == b.on_hand_W.f && a.on_hand_W.t == b.on_hand_W.t;
+}
+
+std::uint8_t tag_of(const BodyState&) {
+  return wire::ServerUpdate::kBodiesFieldNumber << 3U | 2U;
+}
+std::uint8_t tag_of(const OtherUserState&) {
+  return wire::ServerUpdate::kUsersFieldNumber << 3U | 2U;
+}
+static_assert(wire::ServerUpdate::kBodiesFieldNumber < 16 && wire::ServerUpdate::kUsersFieldNumber < 16);
+
+/// Any, but the same for the same state.
+std::size_t hash_of(std::uint32_t id, const RigidState& state) {
+  std::uint64_t hash = id;
+  for (const double number : state.X.p) hash = std::rotl(hash, 21) ^ std::bit_cast<std::uint64_t>(number);
+  return hash * 0x9e3779b97f4a7c15U >> 32U;
+}
+
+/// A body or user as a field of wire::ServerUpdate, tag and length in front; good until the next call. All users of a room
+/// are told of the same things: what this thread has encoded lately, and has not changed, it does not encode again.
+template <class Item>
+std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
+  struct Encoded {
+    Encoded() { bytes.reserve(kMaxItemBytes); }
+    Item item;
+    Bytes bytes;
+  };
+  constexpr std::size_t kKept = 256;
+  thread_local std::vector<Encoded> kept(kKept);
+  Encoded& known = kept[hash_of(item.id.value, state) % kKept];
+  if (!known.bytes.empty() && is_same(known.item, item)) return known.bytes;
+  auto& message = *google::protobuf::Arena::CreateMessage<wire::CompactState>(&fresh_arena());
+  write_item(item, message);
+  const std::size_t size = message.ByteSizeLong();
+  std::array<std::uint8_t, 1 + 5> front{tag_of(item)};
+  const std::uint8_t* const end =
+      google::protobuf::io::CodedOutputStream::WriteVarint32ToArray(static_cast<std::uint32_t>(size), front.data() + 1);
+  const auto bytes = std::as_bytes(std::span<const std::uint8_t>(front.data(), end));
+  known.item = item;
+  known.bytes.assign(bytes.begin(), bytes.end());
+  append_bytes(message, size, known.bytes);
+  return known.bytes;
 }
 
 /// One body or user that could go into the message.
@@ -275,32 +313,44 @@ Candidates candidates_in_order(const ServerUpdate& update, std::uint64_t message
   return candidates;
 }
 
+void append_part(void (*write)(const ServerUpdate&, wire::ServerUpdate&), const ServerUpdate& update, Bytes& out) {
+  auto& message = fresh_message<wire::ServerUpdate>();
+  write(update, message);
+  append_bytes(message, message.ByteSizeLong(), out);
+}
+
 }  // namespace
 
 void ServerUpdateEncoder::append(const ServerUpdate& update, Bytes& out) {
   ++message_;
-  body_turns_ = turns_following(update.bodies, body_turns_);
-  user_turns_ = turns_following(update.users, user_turns_);
-  auto& message = fresh_message<wire::ServerUpdate>();
-  write_own_part(update, message);
-  std::size_t left = kMaxPayloadBytes - message.ByteSizeLong();
+  follow(update.bodies, body_turns_);
+  follow(update.users, user_turns_);
+  // In the order of the fields: own part, bodies, users, bridge part.
+  thread_local Bytes users, bridge;
+  users.clear();
+  bridge.clear();
+  append_part(write_bridge_part, update, bridge);
+  const std::size_t start = out.size();
+  append_part(write_own_part, update, out);
+  std::size_t left = kMaxPayloadBytes - (out.size() - start) - bridge.size();
   std::size_t sent = 0;
   for (const Candidate& candidate : candidates_in_order(update, message_, body_turns_, user_turns_)) {
     if (left < kMinItemBytes) break;
     Turn& turn = candidate.is_user ? user_turns_[candidate.index] : body_turns_[candidate.index];
-    if (candidate.is_user) {
-      write_user(update.users[candidate.index], *message.add_users());
-      if (!keep_last_if_it_fits(*message.mutable_users(), left)) continue;
-    } else {
-      write_body(update.bodies[candidate.index], *message.add_bodies());
-      if (!keep_last_if_it_fits(*message.mutable_bodies(), left)) continue;
-      turn.was_moving = !is_at_rest(update.bodies[candidate.index].state.V);
-    }
+    const std::span<const std::byte> item =
+        candidate.is_user ? encoded(update.users[candidate.index], update.users[candidate.index].tool)
+                          : encoded(update.bodies[candidate.index], update.bodies[candidate.index].state);
+    if (item.size() > left) continue;
+    left -= item.size();
+    Bytes& items = candidate.is_user ? users : out;
+    items.insert(items.end(), item.begin(), item.end());
+    if (!candidate.is_user) turn.was_moving = !is_at_rest(update.bodies[candidate.index].state.V);
     turn.sent = message_;
     turn.place = sent++;
   }
   thinned_ = update.bodies.size() + update.users.size() - sent;
-  append_bytes(message, message.ByteSizeLong(), out);
+  out.insert(out.end(), users.begin(), users.end());
+  out.insert(out.end(), bridge.begin(), bridge.end());
 }
 
 DropReason parse_server_update(std::span<const std::byte> payload, ServerUpdate& out) {

@@ -18,11 +18,12 @@ namespace {
 
 /// How often a thread looks whether somebody has come to an empty room.
 constexpr Duration kLookAgain = std::chrono::milliseconds(5);
-/// To sleep and to wake up takes about as long. A thread that would sleep for less goes on at once; and who sends new states wakes
-/// up while a shorter step goes on, to wait for its end.
+/// To sleep and to wake up takes about as long. A thread that would sleep for less goes on at once.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-// Of a core: where io needs so much, it is not told of each step until it needs less than that again. New states wait for those of
-// the next rooms, at most so long and a step.
+/// Who sends new states wakes up while a shorter step goes on, to wait for its end, and for so long after its usual one.
+constexpr Duration kWakesAheadOf = std::chrono::microseconds(100), kAwaitsEnd = std::chrono::microseconds(25);
+// Of a core: where io needs so much, it is not told of each short step until it needs less than that again. New states wait for
+// those of the next rooms, at most so long.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
 /// Between a room's step and the next deadline on the same thread: what one takes longer does not make all others late.
@@ -41,9 +42,10 @@ constexpr double kMaxToShareAgain = 0.2;
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Of its period, by which a room's deadlines may be off their place, and move there in a step.
 constexpr int kPlaces = 64;
-// Io waits for steps that together, on one thread, are not longer; where one alone is, it comes before them again at once: it
-// reads and sends for all rooms.
+// Io waits for steps that together, on one thread, are not longer; where one room's alone are, so often in a row, it comes before
+// them again at once: it reads and sends for all rooms.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
+constexpr int kSlowStepsInARow = 2;
 constexpr Duration kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 
 /// How long something has been going on: written by one thread, read by any.
@@ -87,6 +89,7 @@ struct RoomScheduler::Loop {
   std::uint64_t publish_every;  ///< steps
   bool is_awake = false;
   Duration phase{0};       ///< of its deadlines in a period
+  int slow_steps = 0;      ///< in a row: longer than io waits for
   Duration mean_step{0};   ///< what rooms after it on the same thread wait for
   LocalTime slow_until{};  ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
 
@@ -111,13 +114,18 @@ struct RoomScheduler::Loop {
 
 /// A thread and the rooms that it steps.
 struct RoomScheduler::Stepper {
+  void call() {
+    is_called.store(true, std::memory_order_release);
+    called.release();
+  }
+
   std::size_t index = 0;
   double place = 0;                     ///< 0 to 1: of its first room's deadlines in a period
   std::vector<Loop*> loops;             ///< in the order in which they are due
   LocalTime looked{};                   ///< for users of empty rooms
   LocalTime news_since{};               ///< there are states that nobody was told of; LocalTime{}: none
-  std::counting_semaphore<> called{0};  ///< there is a room for it, or the end
-  bool was_called = true;
+  std::atomic<bool> is_called{true};    ///< there is a room for it, or the end
+  std::counting_semaphore<> called{0};  ///< the same, to sleep until then: to try it yields the processor several times
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
   Busy busy;  ///< with steps, of all its rooms
@@ -172,7 +180,7 @@ std::vector<std::string> RoomScheduler::start() {
 
 void RoomScheduler::stop() {
   is_stopping_.store(true, std::memory_order_relaxed);
-  for (const auto& stepper : steppers_) stepper->called.release();
+  for (const auto& stepper : steppers_) stepper->call();
   for (const auto& stepper : steppers_) {
     if (stepper->thread.joinable()) stepper->thread.join();
   }
@@ -187,7 +195,6 @@ void RoomScheduler::run(Stepper& stepper) {
     if (stepper.loops.empty()) {
       tell(stepper);
       stepper.called.acquire();
-      stepper.was_called = true;
       continue;
     }
     const LocalTime now = SteadyClock().now();
@@ -201,7 +208,7 @@ void RoomScheduler::run(Stepper& stepper) {
     if (time <= kLongSleep) {
       step(stepper, *next);
     } else {
-      stepper.was_called = stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kLookAgain));
+      stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kLookAgain));
     }
   }
 }
@@ -212,11 +219,10 @@ void RoomScheduler::hand_over(Stepper& stepper) {
     const std::size_t wanted = loop->wanted.load(std::memory_order_relaxed);
     if (wanted == stepper.index) return false;
     loop->stepper.store(wanted, std::memory_order_release);
-    steppers_[wanted]->called.release();
+    steppers_[wanted]->call();
     return true;
   });
-  if (!stepper.was_called && !stepper.called.try_acquire()) return;
-  stepper.was_called = false;
+  if (!stepper.is_called.load(std::memory_order_relaxed) || !stepper.is_called.exchange(false)) return;
   for (const auto& loop : loops_) {
     if (loop->stepper.load(std::memory_order_acquire) != stepper.index) continue;
     if (std::ranges::find(stepper.loops, loop.get()) == stepper.loops.end()) stepper.loops.push_back(loop.get());
@@ -246,10 +252,13 @@ void RoomScheduler::step(Stepper& stepper, Loop& loop) {
   const LocalTime begin = clock.now();
   loop.busy.begin(begin);
   stepper.busy.begin(begin);
-  const bool tells_at_once = cores_ > 1 && !is_io_busy_.load(std::memory_order_relaxed);
+  // One that is not short is worth a turn of io.
+  const bool is_short = loop.mean_step < kNotWorthASleep;
+  const bool tells_at_once = cores_ > 1 && !(is_short && is_io_busy_.load(std::memory_order_relaxed));
   // Where each core has a step, io would keep one from its end.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
-  if (tells_at_once && has_free_core && loop.mean_step < kNotWorthASleep) before_news_(begin + kNotWorthASleep);
+  if (tells_at_once && has_free_core && loop.mean_step < kWakesAheadOf)
+    before_news_(begin + loop.mean_step + kAwaitsEnd);
   loop.room.step(server_time_of_own_clock(begin));
   const LocalTime end = clock.now();
   loop.timing.step_time.record(end - begin);
@@ -259,12 +268,14 @@ void RoomScheduler::step(Stepper& stepper, Loop& loop) {
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
-  if (has_realtime_.load(std::memory_order_relaxed) && end - begin > kIoWaitsNotFor) put_io_first(end);
+  // One alone is mostly this machine's hiccup.
+  loop.slow_steps = end - begin > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
+  if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) put_io_first(end);
   after_step_(loop.room, std::min(deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = end;
   const LocalTime done = clock.now();
   stepping_.fetch_sub(1, std::memory_order_relaxed);
-  if (tells_at_once || done - stepper.news_since >= kTellWithin) tell(stepper);
+  if (tells_at_once || done + loop.mean_step - stepper.news_since >= kTellWithin) tell(stepper);
   loop.busy.end(done);
   stepper.busy.end(done);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);

@@ -31,7 +31,7 @@ struct RoomTiming {
 /// (room_placement.hpp). A room that nobody is in sleeps.
 ///
 /// All run at one SCHED_FIFO priority. The io thread's is below theirs while the steps of no thread take more than 250 us, so
-/// that it interrupts none; above for 100 ms after a step of 500 us, because all others would wait for it. By
+/// that it interrupts none; above for 100 ms after two steps of 500 us of one room, because all others would wait for it. By
 /// `share_realtime()` a room that is measured to be too large, or one too many, leaves that priority to the others until it has
 /// fitted for a second: its own users wait, nobody else's.
 class RoomScheduler {

@@ -413,8 +413,11 @@ std::span<const std::byte> SessionHub::path_challenge(ConnectionHandle connectio
 
 void SessionHub::poll(LocalTime now) {
   impl_->called_at = now;
-  for (const auto& [handle, connection] : impl_->connections) {
-    if (connection->state == ConnectionState::kActive) impl_->send_newest_update(*connection, now);
+  // Room by room: of one whose step ends meanwhile, all users or none are sent the new states, and no half waits.
+  for (const auto& seats : impl_->rooms) {
+    for (const auto& [handle, connection] : impl_->connections) {
+      if (connection->is_in(*seats)) impl_->send_newest_update(*connection, now);
+    }
   }
   for (const auto& seats : impl_->rooms) {
     impl_->deliver_events(*seats);

@@ -233,7 +233,7 @@ TEST(SessionHub, ServesAnAssetChunkByChunkToItsLastByte) {
   test::HubBench bench({}, {R"({"name": "meshes", "bodies": [{"name": "floor", "shapes": [{"mesh": {"file": ")" +
                             (folder / "square.obj").string() + R"("}}]}], "tools": [{"name": "a"}]})"});
   test::BenchClient ada = bench.join("ada");
-  ASSERT_EQ(ada.joined.assets_size(), 4) << "the file, what contact makes of it, also coarsely, and its surface";
+  ASSERT_EQ(ada.joined.assets_size(), 5) << "the file, its contact fine and coarse, its surface, its drawing";
   ASSERT_EQ(ada.joined.assets(0).size_bytes(), bytes.size());
   std::string fetched;
   for (int i = 0; i < 3; ++i) {
