@@ -85,7 +85,7 @@ struct OtherUserState {
 struct ServerUpdate {
   Step step;
   ServerTime stepped{};
-  Tick answered_input;      ///< of which handle this step used exactly that
+  Tick answered_input;      ///< of which handle this step used exactly that; kLocalModel in a gap: which it stands for
   LocalTime echoed_sent{};  ///< t1, the client's own clock; 0: nothing received yet
   ServerTime received{};    ///< t2
   ServerTime sent{};        ///< t3

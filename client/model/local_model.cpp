@@ -152,6 +152,7 @@ void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcep
   newest_residual_ = other.newest_residual_;
   residual_of_ = other.residual_of_;
   predicted_grasp_ = other.predicted_grasp_;
+  predicted_grasp_at_ = other.predicted_grasp_at_;
   grab_button_ = other.grab_button_;
   diverged_s_ = other.diverged_s_;
   soft_ = other.soft_;
@@ -267,6 +268,9 @@ PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duratio
     const bool is_held = here.held == copy.id;
     if ((hands >> here.tool & 1U) == 0 || (hands >> tool_ & 1U) == 0) continue;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world_.pressing_normal_W(here.tool, copy.id);
+    // Whoever moves it through another thing alone does not go along with it.
+    const bool has_own_hand = tool_state_.held == copy.id || !world_.pressing_normal_W(tool_, copy.id).isZero();
+    if (!has_own_hand || (!is_held && pressing_W.isZero())) continue;
     around.has_common_body = true;
     around.body = world_.body(copy.id);
     around.X_WB_then = copy.track.at(played).X;
@@ -321,7 +325,11 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
 }
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
-  if (predicted_grasp_ && update.answered_input.value < predicted_grasp_->value + kGraspAnsweredAfter) return;
+  if (predicted_grasp_) {
+    // A hand that runs on through a gap at the server is ahead of its buttons.
+    const bool has_come = update.echoed_sent == LocalTime{} || update.echoed_sent >= predicted_grasp_at_;
+    if (!has_come || update.answered_input.value < predicted_grasp_->value + kGraspAnsweredAfter) return;
+  }
   predicted_grasp_.reset();
   const BodyId held = world_.tool(tool_).held;
   if (held == update.held_body) {
@@ -341,6 +349,7 @@ void LocalModel::follow_buttons(const LocalModelInput& input) noexcept {
   if (is_down == grab_button_ || !input.has_handle) return;
   grab_button_ = is_down;
   predicted_grasp_ = input.input;
+  predicted_grasp_at_ = input.now;
   const BodyId before = world_.tool(tool_).held;
   if (is_down) {
     world_.grab(tool_, BodyId{});

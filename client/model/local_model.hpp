@@ -170,6 +170,7 @@ class LocalModel {
   LocalTime residual_of_{};
   std::vector<PartnerHere> partners_;    ///< reserved for kMaxUsers
   std::optional<Tick> predicted_grasp_;  ///< input of a grasp or release that the server has not answered yet
+  LocalTime predicted_grasp_at_{};
   bool grab_button_ = false;
   bool has_jumped_ = false;
   double diverged_s_ = 0;  ///< for how long the tool has been far from the server's

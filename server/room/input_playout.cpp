@@ -14,7 +14,7 @@ constexpr Duration kMaxGap = std::chrono::milliseconds(115);
 constexpr double kStrideTolerance = 0.75;
 constexpr double kNoLead_m = 1e-6;
 /// More ticks than this from one input to the next are another client's count: differences stay exact as doubles.
-constexpr std::uint64_t kMaxStep = 1U << 20U;
+constexpr std::uint32_t kMaxStep = 1U << 20U;
 
 /// Value and rate at `u` (0..1) of the cubic over `length_s` from 0 to `to` with rates `from_rate` and `to_rate`.
 struct Cubic {
@@ -76,6 +76,8 @@ void InputPlayout::reset() noexcept {
   steps_behind_ = 0;
   underrun_s_ = 0;
   has_run_on_ = false;
+  due_ = 0;
+  ran_to_ = 0;
   lead_.setZero();
   delay_.reset();
 }
@@ -138,12 +140,16 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   if (count_ == 0) return std::nullopt;
   const double wanted = ticks_until(delay_.play_at(now));
   choose_tick(wanted);
-  const bool has_underrun = wanted > static_cast<double>(input(0).tick.value - input(count_ - 1).tick.value) + 0.5;
+  const std::uint64_t first = input(count_ - 1).tick.value;
+  const auto last = static_cast<double>(input(0).tick.value - first);
+  const bool has_underrun = wanted > last + 0.5;
+  due_ = has_underrun ? first + static_cast<std::uint64_t>(std::min(wanted, last + kMaxStep) + 0.5) : played_;
   underrun_s_ = has_underrun ? underrun_s_ + step_s_ : 0;
   PlayedInput played = at_tick(played_);
   played.has_underrun = has_underrun;
   played.handle = held(played.handle, underrun_s_);
   lead(played);
+  played.tick.value = std::max(played.tick.value, ran_to_);
   return played;
 }
 
@@ -160,6 +166,8 @@ void InputPlayout::lead(PlayedInput& played) noexcept {
 
 void InputPlayout::run_on(PlayedInput& played) noexcept {
   has_run_on_ = true;
+  ran_to_ = std::max(ran_to_, due_);
+  played.tick.value = ran_to_;
   const Vec3 v = std::max(0.0, 1 - underrun_s_ / kRunOn_s) * input(0).handle.V.v;
   const Vec3 more = clamped_to_length(lead_ + step_s_ * v, kRunOnMost_m) - lead_;
   lead_ += more;

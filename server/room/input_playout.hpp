@@ -15,7 +15,7 @@ namespace tandem::server {
 
 /// What a room uses of an input.
 struct PlayedInput {
-  Tick tick;  ///< of exactly which the rest is
+  Tick tick;  ///< of exactly which the rest is; while it runs on and until what is due has come: which it stands for
   RigidState handle;
   std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
   double energy_to_hand_j = 0;    ///< as in ClientUpdate
@@ -35,8 +35,9 @@ struct PlayedInput {
 ///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
 ///         On underrun, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
 ///         caught up with at 5/4 of the hand's pace, two of its ticks in every fourth step, not by a jump.
-///         With run_on() the hand is taken to go on as it went, slower and slower until kRunOn_s, by kRunOnMost_m at most.
-///         What then comes is played at once from where it is due, and the difference goes within some kLeadFade_s.
+///         With run_on() the hand is taken to go on as it went, slower and slower until kRunOn_s, by kRunOnMost_m at most;
+///         what is then played counts as the tick that is due, for at a known place of an old one the hand is known to be no
+///         more. What then comes is played at once from where it is due, and the difference goes within some kLeadFade_s.
 /// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
 /// Thread  the room's; time is counted in steps; no allocation
 class InputPlayout {
@@ -57,7 +58,7 @@ class InputPlayout {
   /// when there is none.
   std::optional<PlayedInput> play(Duration now) noexcept;
   /// Of an input that play() just gave with an underrun: the hand goes on. Where it has stopped instead, its tool presses by
-  /// as much more; so it is for one that would lose what it shares.
+  /// as much more; so it is for one that would lose what it shares, or that would stop what it carries and fling it after.
   void run_on(PlayedInput& played) noexcept;
   /// Starts anew: there is no way from the inputs so far to the next.
   void reset() noexcept;
@@ -81,6 +82,8 @@ class InputPlayout {
   std::uint32_t steps_behind_ = 0;  ///< in a row
   double underrun_s_ = 0;
   bool has_run_on_ = false;
+  std::uint64_t due_ = 0;         ///< tick, there or not
+  std::uint64_t ran_to_ = 0;      ///< tick; 0: it never ran on
   Vec3 lead_ = Vec3::Zero();      ///< of what is played before what came
   Vec3 played_p_ = Vec3::Zero();  ///< with it
 

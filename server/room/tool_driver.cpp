@@ -52,7 +52,7 @@ class PlayoutDriver final : public ToolDriver {
   std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept override {
     auto played = playout_.play(now);
     if (!played) return std::nullopt;
-    if (played->has_underrun && port_.squeezes()) playout_.run_on(*played);
+    if (played->has_underrun && port_.runs_on()) playout_.run_on(*played);
     input.answered = played->tick;
     input.on_hand_W = played->on_hand_W;
     port_.report(played->handle.X, played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));

@@ -28,11 +28,15 @@ void ToolPort::close() noexcept {
   world_.deactivate_tool(tool_);
 }
 
-bool ToolPort::squeezes() const noexcept {
+bool ToolPort::runs_on() const noexcept {
   const std::uint32_t own = 1U << tool_;
+  if (const BodyId held = state().held; held.is_valid()) {
+    const physics::TouchSummary touch = world_.touch(tool_);
+    return (touch.contacts == 0 && touch.soft_force_n == 0) || (world_.hands_on(held) & ~own) != 0;
+  }
   for (std::size_t i = 0; i < proto::kMaxBodies; ++i) {
     const std::uint32_t hands = world_.hands_on(body_id_at(i));
-    if ((hands & own) != 0 && (hands & ~own) != 0) return !state().held.is_valid();
+    if ((hands & own) != 0 && (hands & ~own) != 0) return true;
   }
   return false;
 }

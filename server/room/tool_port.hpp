@@ -26,8 +26,9 @@ class ToolPort {
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
-  /// With another's: both press on a thing that this one does not hold.
-  bool squeezes() const noexcept;
+  /// In a gap of its inputs the hand is to be taken as going on: its tool presses on a thing with another's, or holds one
+  /// that nothing presses on, or another's hand too, itself or through other things.
+  bool runs_on() const noexcept;
   /// In force now.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 

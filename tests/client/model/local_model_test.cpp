@@ -93,6 +93,8 @@ class Across {
   void move_partner(const RigidState& handle) { partner_ = handle; }
   /// For a while nothing comes from him.
   void silence_partner(bool is_silent) { partner_is_silent_ = is_silent; }
+  /// For a while no input comes, and the server goes on as if the hand did: it answers the ticks that are due.
+  void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
   void lose_partner() {
     server.deactivate_tool(1);
     partner_.reset();
@@ -103,7 +105,8 @@ class Across {
     ++tick_.value;
     up_.push_back({tick_, handle, buttons});
     if (up_.size() > one_way_) {
-      input_ = up_.front();
+      if (!is_gap_) input_ = up_.front();
+      ran_on_ = is_gap_ ? ran_on_ + 1 : 0;
       up_.pop_front();
     }
     if (input_.tick.value != 0) take_input();
@@ -156,7 +159,8 @@ class Across {
     proto::ServerUpdate told;
     told.step.value = tick_.value;
     told.stepped = ServerTime{now().time_since_epoch()};
-    told.answered_input = input_.tick;
+    told.answered_input.value = input_.tick.value + ran_on_;
+    told.echoed_sent = LocalTime{kPeriod * static_cast<int>(input_.tick.value)};
     const physics::ToolState tool = server.tool(0);
     told.tool = tool.tool;
     told.wrench_on_hand_W = tool.wrench_on_hand_W;
@@ -189,6 +193,8 @@ class Across {
   Input input_;
   std::optional<RigidState> partner_;  ///< where his hand is
   bool partner_is_silent_ = false;
+  bool is_gap_ = false;
+  std::uint64_t ran_on_ = 0;
   ReceivedUpdate newest_;
   bool has_newest_ = false;
   bool was_down_ = false;
@@ -264,6 +270,25 @@ TEST_P(LocalModelDelay, AGraspIsPredictedAndThenTheServers) {
   EXPECT_NEAR((far.model.body(kBlock).X.p - far.server.body(kBlock).X.p).norm(), 0, 1e-3);
   far.tick(at(lifted));
   EXPECT_FALSE(far.model.held().is_valid());
+}
+
+TEST_P(LocalModelDelay, AReleaseThatAGapKeepsFromTheServerIsNotTakenBack) {
+  Across far(scene(), GetParam());
+  const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02};
+  for (int k = 0; k < 700; ++k) far.tick(at(start));
+  for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
+  for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
+  ASSERT_EQ(far.server.tool(0).held, kBlock);
+  // What has been on its way since then does not come, the release neither; the server has it held all the time.
+  far.lose_inputs(true);
+  for (int k = 0; k < 2 * GetParam() + 60; ++k) {
+    ASSERT_EQ(far.server.tool(0).held, kBlock);
+    far.tick(at(beside));
+    ASSERT_FALSE(far.model.held().is_valid()) << k << ": the server answers later ticks, but knows of no button";
+  }
+  far.lose_inputs(false);
+  far.tick(at(beside));
+  EXPECT_FALSE(far.server.tool(0).held.is_valid());
 }
 
 INSTANTIATE_TEST_SUITE_P(OneWay, LocalModelDelay, testing::Values(5, 150));

@@ -256,6 +256,7 @@ struct Gap {
       auto step = playout.play(std::chrono::milliseconds(now));
       if (step->has_underrun) playout.run_on(*step);
       played_m.push_back(step->handle.X.p.x());
+      ticks.push_back(step->tick.value);
       behind_m.push_back(place_m(now) - played_m.back());
     }
   }
@@ -271,6 +272,7 @@ struct Gap {
   std::uint64_t stops;
   InputPlayout playout{kStep_s};
   std::vector<double> played_m, behind_m;
+  std::vector<std::uint64_t> ticks;
 };
 
 TEST(InputPlayout, RunsOnThroughAGapWithTheHandThatGoesOn) {
@@ -283,6 +285,16 @@ TEST(InputPlayout, RunsOnThroughAGapWithTheHandThatGoesOn) {
   }
   EXPECT_NEAR(gap.behind_m.back(), 0.15 * to_seconds(gap.playout.delay()), 2 * 0.15 * kStep_s)
       << "nothing is left of it";
+}
+
+TEST(InputPlayout, WhatRunsOnStandsForTheTickThatIsDueAndIsNearItsPlace) {
+  const Gap gap(9000);
+  for (std::size_t i = 500; i < gap.ticks.size(); ++i) {
+    const std::uint64_t stride = gap.ticks[i] - gap.ticks[i - 1];
+    ASSERT_LE(stride, 2U) << i << ": not back, no jump";
+    ASSERT_LE(std::abs(gap.place_m(gap.ticks[i]) - gap.played_m[i]), 0.0035) << i;
+  }
+  EXPECT_GE(gap.ticks[1080], 1070U) << "the last that came is 1000";
 }
 
 TEST(InputPlayout, RunningOnWithAHandThatStoppedEndsWhereItStopped) {

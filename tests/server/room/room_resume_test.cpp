@@ -86,6 +86,16 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   EXPECT_LT((next.world().tool(0).tool.X.p - room_.world().tool(0).tool.X.p).norm(), 1e-3);
 }
 
+TEST(RoomCheckpoint, IsOfTheSameSceneHoweverThatIsDrawn) {
+  const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools});
+  const wire::RoomCheckpoint kept = checkpoint_of(Room(RoomId{1}, "test", scene));
+  LoadedScene other = *scene;
+  other.assets.emplace_back().kind = "drawing";
+  EXPECT_TRUE(state_of(kept, other));
+  other.assets.emplace_back().kind = "contact";
+  EXPECT_FALSE(state_of(kept, other)) << "touch is another";
+}
+
 TEST_F(RoomResumeTest, SoftBodiesGoOnWhereTheyWere) {
   const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools, .rest = kTwoPads});
   Room room(RoomId{1}, "test", scene), next(RoomId{1}, "test", scene);
