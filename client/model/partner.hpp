@@ -81,7 +81,7 @@ class HandEstimate {
 /// What the local world has of the partner in a step.
 struct PartnerSurroundings {
   Wrench on_hand_W;                ///< of the model, on the partner's hand
-  bool has_common_body = false;    ///< the partner and this user both have a hand on a body
+  bool has_common_body = false;    ///< the partner and this user both have a hand on a body itself
   RigidState body;                 ///< that, as the model has it now
   Pose X_WB_then;                  ///< as the server had it when the partner's handle was told
   bool is_held = false;            ///< by the partner's tool, and not only pressed

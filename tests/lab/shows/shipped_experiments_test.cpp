@@ -72,6 +72,27 @@ TEST(PegTwoUsers, ThePegStandsInTheHoleWhileTheyPress) {
   EXPECT_NEAR(p.z(), 0.030, 0.001);
 }
 
+Vec3 where_the_peg_ends(const SessionTrace& trace) {
+  const auto peg = std::find(trace.body_names.begin(), trace.body_names.end(), "peg") - trace.body_names.begin();
+  return trace.bodies.back().X_WB[static_cast<std::size_t>(peg)].p;
+}
+
+TEST(PegSmallDevice, TwoDevicesOfTenCentimetresHandThePegOverAndPutItIntoItsHole) {
+  Experiment experiment = shipped("peg_small_device");
+  const SessionTrace trace = run(experiment, "local-model");
+  ASSERT_TRUE(is_complete(trace));
+  EXPECT_LT((where_the_peg_ends(trace) - Vec3(0.06, 0, 0.03)).norm(), 0.002);
+  for (const UserTrace& user : trace.users) {
+    double farthest_m = 0;
+    for (const TickSample& tick : user.ticks) farthest_m = std::max(farthest_m, tick.hand_D.p.cwiseAbs().maxCoeff());
+    EXPECT_LT(farthest_m, 0.0508) << user.user.name << " stays within the device";
+    EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
+  }
+  // Who reaches half as far by the hand does not get there in time by the border.
+  for (ExperimentUser& user : experiment.users) user.motion_scale = 0.5;
+  EXPECT_GT((where_the_peg_ends(run(experiment, "local-model")) - Vec3(0.06, 0, 0.03)).norm(), 0.002);
+}
+
 constexpr double kGravity = 9.81;
 
 Vec3 place(const SessionTrace& trace, const std::string& body, double at_s) {
