@@ -35,7 +35,7 @@ from support import BIN, PATIENCE_S, free_port  # noqa: E402
 
 LINK = ("--delay", "20ms", "--jitter", "200ms", "--reorder", "--loss", "25%", "--duplication", "25%")
 BACK_S = 20          # a client is joined again, and states come, within this after the event
-JOINED_S = 60        # one that is started anew has joined within this, processor or not
+JOINED_S = 60        # one that is started anew has joined within this while there is a server, processor or not
 SHORT_S = 120        # what lasts longer must have felt a force and have had every kind of event
 LEAST_FORCE_N = 0.5  # of the largest; else there was no force to bound
 ENDED = (0,)
@@ -107,6 +107,7 @@ def judge_clients(soak, over_s):
                 continue
             problems.append(f"{client.name}: no state from {begin:.1f} to {end:.1f} s of the clock, not within {BACK_S} s after an event")
         back_s = max(back_s, judge.time_back([one for one in trace.silences if trace.has_run(*one)], windows))
+    downs = [event.window(over_s) for event in soak.events if event.client is None]
     for client in soak.clients:
         lives = [(life, trace) for one, life, trace in traces if one is client]
         last = lives[-1][1] if lives else None
@@ -115,10 +116,10 @@ def judge_clients(soak, over_s):
         # From the event that ended a life to the next one's first state.
         for event in soak.events:
             if event.client is client and event.kind in ("kill", "leave") and event.end is not None:
-                joined = [trace.began for _, trace in lives if trace.began is not None and trace.began >= event.end]
-                if joined:
-                    anew_s = max(anew_s, joined[0] - event.end)
-                if not joined or joined[0] - event.end > JOINED_S:
+                joined = [judge.time_to_join(event.end, trace.began, downs) for _, trace in lives
+                          if trace.began is not None and trace.began >= event.end]
+                anew_s = max([anew_s, *joined[:1]])
+                if not joined or joined[0] > JOINED_S:
                     problems.append(f"{client.name}: did not join within {JOINED_S} s of being started again")
     return [trace for _, _, trace in traces], back_s, anew_s, starved, problems
 
@@ -189,7 +190,7 @@ def judge_all(soak, over_s):
         ("joined, all together", str(reconnects)),
         ("refused, and started again", str(soak.refused)),
         ("longest until states came again [s], of 20", f"{back_s:.1f}"),
-        ("longest until one that was started anew had joined [s], of 60", f"{anew_s:.1f}"),
+        ("longest until one that was started anew had joined [s], while there was a server, of 60", f"{anew_s:.1f}"),
         ("silences of clients, or of rooms, that had no processor", str(starved)),
         ("rooms that went on from their checkpoint", f"{resumed} of {len(soak.restarts) * len(soak.rooms)}"),
         ("recordings that can be read", str(len(recordings))),

@@ -18,7 +18,8 @@ PACE_S, TICKS_PER_S = 0.25, 1000
 ROUNDING = 1e-6          # of nine digits
 MEMORY_GROWTH = 1.15     # of the last quarter of a program's life beside its second …
 MEMORY_SPARE_MB = 30     # … and what a model of the scene and a pool may take besides
-MEMORY_LIVED_S = 30      # shorter lives say nothing of it
+STEPS_LIVED_S = 30       # shorter lives of a server say nothing of its rooms' rate
+MEMORY_LIVED_S = 120     # a client's grows with its first three sessions, then no more
 CHECKPOINT_LATE_MS = 1500
 STEPS_KEPT = 0.7         # of a room's steps per second in the second quarter, in the last
 REPORT = re.compile(r"ERROR: (Address|Leak|Undefined)\w*Sanitizer|runtime error:|AddressSanitizer:DEADLYSIGNAL")
@@ -179,6 +180,11 @@ def time_back(silences, events):
     return worst
 
 
+def time_to_join(begin, joined, downs):
+    """From `begin` until `joined`, less the time without a server, `downs`: (begin, end) that do not overlap."""
+    return joined - begin - sum(max(0.0, min(end, joined) - max(start, begin)) for start, end in downs)
+
+
 def judge_memory(name, samples):
     """`samples`: (time [s], MB) of one program's life. Mean of its second quarter, of its last, problems."""
     if len(samples) < 8 or samples[-1][0] - samples[0][0] < MEMORY_LIVED_S:
@@ -216,7 +222,7 @@ def judge_restart(number, log, rooms, down_ms, killed):
 
 def judge_steps(room, samples):
     """`samples`: (time [s], steps) of one room in one server's life; the counter runs on at the same rate."""
-    if len(samples) < 8 or samples[-1][0] - samples[0][0] < MEMORY_LIVED_S:
+    if len(samples) < 8 or samples[-1][0] - samples[0][0] < STEPS_LIVED_S:
         return []
     begin, lived = samples[0][0], samples[-1][0] - samples[0][0]
 

@@ -124,16 +124,19 @@ class Silences(unittest.TestCase):
         self.assertEqual(judge.time_back([(10, 13)], [(1, 2)]), 0)
         self.assertEqual(judge.time_back([(10, 13)], [(10, 11), (12, 14)]), 0, "of the next one")
 
+    def test_leave_out_when_there_was_no_server(self):
+        self.assertEqual(judge.time_to_join(10, 30, [(1, 2), (5, 12), (15, 20), (28, 40)]), 11)
+
 
 class Programs(unittest.TestCase):
     @staticmethod
     def life(last_mb):
-        return [(at, 100 if at < 30 else last_mb) for at in range(40)]
+        return [(at, 100 if at < 120 else last_mb) for at in range(160)]
 
     def test_that_grow_are_found(self):
         self.assertEqual(judge.judge_memory("server", self.life(110))[2], [])
         self.assertIn("it grows", judge.judge_memory("server", self.life(150))[2][0])
-        self.assertIsNone(judge.judge_memory("server", self.life(150)[:20]))
+        self.assertIsNone(judge.judge_memory("server", self.life(150)[:80]))
 
     def test_that_end_by_themselves_are_found(self):
         self.assertEqual(judge.judge_end("user", 0, (0,), []), [])

@@ -255,8 +255,9 @@ class Soak:
         self.clients = []
         for number, address in enumerate(addresses):
             room, side = number % settings.rooms, number // settings.rooms
-            is_sanitized = settings.all or (side == room and room in SANITIZED)
-            client = SoakClient(number, side, settings.all or (side == room and room in FEELING), self.folder, self.rooms[room],
+            is_chosen = side == room % max(1, settings.clients // settings.rooms)
+            is_sanitized = settings.all or (is_chosen and room in SANITIZED)
+            client = SoakClient(number, side, settings.all or (is_chosen and room in FEELING), self.folder, self.rooms[room],
                                 address, program("tandem-client") if is_sanitized else settings.other_client)
             with open(client.hand, "w") as file:
                 json.dump(hand(side, settings.seconds + 120, room % 2 == 1), file)
