@@ -15,7 +15,7 @@ constexpr double kMaxNormError = 1e-3;
 constexpr double kMinGap_s = 0.001;
 constexpr double kSpeedMargin = 3;
 // Ours: a wrist turns at some 20 rad/s; an encoder step of 0.1 rad in a millisecond is 100.
-constexpr double kMaxTurn_rad_per_s = 300;
+constexpr double kMaxReadTurn_rad_per_s = 300;
 
 // Written so that a NaN is not within.
 bool is_within(double value, double most) {
@@ -53,7 +53,7 @@ std::string_view DeviceReader::find_fault(LocalTime now, const DeviceSample& sam
     return "its position is outside of what the device can reach; home it again, or check workspace_m of its profile";
   }
   const bool is_absurd = !is_within(sample.V_DH.v.stableNorm(), kSpeedMargin * device_.spec().speed_limit_m_per_s) ||
-                         !is_within(sample.V_DH.w.stableNorm(), kMaxTurn_rad_per_s);
+                         !is_within(sample.V_DH.w.stableNorm(), kMaxReadTurn_rad_per_s);
   if (is_absurd || has_jumped(sample)) return "its pose jumps or runs faster than any hand; check its cable";
   return {};
 }
@@ -64,7 +64,7 @@ bool DeviceReader::has_jumped(const DeviceSample& sample) const noexcept {
   const double way_m = (sample.X_DH.p - before_.X_DH.p).stableNorm();
   const double turn_rad = sample.X_DH.q.angularDistance(before_.X_DH.q);
   return !is_within(way_m, kSpeedMargin * device_.spec().speed_limit_m_per_s * gap_s) ||
-         !is_within(turn_rad, kMaxTurn_rad_per_s * gap_s);
+         !is_within(turn_rad, kMaxReadTurn_rad_per_s * gap_s);
 }
 
 }  // namespace tandem::devices

@@ -28,13 +28,9 @@ constexpr Duration kSwing = milliseconds(30), kGap = milliseconds(50);
 constexpr Duration kMaxJoin = std::chrono::seconds(10);
 constexpr Duration kLook = milliseconds(2);
 
-double in_ms(Duration duration) {
-  return 1e3 * to_seconds(duration);
-}
-
 std::string ms_text(Duration duration) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2f ms", in_ms(duration));
+  std::snprintf(text.data(), text.size(), "%.2f ms", to_milliseconds(duration));
   return text.data();
 }
 
@@ -187,9 +183,9 @@ Finding judge_link(const LinkSample& link) {
   const Duration swing = link.round_trip_max - link.round_trip_min;
   Finding finding;
   finding.check = "link";
-  finding.numbers = {{"round_trip_min_ms", in_ms(link.round_trip_min)},
-                     {"round_trip_max_ms", in_ms(link.round_trip_max)},
-                     {"longest_gap_ms", in_ms(link.longest_gap)},
+  finding.numbers = {{"round_trip_min_ms", to_milliseconds(link.round_trip_min)},
+                     {"round_trip_max_ms", to_milliseconds(link.round_trip_max)},
+                     {"longest_gap_ms", to_milliseconds(link.longest_gap)},
                      {"states", link.states}};
   finding.text = "round trip " + ms_text(link.round_trip_min) + " to " + ms_text(link.round_trip_max) +
                  ", longest gap " + ms_text(link.longest_gap) + ", " + std::to_string(link.states) + " states";

@@ -12,9 +12,6 @@ namespace {
 
 namespace json = boost::json;
 
-double in_ms(Duration duration) {
-  return to_seconds(duration) * 1e3;
-}
 json::object quantiles_us(const Histogram& histogram) {
   const auto us = [&histogram](double q) { return to_seconds(histogram.quantile(q)) * 1e6; };
   return {{"p50", us(0.5)}, {"p99", us(0.99)}, {"p999", us(0.999)}, {"max", us(1)}};
@@ -114,7 +111,9 @@ void add_loop(const RunSummary& s, json::object& out) {
 void add_network(const ClientIoSnapshot& io, json::object& out) {
   out["status"] = {{"state", name_of(io.status.state)}, {"why", io.status.why}};
   out["reconnects"] = io.counters.reconnects;
-  const auto known_ms = [&io](Duration value) { return io.has_clock ? json::value(in_ms(value)) : json::value(); };
+  const auto known_ms = [&io](Duration value) {
+    return io.has_clock ? json::value(to_milliseconds(value)) : json::value();
+  };
   out["round_trip_ms"] = {{"newest", known_ms(io.round_trip)}, {"minimum", known_ms(io.minimum_round_trip)}};
   out["clock_offset_ms"] = known_ms(io.clock_offset);
   out["datagrams"] = {{"sent", io.counters.datagrams_sent},
@@ -192,7 +191,7 @@ json::array silences_of(const RunReport& run) {
   json::array result;
   for (const Silence& silence : run.silences()) {
     json::object entry{{"last_arrival_s", to_seconds(silence.last_arrival)}, {"why", silence.why}};
-    entry["zero_after_ms"] = silence.zero_after ? json::value(in_ms(*silence.zero_after)) : json::value();
+    entry["zero_after_ms"] = silence.zero_after ? json::value(to_milliseconds(*silence.zero_after)) : json::value();
     result.emplace_back(std::move(entry));
   }
   return result;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSharpness = 1.2;
 constexpr double kFinestGrid_angstrom = 0.4;
-constexpr double kFineAtoms = 2000;
+constexpr double kAtomsOnFinestGrid = 2000;
 constexpr double kCoarsening = 1.3;
 /// The standard deviation of the narrowest Gaussian, in cells: none falls between the grid's points.
 constexpr double kMinWidth = 0.8;
@@ -290,7 +290,7 @@ bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid,
 void append_surface(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                     std::span<const Rgba> colors, std::size_t max_triangles, const std::stop_token& stop) {
   const std::size_t before = out.size();
-  const double crowd = static_cast<double>(molecule.size()) / kFineAtoms;
+  const double crowd = static_cast<double>(molecule.size()) / kAtomsOnFinestGrid;
   double grid = kFinestGrid_angstrom * std::cbrt(std::max(1.0, crowd));
   while (!append_on_grid(out, blobs_of(molecule, grid, colors), grid, metres_per_angstrom, max_triangles, stop)) {
     out.resize(before);

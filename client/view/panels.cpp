@@ -33,12 +33,6 @@ void fact(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-std::string text_of(const char* format, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
 /// A curve from 0 to a round number above all that it shows.
 void curve(const char* name, const Curve& values, const char* format, double least_top, const ImVec4& color) {
   double top = least_top;
@@ -342,6 +336,12 @@ void draw_notice(const std::string& text) {
 }
 
 }  // namespace
+
+std::string text_of(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
 
 std::string session_problem(const ClientIoSnapshot& io) {
   const std::string& why = io.status.why;

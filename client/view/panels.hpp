@@ -51,6 +51,9 @@ struct PanelContent {
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace);
 
+/// A number as printf writes it.
+std::string text_of(const char* format, double value);
+
 /// Of a room of two molecules; the server refuses it where it cannot be.
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");
 /// Keeps the pose of now under the name that was typed.

@@ -16,7 +16,7 @@ namespace {
 constexpr Rgba kGhost{0.85F, 0.92F, 1.0F, 0.32F};
 constexpr Rgba kHandle{1, 1, 1, 0.30F};
 constexpr Rgba kStretch{1, 1, 1, 1};
-constexpr Rgba kWhite{1, 1, 1, 1};
+constexpr Rgba kUntinted{1, 1, 1, 1};
 constexpr Rgba kHydrogenBond{1, 1, 1, 1};
 
 /// Sizes of marks, in balls of what is looked at.
@@ -31,7 +31,7 @@ constexpr double kMinTorque_n_m = 0.003;
 
 DrawnMesh drawn(const geometry::TriangleMesh& mesh) {
   DrawnMesh result;
-  append_mesh(result, mesh, Pose{}, kWhite);
+  append_mesh(result, mesh, Pose{}, kUntinted);
   return result;
 }
 
@@ -248,7 +248,7 @@ void SceneView::add_own_tool(const View* view, bool shows_ghosts) {
   const bool has_state = view != nullptr && view->has_state;
   X_WT_ = scene_.tools[tool].X_WB_start;
   if (has_state) X_WT_ = view->record.is_local ? view->record.local_tool_W.X : view->record.tool_W.X;
-  add(mesh, X_WT_, kWhite, 0.15F);
+  add(mesh, X_WT_, kUntinted, 0.15F);
   if (!has_state) return;
   if (shows_ghosts) add(mesh, view->record.tool_W.X, kGhost, 0.3F);
   add_handle(*view);
@@ -339,7 +339,7 @@ void SceneView::add_partners(const View& view, const ClientIoSnapshot& io, bool 
   for (const proto::OtherUserState& user : view.users) {
     if (user.tool_index >= scene_.tools.size()) continue;
     const DrawnBody& tool = scene_.tools[user.tool_index];
-    add(first_tool + user.tool_index, user.tool.X, kWhite, 0.15F);
+    add(first_tool + user.tool_index, user.tool.X, kUntinted, 0.15F);
     const auto told = std::ranges::find(view.newest.update.users, user.id, &proto::OtherUserState::id);
     if (shows_ghosts && told != view.newest.update.users.end()) {
       add(first_tool + user.tool_index, told->tool.X, kGhost, 0.3F);

@@ -26,6 +26,9 @@ using ServerTime = std::chrono::time_point<TaggedClock<struct ServerTag>, Durati
 constexpr double to_seconds(Duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
+constexpr double to_milliseconds(Duration duration) {
+  return 1e3 * to_seconds(duration);
+}
 constexpr Duration from_seconds(double seconds) {
   return Duration(static_cast<Duration::rep>(seconds * 1e9));
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/contact/coupling_term.hpp"
+
 namespace tandem::contact {
 namespace {
 constexpr int kMost = static_cast<int>(kReducedContacts);
@@ -16,13 +18,7 @@ constexpr int kBendings = 3;
 // Squared distance (in units of the radius) below which two groups share a contact evenly.
 constexpr float kBlur = 0.05F;
 // Of the largest eigenvalue: what is smaller is rounding.
-constexpr double kRounding = 1e-13;
-
-Eigen::Matrix3d cross_matrix(const Vec3& a) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return matrix;
-}
+constexpr double kEigenRounding = 1e-13;
 
 // Adds one contact's force and its derivative; see ContactWrench.
 void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& force, double stiffness) {
@@ -38,7 +34,7 @@ void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& forc
 }
 
 // What all contacts together have, about their mean point.
-struct Moments {
+struct PatchMoments {
   double stiffness = 0;
   double radius_m = 0;  ///< root mean square distance from the mean; the unit of length below
   Vec3 p_W = Vec3::Zero();
@@ -48,8 +44,8 @@ struct Moments {
   Wrench wrench_W;
 };
 
-Moments moments_of(std::span<const ContactPoint> contacts, double stiffness_n_per_m3) {
-  Moments m;
+PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness_n_per_m3) {
+  PatchMoments m;
   for (const ContactPoint& contact : contacts) {
     if (!(contact.depth_m > 0)) continue;
     const double stiffness = stiffness_n_per_m3 * contact.area_m2;
@@ -92,7 +88,7 @@ Mat6 applied(const Mat6& matrix, Function function) {
 
 Mat6 root(const Mat6& matrix) {
   // Rounding of what is zero would be 1e8 times larger as a root, and widen a patch that is a line.
-  const double zero = kRounding * matrix.trace();
+  const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
 
@@ -137,7 +133,7 @@ Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1
 // Gives each contact to all groups, most to the near ones, and moves each group to the mean of what it was given:
 // a k-means without choices.
 Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, double stiffness_n_per_m3,
-                  const Moments& m) {
+                  const PatchMoments& m) {
   std::array<Numbers, 6> at;
   std::array<Numbers, 6> sum;
   for (int row = 0; row < 6; ++row) {
@@ -167,7 +163,7 @@ Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, do
 }
 
 // Groups of the covariance of all, then of the contacts themselves.
-Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Moments& m, int count) {
+Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const PatchMoments& m, int count) {
   Groups groups{root(m.covariance) * pattern(count), {}, {}};
   groups.spread.bottomRows<3>().colwise() += m.normal_W;
   for (int round = 0; round < kSharings; ++round) groups = shared_out(groups, contacts, stiffness_n_per_m3, m);
@@ -186,7 +182,7 @@ void bend(Groups& groups, const Mat6& wanted_root) {
   }
   const Mat6 have = lines * lines.transpose();
   const Mat6 both = wanted_root * have * wanted_root;
-  const double zero = kRounding * both.trace();
+  const double zero = kEigenRounding * both.trace();
   const Mat6 stretch = applied(both, [zero](double value) { return value > zero ? 1 / std::sqrt(value) : 0.0; });
   lines = (wanted_root * stretch * wanted_root * lines).eval();
   for (int i = 0; i < count; ++i) {
@@ -199,7 +195,7 @@ void bend(Groups& groups, const Mat6& wanted_root) {
   }
 }
 
-void put(const Groups& groups, const Moments& m, std::span<ReducedContact> out) {
+void put(const Groups& groups, const PatchMoments& m, std::span<ReducedContact> out) {
   for (int i = 0; i < groups.count(); ++i) {
     const Vec3 normal = groups.spread.col(i).tail<3>();
     const double length = std::max(1e-12, normal.norm());
@@ -212,7 +208,7 @@ void put(const Groups& groups, const Moments& m, std::span<ReducedContact> out) 
 }
 
 // The last of the wrench: an equal push for the force, and a turn about the mean for the moment.
-void correct_wrench(std::span<ReducedContact> contacts, const Moments& m) {
+void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
   Vec3 middle = Vec3::Zero();
   for (const ReducedContact& contact : contacts) middle += contact.p_W / static_cast<double>(contacts.size());
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
@@ -224,7 +220,7 @@ void correct_wrench(std::span<ReducedContact> contacts, const Moments& m) {
   }
   // All on one line: no moment about it is missing either.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
-  const double zero = kRounding * inertia.trace();
+  const double zero = kEigenRounding * inertia.trace();
   const Vec3 inverse = axes.eigenvalues().unaryExpr([zero](double value) { return value > zero ? 1 / value : 0.0; });
   const Vec3 turn = axes.eigenvectors() * inverse.asDiagonal() * (axes.eigenvectors().transpose() * missing.t);
   const Vec3 push = missing.f / static_cast<double>(contacts.size());
@@ -269,7 +265,7 @@ std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiff
   if (pressing <= out.size()) return copy_pressing(contacts, stiffness_n_per_m3, out);
   if (out.size() < kReducedContactsMin) return 0;
   const std::size_t count = out.size() < kReducedContacts ? kReducedContactsMin : kReducedContacts;
-  const Moments m = moments_of(contacts, stiffness_n_per_m3);
+  const PatchMoments m = moments_of(contacts, stiffness_n_per_m3);
   if (!(m.stiffness > 0)) return 0;
   Groups groups = grouped(contacts, stiffness_n_per_m3, m, static_cast<int>(count));
   const Mat6 lines_root = root(m.lines);

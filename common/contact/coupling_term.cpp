@@ -1,15 +1,13 @@
 #include "common/contact/coupling_term.hpp"
 
 namespace tandem::contact {
-namespace {
+namespace {}  // namespace
 
 Eigen::Matrix3d cross_matrix(const Vec3& a) {
   Eigen::Matrix3d m;
   m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
   return m;
 }
-
-}  // namespace
 
 CouplingTerm::CouplingTerm(const SolverCoupling& coupling, const SolverBody& body, double step_s)
     : law_(coupling.law),

@@ -50,4 +50,7 @@ class CouplingTerm {
   Mat6 derivative_ = Mat6::Zero();
 };
 
+/// What turns b into a × b.
+Eigen::Matrix3d cross_matrix(const Vec3& a);
+
 }  // namespace tandem::contact

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
-constexpr double kWorld = 1e6;
+constexpr double kFarthestPlace_m = 1e6;
 constexpr double kFarthest = 1e100;  ///< its square is finite
 
 /// Eight neighbouring values and a place between them, 0..1 along each axis.
@@ -176,7 +176,7 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
 DistanceSample DistanceGrid::sample_outside(const Vec3& p_S) const noexcept {
   // A place that is not a number is near nothing, and in no brick.
   if (p_S.hasNaN()) return {kFarthest, Vec3::UnitZ()};
-  const Vec3 p = p_S.cwiseMax(-kWorld).cwiseMin(kWorld);
+  const Vec3 p = p_S.cwiseMax(-kFarthestPlace_m).cwiseMin(kFarthestPlace_m);
   Place place;
   Vec3 border;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -20,7 +20,7 @@ constexpr double kSamplesPerSquare = 0.75;
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
 // Rounding of the single-precision coordinates must not open a gap.
-constexpr double kRounding = 1 - 1e-4;
+constexpr double kReachRounding = 1 - 1e-4;
 
 // A piece of a patch halved this often is narrower than 1/30 of a spacing, and covered, unless single precision cannot
 // divide it: then it counts as covered. For halving the longest side n times leaves at most √3 · 2^(−n/2) of it.
@@ -123,7 +123,7 @@ class Spreader {
  public:
   Spreader(const geometry::SurfaceTopology& surface, double spacing_m, std::size_t max_samples)
       : surface_(surface),
-        reach_(static_cast<float>(spacing_m * kRounding)),
+        reach_(static_cast<float>(spacing_m * kReachRounding)),
         apart_(static_cast<float>(spacing_m * kSeparation)),
         max_samples_(max_samples),
         grid_(spacing_m * kPatchReach) {}

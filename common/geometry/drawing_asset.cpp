@@ -13,7 +13,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint32_t kKind = 0x57524454;  // "TDRW"
+constexpr std::uint32_t kDrawingMagic = 0x57524454;  // "TDRW"
 constexpr int kPackingLevel = 9;
 constexpr double kSteps = 65535;
 constexpr double kNormalSteps = 127;
@@ -157,7 +157,7 @@ std::vector<std::byte> drawing_asset_bytes(const ShadedMesh& shaded) {
   const auto [mesh, normals] = in_order_of_use(shaded);
   Eigen::AlignedBox3d box;
   for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
-  std::vector<std::uint8_t> octets = begin_asset(kKind, kDrawingAssetVersion);
+  std::vector<std::uint8_t> octets = begin_asset(kDrawingMagic, kDrawingAssetVersion);
   ByteWriter writer(octets);
   const Vec3 low = box.min().cast<float>().cast<double>(), size = (box.max() - low).cast<float>().cast<double>();
   for (const Vec3& vector : {low, size}) {
@@ -177,7 +177,7 @@ std::vector<std::byte> drawing_asset_bytes(const ShadedMesh& shaded) {
 }
 
 std::optional<ShadedMesh> drawing_from(std::span<const std::byte> bytes) {
-  auto content = asset_content(octets_of(bytes), kKind, kDrawingAssetVersion);
+  auto content = asset_content(octets_of(bytes), kDrawingMagic, kDrawingAssetVersion);
   if (!content) return std::nullopt;
   ByteReader reader(*content);
   const Vec3 low = read_vector(reader), size = read_vector(reader);

@@ -10,7 +10,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr int kNone = -1;
+constexpr int kNoTriangle = -1;
 
 /// Half-edges as one number: 3 · triangle + side.
 int number_of(const HalfEdge& half) {
@@ -23,7 +23,9 @@ enum class Turning : std::uint8_t { kUnknown, kAlong, kAgainst };
 class Connector {
  public:
   explicit Connector(TriangleMesh& mesh)
-      : mesh_(mesh), partner_(mesh.triangles.size() * 3, kNone), turning_(mesh.triangles.size(), Turning::kUnknown) {}
+      : mesh_(mesh),
+        partner_(mesh.triangles.size() * 3, kNoTriangle),
+        turning_(mesh.triangles.size(), Turning::kUnknown) {}
 
   /// Finds the other half of every edge.
   void pair_edges() {
@@ -54,13 +56,13 @@ class Connector {
       unite(root, b, is_opposed ? c : d);
     }
     const std::size_t before = mesh_.vertices.size();
-    std::vector<int> fan_of_vertex(before, kNone);
-    std::vector<int> vertex_of_fan(partner_.size(), kNone);
+    std::vector<int> fan_of_vertex(before, kNoTriangle);
+    std::vector<int> vertex_of_fan(partner_.size(), kNoTriangle);
     for (int corner = 0; corner < static_cast<int>(partner_.size()); ++corner) {
       const auto fan = static_cast<std::size_t>(find(root, corner));
       int& vertex = mesh_.triangles[static_cast<std::size_t>(corner / 3)][static_cast<std::size_t>(corner % 3)];
-      if (vertex_of_fan[fan] == kNone) {
-        const bool is_taken = fan_of_vertex[static_cast<std::size_t>(vertex)] != kNone;
+      if (vertex_of_fan[fan] == kNoTriangle) {
+        const bool is_taken = fan_of_vertex[static_cast<std::size_t>(vertex)] != kNoTriangle;
         vertex_of_fan[fan] = is_taken ? static_cast<int>(mesh_.vertices.size()) : vertex;
         if (is_taken) {
           mesh_.vertices.push_back(Vec3(mesh_.vertices[static_cast<std::size_t>(vertex)]));
@@ -107,7 +109,7 @@ class Connector {
     std::vector<int> halves;
     for (const int t : part.triangles) {
       for (int half = 3 * t; half < 3 * t + 3; ++half) {
-        if (partner_[static_cast<std::size_t>(half)] != kNone) continue;
+        if (partner_[static_cast<std::size_t>(half)] != kNoTriangle) continue;
         halves.push_back(half);
         border_from[static_cast<std::size_t>(vertex_at(half))] = half;
       }
@@ -115,10 +117,10 @@ class Connector {
     for (const int first : halves) {
       std::vector<int> loop;
       // A vertex has one fan, so one border leaves it: the walk ends where it began.
-      for (int half = first; half != kNone;) {
+      for (int half = first; half != kNoTriangle;) {
         int& leaving = border_from[static_cast<std::size_t>(vertex_at(half))];
-        if (leaving == kNone) break;
-        leaving = kNone;
+        if (leaving == kNoTriangle) break;
+        leaving = kNoTriangle;
         loop.push_back(vertex_at(half));
         half = border_from[static_cast<std::size_t>(vertex_at(next_side(half)))];
       }
@@ -187,7 +189,7 @@ class Connector {
       const int triangle = part.triangles[i];
       for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
         const int other = partner_[static_cast<std::size_t>(half)];
-        if (other == kNone) continue;
+        if (other == kNoTriangle) continue;
         // Neighbours agree when they run along their edge in opposite directions.
         const bool agrees = vertex_at(half) == vertex_at(next_side(other));
         const bool is_along = (turning_[static_cast<std::size_t>(triangle)] == Turning::kAlong) == agrees;
@@ -211,13 +213,13 @@ class Connector {
     std::swap(partner_[static_cast<std::size_t>(3 * triangle)], partner_[static_cast<std::size_t>(3 * triangle + 2)]);
     for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
       const int other = partner_[static_cast<std::size_t>(half)];
-      if (other == kNone) continue;
+      if (other == kNoTriangle) continue;
       partner_[static_cast<std::size_t>(other)] = half;
     }
   }
 
   TriangleMesh& mesh_;
-  std::vector<int> partner_;  // of each half-edge; kNone: a border
+  std::vector<int> partner_;  // of each half-edge; kNoTriangle: a border
   std::vector<Turning> turning_;
   std::vector<int> unpaired_;  // triangles at edges that do not pair up
 };
@@ -237,7 +239,7 @@ std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& note
     notes.push_back(counted(turned, "triangle turned to run as its neighbours do",
                             "triangles turned to run as their neighbours do"));
   }
-  std::vector<int> border_from(mesh.vertices.size(), kNone);
+  std::vector<int> border_from(mesh.vertices.size(), kNoTriangle);
   for (MeshPart& part : parts) connector.find_borders(part, border_from);
   connector.mark_unpaired(parts);
   return parts;

@@ -10,7 +10,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint32_t kKind = 0x46525354;  // "TSRF"
+constexpr std::uint32_t kSurfaceMagic = 0x46525354;  // "TSRF"
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
 
@@ -51,7 +51,7 @@ std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh) {
   if (const std::string problem = problem_of(mesh); !problem.empty()) {
     throw std::invalid_argument("a surface cannot be made an asset: " + problem);
   }
-  std::vector<std::uint8_t> octets = begin_asset(kKind, kSurfaceAssetVersion);
+  std::vector<std::uint8_t> octets = begin_asset(kSurfaceMagic, kSurfaceAssetVersion);
   octets.reserve(24 + mesh.vertices.size() * kVertexBytes + mesh.triangles.size() * kTriangleBytes);
   ByteWriter writer(octets);
   writer.u32(static_cast<std::uint32_t>(mesh.vertices.size()));
@@ -67,7 +67,7 @@ std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh) {
 }
 
 std::optional<TriangleMesh> surface_from(std::span<const std::byte> bytes) {
-  auto content = asset_content(octets_of(bytes), kKind, kSurfaceAssetVersion);
+  auto content = asset_content(octets_of(bytes), kSurfaceMagic, kSurfaceAssetVersion);
   if (!content) return std::nullopt;
   ByteReader reader(*content);
   const std::size_t vertices = reader.u32(), triangles = reader.u32();

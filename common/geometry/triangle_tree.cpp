@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kLeafBit = 1U << 31U;
 constexpr std::uint32_t kCountShift = 28;  ///< three bits of slots − 1, above 28 bits of first slot
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
-constexpr std::uint32_t kLeafTriangles = 4;
+constexpr std::uint32_t kMaxLeafTriangles = 4;
 constexpr int kBins = 16;
 /// Deeper, triangles are halved by count: with 28 bits of slots, a tree has less than 48 + 28 levels.
 constexpr int kBinnedLevels = 48;
@@ -177,7 +177,7 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    if (end - begin <= kLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
+    if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
     const auto index = static_cast<std::uint32_t>(nodes.size());
     nodes.emplace_back();

@@ -6,7 +6,7 @@
 namespace tandem::net {
 namespace {
 
-constexpr Duration kSettling{std::chrono::milliseconds(500)};
+constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
 /// A gap counts with at most this length, so that a long silence does not fill the window.
 constexpr Duration kMaxGap{std::chrono::milliseconds(100)};
@@ -76,7 +76,7 @@ Duration PlayoutDelay::target() const noexcept {
 Duration PlayoutDelay::play_at(Duration now) noexcept {
   const Duration wanted = target();
   const Duration off = wanted > offset_ ? wanted - offset_ : offset_ - wanted;
-  if (!has_played_ || now - started_ < kSettling || off > kClockJump) {
+  if (!has_played_ || now - started_ < kPlayoutSettling || off > kClockJump) {
     offset_ = wanted;
   } else {
     const auto most = std::chrono::duration_cast<Duration>((now - played_at_) * settings_.slew);

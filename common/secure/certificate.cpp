@@ -1,7 +1,6 @@
 #include "common/secure/certificate.hpp"
 
 #include <openssl/pem.h>
-#include <openssl/x509v3.h>
 
 #include <algorithm>
 #include <cctype>
@@ -58,12 +57,6 @@ std::string pem_of(X509* certificate) {
   const BioPointer bio(BIO_new(BIO_s_mem()));
   require(PEM_write_bio_X509(bio.get(), certificate) == 1);
   return text_in(bio.get());
-}
-
-bool is_address(const std::string& name) {
-  ASN1_OCTET_STRING* const address = a2i_IPADDRESS(name.c_str());
-  ASN1_OCTET_STRING_free(address);
-  return address != nullptr;
 }
 
 /// What goes into a list of OpenSSL's configuration language must not hold its separators.

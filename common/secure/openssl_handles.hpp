@@ -5,6 +5,7 @@
 #include <openssl/evp.h>
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
+#include <openssl/x509v3.h>
 
 #include <memory>
 #include <string>
@@ -35,6 +36,13 @@ inline const unsigned char* octets(const std::byte* bytes) {
 }
 inline unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
+}
+
+/// Whether it is an IP address, as a certificate names it.
+inline bool is_address(const std::string& name) {
+  ASN1_OCTET_STRING* const address = a2i_IPADDRESS(name.c_str());
+  ASN1_OCTET_STRING_free(address);
+  return address != nullptr;
 }
 
 }  // namespace tandem::secure

@@ -2,7 +2,6 @@
 
 #include <openssl/err.h>
 #include <openssl/pem.h>
-#include <openssl/x509v3.h>
 
 #include <algorithm>
 #include <array>
@@ -90,12 +89,6 @@ int check_pin(X509_STORE_CTX* store, void* trust) {
   if (is_digested && is_equal(id, *static_cast<const Trust*>(trust)->pin)) return 1;
   X509_STORE_CTX_set_error(store, X509_V_ERR_CERT_UNTRUSTED);
   return 0;
-}
-
-bool is_address(const std::string& host) {
-  ASN1_OCTET_STRING* const address = a2i_IPADDRESS(host.c_str());
-  ASN1_OCTET_STRING_free(address);
-  return address != nullptr;
 }
 
 void use_certificates(SSL_CTX* context, const std::string& pem) {

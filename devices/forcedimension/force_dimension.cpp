@@ -8,17 +8,19 @@
 namespace tandem::devices {
 namespace {
 
-constexpr std::string_view kAbsent = "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
-constexpr std::string_view kLost = "its maker's SDK cannot reach it any more; look at its cable and its power supply";
+constexpr std::string_view kNotFound =
+    "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
+constexpr std::string_view kUnreachable =
+    "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
 /// Of 125 µs, as many as there can be: without a new force for 32 ms the device lets go by itself, says its maker.
 constexpr unsigned char kWatchdogUnits = 255;
 
 // The SDK's axes in D, and the other way.
-Vec3 in_D(const Vec3& v) {
+Vec3 in_D_from_dhd(const Vec3& v) {
   return {v.y(), -v.x(), v.z()};
 }
-Vec3 from_D(const Vec3& v) {
+Vec3 dhd_from_D(const Vec3& v) {
   return {-v.y(), v.x(), v.z()};
 }
 
@@ -68,7 +70,7 @@ bool ForceDimensionDriver::open(LocalTime now) {
   if (!absence_.is_time_to_look(now)) return false;
   id_ = dhd_.open();
   if (id_ < 0) {
-    absence_.go_on(kAbsent);
+    absence_.go_on(kNotFound);
     return false;
   }
   absence_.end();
@@ -79,7 +81,7 @@ bool ForceDimensionDriver::open(LocalTime now) {
 }
 
 bool ForceDimensionDriver::show(const Wrench& wrench_on_hand_D) {
-  const Vec3 f = from_D(wrench_on_hand_D.f), t = from_D(wrench_on_hand_D.t);
+  const Vec3 f = dhd_from_D(wrench_on_hand_D.f), t = dhd_from_D(wrench_on_hand_D.t);
   return dhd_.set_force(f.x(), f.y(), f.z(), t.x(), t.y(), t.z(), static_cast<char>(id_)) >= 0;
 }
 
@@ -90,14 +92,14 @@ DeviceSample ForceDimensionDriver::step(LocalTime now, const Wrench& wrench_on_h
   const auto id = static_cast<char>(id_);
   if (dhd_.get_pose(&p.x(), &p.y(), &p.z(), rows, id) < 0 || !show(wrench_on_hand_D)) {
     close();
-    absence_.begin(now, kLost);
+    absence_.begin(now, kUnreachable);
     return absence_.sample(now);
   }
   DeviceSample sample;
   sample.taken = now;
   sample.state = DeviceState::kReady;
   sample.is_valid = true;
-  sample.X_DH = {in_D(p), orientation_D(rows)};
+  sample.X_DH = {in_D_from_dhd(p), orientation_D(rows)};
   sample.V_DH = velocity_.add(now, sample.X_DH);
   if (dhd_.get_button(0, id) > 0) sample.buttons |= kButtonGrab;
   if (dhd_.get_button(1, id) > 0) sample.buttons |= kButtonClutch;

@@ -19,17 +19,18 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 
 constexpr Duration kWait = std::chrono::milliseconds(10);
-constexpr Duration kSilence = std::chrono::seconds(2);
+constexpr Duration kServiceSilence = std::chrono::seconds(2);
 constexpr std::size_t kMaxMessage = std::size_t{1} << 20U;
 
 constexpr std::string_view kNoService =
     "its service does not listen; start it (systemctl start haply-inverse-service), or name another by --service";
 constexpr std::string_view kNoWebSocket = "what listens there is not the Inverse3's service; check --service";
 constexpr std::string_view kClosed = "its service has ended the connection; start it again";
-constexpr std::string_view kSilent = "its service says nothing; look whether it runs, and plug the device in again";
+constexpr std::string_view kServiceSilent =
+    "its service says nothing; look whether it runs, and plug the device in again";
 constexpr std::string_view kNoDevice =
     "its service knows of no Inverse3, or says what cannot be read; plug the device in";
-constexpr std::string_view kNoWatchdog =
+constexpr std::string_view kWatchdogMissing =
     "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
 
 /// A whole message from a client: final, text, of 126 to 65535 bytes, masked by zero, which leaves it as it is.
@@ -86,13 +87,13 @@ Inverse3Driver::~Inverse3Driver() {
 DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
   now_ = now;
   if (!link_) connect(now);
-  if (link_ && state_ && !is_watched_over()) fail(kNoWatchdog);
+  if (link_ && state_ && !is_watched_over()) fail(kWatchdogMissing);
   // One command a state; but zero waits for none.
   const bool must_let_go = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   if (link_ && (is_new_ || must_let_go) && !link_->is_sending) send(wrench_on_hand_D);
   work();
   if (is_taken_) heard_ = now;
-  if (link_ && now - heard_ > kSilence) fail(state_ ? kSilent : kNoDevice);
+  if (link_ && now - heard_ > kServiceSilence) fail(state_ ? kServiceSilent : kNoDevice);
   return sample(now);
 }
 

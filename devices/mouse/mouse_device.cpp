@@ -9,7 +9,7 @@ namespace tandem::devices {
 namespace {
 
 /// A reader that comes back later than this finds the hand where it was then; bounds the work of one read().
-constexpr Duration kMaxAdvance = std::chrono::milliseconds(100);
+constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 bool is_usable(const PointerTarget& target) {
   return is_finite(target.X_DH) && std::abs(target.X_DH.q.norm() - 1) < 1e-3;
@@ -41,7 +41,7 @@ DeviceSample MouseDevice::read(LocalTime now) noexcept {
     target_.X_DH.p = clamped_to_length(target_.X_DH.p, kReach_m);
     target_.X_DH.q.normalize();
   }
-  const Duration span = std::clamp(now - last_read_, Duration{0}, kMaxAdvance);
+  const Duration span = std::clamp(now - last_read_, Duration{0}, kMaxFrame);
   const auto steps = static_cast<int>(std::ceil(to_seconds(span) / HandDynamics::kMaxStep_s - 1e-9));
   for (int i = 0; i < steps; ++i) advance(to_seconds(span) / steps);
   last_read_ = std::max(last_read_, now);

@@ -14,14 +14,15 @@ constexpr unsigned short kUsualPriority = 0x7fff;
 constexpr unsigned kCallbackDone = 0;
 constexpr double kMetre_mm = 1000;
 
-constexpr std::string_view kAbsent =
+constexpr std::string_view kSdkAbsent =
     "its maker's SDK finds no device; plug it in, and set it up by its maker's program";
-constexpr std::string_view kLost = "its maker's SDK cannot reach it any more; look at its cable and its power supply";
+constexpr std::string_view kSdkLost =
+    "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
-Vec3 in_D(const Vec3& v) {
+Vec3 in_D_from_sdk(const Vec3& v) {
   return {v.x(), -v.z(), v.y()};
 }
-Vec3 from_D(const Vec3& v) {
+Vec3 sdk_from_D(const Vec3& v) {
   return {v.x(), v.z(), -v.y()};
 }
 
@@ -67,7 +68,7 @@ bool OpenHapticsDriver::open(LocalTime now) {
   if (!absence_.is_time_to_look(now)) return false;
   const unsigned device = hd_.init_device(nullptr);
   if (hd_.get_error().code != 0 || device == kInvalidDevice) {
-    absence_.go_on(kAbsent);
+    absence_.go_on(kSdkAbsent);
     return false;
   }
   frame_ = {};
@@ -103,7 +104,7 @@ unsigned OpenHapticsDriver::exchange(void* data) {
 }
 
 bool OpenHapticsDriver::run(const Vec3& force_on_hand_D) {
-  const Vec3 force = from_D(force_on_hand_D);
+  const Vec3 force = sdk_from_D(force_on_hand_D);
   for (int i = 0; i < 3; ++i) frame_.force_n[i] = force[i];
   frame_.is_good = false;
   hd_.schedule(&OpenHapticsDriver::exchange, &frame_, kUsualPriority);
@@ -114,7 +115,7 @@ DeviceSample OpenHapticsDriver::step(LocalTime now, const Wrench& wrench_on_hand
   if (!open(now)) return absence_.sample(now);
   if (!run(wrench_on_hand_D.f)) {
     close();
-    absence_.begin(now, kLost);
+    absence_.begin(now, kSdkLost);
     return absence_.sample(now);
   }
   DeviceSample sample;
@@ -123,8 +124,8 @@ DeviceSample OpenHapticsDriver::step(LocalTime now, const Wrench& wrench_on_hand
   sample.is_valid = true;
   const double* const at = frame_.transform + 12;
   const double* const v = frame_.velocity_mm_per_s;
-  sample.X_DH = {in_D(Vec3(at[0], at[1], at[2])) / kMetre_mm, orientation_D(frame_.transform)};
-  sample.V_DH.v = in_D(Vec3(v[0], v[1], v[2])) / kMetre_mm;
+  sample.X_DH = {in_D_from_sdk(Vec3(at[0], at[1], at[2])) / kMetre_mm, orientation_D(frame_.transform)};
+  sample.V_DH.v = in_D_from_sdk(Vec3(v[0], v[1], v[2])) / kMetre_mm;
   if ((frame_.buttons & 1) != 0) sample.buttons |= kButtonGrab;
   if ((frame_.buttons & 2) != 0) sample.buttons |= kButtonClutch;
   return sample;

@@ -18,21 +18,21 @@ namespace {
 constexpr std::array<unsigned short, 2> kVendors{0x256f, 0x046d};
 constexpr unsigned short kGenericDesktop = 1, kMultiAxisController = 8;
 
-constexpr std::string_view kAbsent = "no SpaceMouse is plugged in; plug one in, or use --device sim";
-constexpr std::string_view kNoRights =
+constexpr std::string_view kNoMouse = "no SpaceMouse is plugged in; plug one in, or use --device sim";
+constexpr std::string_view kNoMouseRights =
     "a SpaceMouse is plugged in, but you may not open it; install deploy/udev/70-tandem.rules into /etc/udev/rules.d "
     "and "
     "plug it in again";
-constexpr std::string_view kBusy =
+constexpr std::string_view kMouseBusy =
     "a SpaceMouse is plugged in, but does not open; end what else uses it, or plug it in again";
 
-struct HidNode {
+struct OpenHidNode {
   std::string path;
   std::string title;
 };
 
-std::vector<HidNode> nodes_of(unsigned short vendor) {
-  std::vector<HidNode> nodes;
+std::vector<OpenHidNode> nodes_of(unsigned short vendor) {
+  std::vector<OpenHidNode> nodes;
   hid_device_info* const all = hid_enumerate(vendor, 0);
   for (const hid_device_info* one = all; one != nullptr; one = one->next) {
     if (one->usage_page != kGenericDesktop || one->usage != kMultiAxisController) continue;
@@ -44,15 +44,15 @@ std::vector<HidNode> nodes_of(unsigned short vendor) {
   return nodes;
 }
 
-std::vector<HidNode> space_mouse_nodes() {
-  std::vector<HidNode> nodes;
+std::vector<OpenHidNode> space_mouse_nodes() {
+  std::vector<OpenHidNode> nodes;
   for (const unsigned short vendor : kVendors) {
-    for (HidNode& node : nodes_of(vendor)) nodes.push_back(std::move(node));
+    for (OpenHidNode& node : nodes_of(vendor)) nodes.push_back(std::move(node));
   }
   return nodes;
 }
 
-bool may_open(const HidNode& node) {
+bool may_open(const OpenHidNode& node) {
   return access(node.path.c_str(), R_OK | W_OK) == 0;
 }
 
@@ -78,19 +78,19 @@ class HidApiPort final : public HidPort {
 }  // namespace
 
 std::unique_ptr<HidPort> open_space_mouse_port(std::string_view& reason) {
-  const std::vector<HidNode> nodes = space_mouse_nodes();
-  reason = nodes.empty() ? kAbsent : kBusy;
-  for (const HidNode& node : nodes) {
+  const std::vector<OpenHidNode> nodes = space_mouse_nodes();
+  reason = nodes.empty() ? kNoMouse : kMouseBusy;
+  for (const OpenHidNode& node : nodes) {
     if (hid_device* const device = hid_open_path(node.path.c_str())) return std::make_unique<HidApiPort>(device);
-    if (!may_open(node)) reason = kNoRights;
+    if (!may_open(node)) reason = kNoMouseRights;
   }
   return nullptr;
 }
 
 std::vector<FoundDevice> find_space_mice() {
   std::vector<FoundDevice> found;
-  for (const HidNode& node : space_mouse_nodes()) {
-    found.push_back({node.title, may_open(node) ? std::string() : std::string(kNoRights)});
+  for (const OpenHidNode& node : space_mouse_nodes()) {
+    found.push_back({node.title, may_open(node) ? std::string() : std::string(kNoMouseRights)});
   }
   return found;
 }

@@ -13,13 +13,13 @@ namespace {
 constexpr Duration kStep = std::chrono::milliseconds(1);
 constexpr Duration kReleased = std::chrono::milliseconds(150);
 constexpr int kMaxReportsAStep = 16;
-constexpr double kMaxStep_s = 0.02;
+constexpr double kMaxMouseStep_s = 0.02;
 constexpr double kFilter_rad_per_s = 60;
 constexpr double kFullRate_m_per_s = 0.15, kFullRate_rad_per_s = 1.0;
 constexpr double kFullPose_m = 0.04, kFullPose_rad = 0.5;
 constexpr double kRoom_m = 0.2;
 constexpr std::uint8_t kLightReport = 4;
-constexpr std::string_view kUnplugged = "it was unplugged; plug it in again";
+constexpr std::string_view kMouseUnplugged = "it was unplugged; plug it in again";
 
 DeviceSpec space_mouse_spec() {
   DeviceSpec spec;
@@ -46,7 +46,7 @@ DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_han
   absence_.end();
   if (!take_report(now)) {
     port_.reset();
-    absence_.begin(now, kUnplugged);
+    absence_.begin(now, kMouseUnplugged);
     return absent(now);
   }
   if (now - reported_ > kReleased) reports_.rest();
@@ -97,7 +97,7 @@ bool SpaceMouseDriver::take_report(LocalTime now) {
 }
 
 void SpaceMouseDriver::move(LocalTime now) {
-  const double dt_s = has_moved_ ? std::min(to_seconds(now - moved_), kMaxStep_s) : 0;
+  const double dt_s = has_moved_ ? std::min(to_seconds(now - moved_), kMaxMouseStep_s) : 0;
   has_moved_ = true;
   moved_ = now;
   if (dt_s <= 0) return;

@@ -16,7 +16,7 @@
 namespace tandem::lab {
 namespace {
 
-struct Options {
+struct CalibrateOptions {
   std::string device;
   std::string out;
   std::vector<double> masses_kg;
@@ -24,7 +24,7 @@ struct Options {
   bool wants_json = false;
 };
 
-int run(const Options& options) {
+int run_calibrate(const CalibrateOptions& options) {
   const devices::DeviceProfile profile = devices::find_device_profile(options.device);
   check_folder_can_be_made(options.out);
   CalibrationSettings settings;
@@ -45,7 +45,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CalibrateOptions>();
   CLI::App* command = app.add_subcommand(
       "calibrate", "Finds stiffness by mass and damping by stiffness for a device, on simulated hands");
   command->add_option("--profile,--device", options->device, "profile of devices/README.md, or FILE.json")
@@ -61,7 +61,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Takes up to 15 s on one core; Ctrl-C leaves nothing.\n"
       "Exit code: 0 done, 1 the fitted pairs break the rules or are far from the best ones, 2 bad input or set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_calibrate(*options); });
 }
 
 }  // namespace tandem::lab

@@ -33,7 +33,7 @@ constexpr double kMinInertia = 1e-12;
 constexpr double kMaxMass = 1e4;
 constexpr double kMaxDamping = 1e4;
 
-struct Options {
+struct CheckOptions {
   std::string law{haptics::kDefaultCouplingLaw};
   haptics::CouplingParameters coupling;
   double tool_mass_kg = 0.1;
@@ -51,7 +51,7 @@ struct Options {
   std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< when the fit is of rotation too
 };
 
-struct Check {
+struct CheckRun {
   haptics::CouplingParameters coupling;  ///< as it was checked
   std::string fit_source;                ///< where the adaptive law's pairs are from; empty for the other laws
   std::vector<haptics::CheckedLoop> loops;
@@ -59,7 +59,7 @@ struct Check {
   bool is_refused = false;
 };
 
-haptics::LoopDevice device_of(const Options& options, devices::DeviceProfile profile) {
+haptics::LoopDevice device_of(const CheckOptions& options, devices::DeviceProfile profile) {
   profile.rate_hz = options.rate_hz.value_or(profile.rate_hz);
   haptics::LoopDevice device = devices::loop_device(profile);
   device.mass_kg = options.device_mass_kg.value_or(device.mass_kg);
@@ -85,7 +85,7 @@ void refuse_given(const std::vector<const CLI::Option*>& options) {
 }
 
 /// The adaptive law has its pairs from a table, by the tool's mass.
-void adapt(Check& check, const Options& options, const devices::DeviceProfile& profile) {
+void adapt(CheckRun& check, const CheckOptions& options, const devices::DeviceProfile& profile) {
   const haptics::AdaptiveFit fit = profile.adaptive.value_or(haptics::thesis_adaptive_fit());
   refuse_given(options.chosen_by_fit);
   if (fit.inertia_high_kg_m2 > 0) refuse_given(options.turning_chosen_by_fit);
@@ -93,14 +93,14 @@ void adapt(Check& check, const Options& options, const devices::DeviceProfile& p
   check.fit_source = profile.adaptive ? profile.adaptive_source : "Hou, PhD thesis, NTU, 2014: the profile has no fit";
 }
 
-Check check_of(const Options& options) {
+CheckRun check_of(const CheckOptions& options) {
   const haptics::CouplingLawInfo* law = haptics::find_coupling_law(options.law);
   if (law == nullptr) {
     throw std::invalid_argument("--law: \"" + options.law +
                                 "\" is not known; use one of: " + haptics::listed_coupling_law_names());
   }
   const devices::DeviceProfile profile = devices::find_device_profile(options.device);
-  Check check;
+  CheckRun check;
   check.coupling = options.coupling;
   if (law->name == kAdaptiveLaw) adapt(check, options, profile);
   const devices::LoopCoupling loop =
@@ -123,7 +123,7 @@ json::value finite_or_null(double value) {
   return std::isfinite(value) ? json::value(value) : json::value();
 }
 
-json::object to_json(const Options& options, const Check& check) {
+json::object to_json(const CheckOptions& options, const CheckRun& check) {
   json::array loops, findings;
   for (const haptics::CheckedLoop& loop : check.loops) {
     loops.emplace_back(json::object{{"motion", loop.is_rotation ? "rotation" : "translation"},
@@ -154,14 +154,14 @@ json::object to_json(const Options& options, const Check& check) {
           {"findings", std::move(findings)}};
 }
 
-void print_adapted(const Check& check, const Options& options) {
+void print_adapted(const CheckRun& check, const CheckOptions& options) {
   const haptics::CouplingParameters& c = check.coupling;
   std::printf("%g kg: %.6g N/m, %.6g N·s/m; %g kg·m²: %.6g N·m/rad, %.6g N·m·s/rad (%s)\n", options.tool_mass_kg,
               c.stiffness_n_per_m, c.damping_n_s_per_m, options.tool_inertia_kg_m2, c.stiffness_n_m_per_rad,
               c.damping_n_m_s_per_rad, check.fit_source.c_str());
 }
 
-void print(const Check& check, const Options& options) {
+void print(const CheckRun& check, const CheckOptions& options) {
   if (!check.fit_source.empty()) print_adapted(check, options);
   std::printf("%-12s %-12s %-12s %15s\n", "motion", "hand", "tool", "spectral radius");
   for (const haptics::CheckedLoop& loop : check.loops) {
@@ -192,13 +192,13 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
 }
 
 /// In the range that a scene may give it.
-CLI::Option* add_coefficient(CLI::App& command, const std::string& name, Options& options,
+CLI::Option* add_coefficient(CLI::App& command, const std::string& name, CheckOptions& options,
                              double haptics::CouplingParameters::*value, const std::string& help) {
   const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);
   return add_number(command, name, options.coupling.*value, field->low, field->high, help)->capture_default_str();
 }
 
-void add_pair_options(CLI::App& command, Options& options) {
+void add_pair_options(CLI::App& command, CheckOptions& options) {
   using C = haptics::CouplingParameters;
   for (CLI::Option* const option :
        {add_coefficient(command, "--stiffness", options, &C::stiffness_n_per_m, "of the coupling, N/m"),
@@ -212,7 +212,7 @@ void add_pair_options(CLI::App& command, Options& options) {
   }
 }
 
-void add_device_options(CLI::App& command, Options& options) {
+void add_device_options(CLI::App& command, CheckOptions& options) {
   command.add_option("--profile,--device", options.device, "device profile, by name or a .json file")
       ->capture_default_str();
   add_number(command, "--device-mass", options.device_mass_kg, 0, kMaxMass, "kg; instead of the profile's");
@@ -224,7 +224,7 @@ void add_device_options(CLI::App& command, Options& options) {
   add_number(command, "--rate", options.rate_hz, 1, 1e6, "Hz; alike");
 }
 
-void add_options(CLI::App& command, Options& options) {
+void add_options(CLI::App& command, CheckOptions& options) {
   command.add_option("--law", options.law, "coupling law: " + haptics::listed_coupling_law_names())
       ->capture_default_str();
   add_pair_options(command, options);
@@ -245,12 +245,12 @@ void add_options(CLI::App& command, Options& options) {
 }  // namespace
 
 void add_check_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand("check", "Whether a coupling is stable and passive on a device");
   add_options(*command, *options);
   command->footer("Exit code: 0 stable, 1 refused: unstable in some hand, 2 bad input.");
   command->callback([options, &exit_code] {
-    const Check check = check_of(*options);
+    const CheckRun check = check_of(*options);
     if (options->wants_json) {
       std::cout << pretty_json(to_json(*options, check));
     } else {

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 /// A residue is told of from here on, in either term: less is the sum of what far residues do.
 constexpr double kMinResidueEnergyKjPerMol = 0.01;
 
-struct Options {
+struct EnergyOptions {
   DockingOptions pair;
   std::vector<double> move_angstrom;
   std::string save;
@@ -68,7 +68,7 @@ std::vector<ResidueEnergy> residues_of(const docking::Molecule& molecule,
   return residues;
 }
 
-Energies energies_of(const DockingPair& pair, const Options& options) {
+Energies energies_of(const DockingPair& pair, const EnergyOptions& options) {
   Energies found;
   if (!options.move_angstrom.empty()) found.X_AB.p = Vec3(options.move_angstrom.data());
   std::vector<Eigen::Vector2d> of_receptor, of_ligand;
@@ -128,7 +128,7 @@ json::object report_json(const docking::Molecule& molecule, const server::Struct
   return {{"guessed", std::move(guessed)}, {"missing", strings(report.missing)}, {"dropped", strings(report.dropped)}};
 }
 
-json::object energy_json(const DockingPair& pair, const Energies& found, const Options& options) {
+json::object energy_json(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
   const docking::FieldResult& result = found.result;
   json::object object{{"atoms_receptor", pair.receptor.size()},
                       {"atoms_ligand", pair.ligand.size()},
@@ -193,7 +193,7 @@ void print_residues(const char* which, const docking::Molecule& molecule, const 
               others.sum());
 }
 
-void print(const DockingPair& pair, const Energies& found, const Options& options) {
+void print(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
   print_molecule("receptor", pair.receptor, pair.receptor_report, options.wants_report);
   print_molecule("ligand", pair.ligand, pair.ligand_report, options.wants_report);
   const docking::FieldResult& result = found.result;
@@ -219,7 +219,7 @@ std::string file_remark(const char* which, const std::string& text) {
 }
 
 /// Before the work: a name that cannot be written to, or a structure that would be lost.
-void check_save(const Options& options) {
+void check_save(const EnergyOptions& options) {
   if (options.save.empty()) return;
   server::check_complex_name(options.save);
   for (const std::string& text : {options.pair.receptor, options.pair.ligand}) {
@@ -229,14 +229,14 @@ void check_save(const Options& options) {
   }
 }
 
-void save(const DockingPair& pair, const Energies& found, const Options& options) {
+void save(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
   std::vector<std::string> remarks = server::energy_remarks(found.result, pair.model);
   remarks.insert(remarks.begin(),
                  {file_remark("receptor", options.pair.receptor), file_remark("ligand", options.pair.ligand)});
   server::save_complex(options.save, pair.receptor, pair.ligand, found.X_AB, remarks);
 }
 
-void run(const Options& options) {
+void run_energy(const EnergyOptions& options) {
   check_save(options);
   DockingPair pair = load_docking_pair(options.pair);
   if (pair.model.has_far_grid) pair.model.cutoff_angstrom = 0;  // nothing needs to be left to a grid here
@@ -253,7 +253,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_energy_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EnergyOptions>();
   CLI::App* const command = app.add_subcommand("energy", "Energy, force and torque between two molecular structures");
   add_docking_options(*command, options->pair);
   command->get_option("--cutoff")
@@ -270,7 +270,7 @@ void add_energy_command(CLI::App& app, int& exit_code) {
   command->add_flag("--report", options->wants_report, "name each atom that is guessed, missing or left out");
   atoms->needs(command->add_flag("--json", options->wants_json, "print JSON"));
   command->callback([options, &exit_code] {
-    run(*options);
+    run_energy(*options);
     exit_code = 0;
   });
 }

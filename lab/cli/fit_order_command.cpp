@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::array kFits{haptics::ArFit::kYuleWalker, haptics::ArFit::kLeastSquares, haptics::ArFit::kBurg};
 
-struct Options {
+struct FitOrderOptions {
   std::string file;
   double rate_hz = 200;
   std::string time_unit = "s";
@@ -43,7 +43,7 @@ haptics::ArFit fit_named(const std::string& name) {
   throw std::invalid_argument("--fit " + name + " is not known");  // the option's check lists them
 }
 
-std::vector<SeriesOrders> orders_of(const Options& options) {
+std::vector<SeriesOrders> orders_of(const FitOrderOptions& options) {
   std::vector<SeriesOrders> result;
   const CsvTable series =
       load_series(options.file, options.rate_hz, options.time_unit == "ms" ? 1e-3 : 1.0, options.columns);
@@ -57,7 +57,7 @@ std::vector<SeriesOrders> orders_of(const Options& options) {
   return result;
 }
 
-boost::json::object to_json(const Options& options, const std::vector<SeriesOrders>& all) {
+boost::json::object to_json(const FitOrderOptions& options, const std::vector<SeriesOrders>& all) {
   boost::json::array series;
   for (const SeriesOrders& one : all) {
     boost::json::array orders;
@@ -95,7 +95,7 @@ void print(const std::vector<SeriesOrders>& all) {
 }  // namespace
 
 void add_fit_order_command(CLI::App& app, int&) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<FitOrderOptions>();
   CLI::App* command = app.add_subcommand("fit-order", "Akaike's final prediction error of a force series, by AR order");
   command->add_option("series", options->file, "a .csv file with t_s and force columns, or a .traj file")->required();
   command->add_option("--most", options->most_order, "highest order")->capture_default_str()->check(CLI::Range(1, 32));

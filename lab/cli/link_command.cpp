@@ -24,7 +24,7 @@ namespace {
 
 constexpr Duration kStep = std::chrono::microseconds(500);
 
-struct Options {
+struct LinkOptions {
   LinkProxySettings proxy;
   std::vector<std::string> listen{proxy.listen};
   std::string delay = "0ms";
@@ -77,7 +77,7 @@ void listen_to_stdin(std::string& begun, bool& has_ended, const Proxies& proxies
   }
 }
 
-Proxies open_links(const Options& options) {
+Proxies open_links(const LinkOptions& options) {
   if (options.listen.size() > 1 && !options.proxy.capture.empty()) {
     throw std::invalid_argument("--capture is of one link; give only one --listen");
   }
@@ -92,7 +92,7 @@ Proxies open_links(const Options& options) {
   return proxies;
 }
 
-int run(Options options) {
+int run_link(LinkOptions options) {
   std::signal(SIGPIPE, SIG_IGN);
   options.proxy.link.delay = parse_duration(options.delay, "ms");
   options.proxy.link.jitter = parse_duration(options.jitter, "ms");
@@ -120,7 +120,7 @@ int run(Options options) {
 }  // namespace
 
 void add_link_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LinkOptions>();
   CLI::App* command = app.add_subcommand(
       "link",
       "A simulated link between real programs; cut and restore on stdin let nothing through and mend it, move changes "
@@ -142,7 +142,7 @@ void add_link_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--capture", options->proxy.capture, "write all bytes that go through to this file");
   command->add_option("--duration", options->duration, "end after this long, with unit [default: never]");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_link(*options); });
 }
 
 }  // namespace tandem::lab

@@ -68,7 +68,7 @@ struct LiveResult {
   LiveTiming timing;
 };
 
-struct Options {
+struct LiveOptions {
   std::string experiment;
   std::string out;
   std::vector<std::string> settings;
@@ -79,7 +79,7 @@ struct Options {
   bool wants_json = false;
 };
 
-std::vector<Trial> trials_of(const Options& options) {
+std::vector<Trial> trials_of_live(const LiveOptions& options) {
   GridRequest request;
   request.is_single = options.is_single;
   request.seeds = options.seeds;
@@ -259,8 +259,8 @@ void print_size(const std::vector<Trial>& trials) {
             << " s, and some seconds each for the same in virtual time\n";
 }
 
-int run(const Options& options) {
-  const std::vector<Trial> trials = trials_of(options);
+int run_live(const LiveOptions& options) {
+  const std::vector<Trial> trials = trials_of_live(options);
   if (trials.empty()) throw std::invalid_argument("there is nothing to run; the grid has no trial");
   print_size(trials);
   const std::filesystem::path folder = made_folder(options.out);
@@ -288,7 +288,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_live_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LiveOptions>();
   CLI::App* command =
       app.add_subcommand("live", "Runs trials in real time over sockets, and holds them against virtual time");
   command
@@ -315,7 +315,7 @@ void add_live_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Exit code: 0 all agree, 1 a trial does not agree, has nothing to compare, or lost a user, 2 bad input or "
       "set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_live(*options); });
 }
 
 }  // namespace tandem::lab

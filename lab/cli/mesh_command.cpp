@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr int kPicturePixels = 640;
 const std::set<std::string> kFormats{"3ds", "dae", "glb", "gltf", "obj", "off", "ply", "stl"};
 
-struct Options {
+struct MeshOptions {
   std::vector<std::string> files;
   std::vector<std::string> folders;
   std::string picture;
@@ -80,7 +80,7 @@ struct Tally {
   std::map<std::string, std::vector<std::string>> refused;
 };
 
-Tally tally_of(const std::vector<std::string>& folders, const Options& options) {
+Tally tally_of(const std::vector<std::string>& folders, const MeshOptions& options) {
   Tally tally;
   std::vector<fs::path> files;
   for (const std::string& folder : folders) {
@@ -116,7 +116,7 @@ void print(const Tally& tally) {
   }
 }
 
-void run(const Options& options) {
+void run_mesh(const MeshOptions& options) {
   if (!options.folders.empty()) print(tally_of(options.folders, options));
   json::array all;
   for (const std::string& file : options.files) {
@@ -135,7 +135,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_mesh_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MeshOptions>();
   CLI::App* const command = app.add_subcommand("mesh", "says what mesh files are taken for: solids and sheets");
   command->add_option("FILE", options->files, "mesh files: .obj, .stl, .ply, .off, .gltf, .glb, .3ds, .dae");
   command->add_option("--all", options->folders, "load every mesh file in these folders, and print a table by format");
@@ -148,7 +148,7 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", options->wants_json, "print JSON");
   command->callback([options, &exit_code] {
-    run(*options);
+    run_mesh(*options);
     exit_code = 0;
   });
 }

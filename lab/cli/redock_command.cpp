@@ -25,7 +25,7 @@ namespace {
 
 namespace json = boost::json;
 
-struct Options {
+struct RedockOptions {
   DockingOptions pair;
   std::size_t seeds = 20;
   std::uint64_t seed = 1;
@@ -37,7 +37,7 @@ struct Options {
   bool wants_json = false;
 };
 
-wire::Scene scene_of(const Options& options) {
+wire::Scene scene_of(const RedockOptions& options) {
   wire::MolecularField field;
   field.set_force_field_directory(options.pair.force_field_directory);
   field.set_dielectric(options.pair.dielectric);
@@ -109,7 +109,7 @@ void print_remark(const json::object& redocked) {
             << format_fixed(greatest, 2) << " Å off the minimum\n";
 }
 
-int run(Options options) {
+int run_redock(RedockOptions options) {
   if (!options.kernel.empty()) docking::MolecularField::use_by_default(options.kernel);
   if (options.threads == 0) options.threads = std::max(1U, std::thread::hardware_concurrency());
   const std::filesystem::path folder = options.out.empty() ? std::filesystem::path() : made_folder(options.out);
@@ -133,7 +133,7 @@ int run(Options options) {
 }  // namespace
 
 void add_redock_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RedockOptions>();
   options->pair.cutoff = "auto";
   CLI::App* const command = app.add_subcommand("redock", "Two simulated hands put a complex together again");
   add_docking_options(*command, options->pair);
@@ -153,7 +153,7 @@ void add_redock_command(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "folder for redock.json");
   command->add_flag("--json", options->wants_json, "print redock.json instead of a table");
   command->footer("Exit code: 0 all claims hold, 1 one does not, or the pair is locked, 2 bad input or set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_redock(*options); });
 }
 
 }  // namespace tandem::lab

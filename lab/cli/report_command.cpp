@@ -18,7 +18,7 @@
 namespace tandem::lab {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::vector<std::string> sessions;  ///< NAME=DIR
   std::string out;
   bool wants_json = false;
@@ -52,7 +52,7 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   if (!out) throw std::invalid_argument("--out " + file.string() + ": cannot be written; check folder and rights");
 }
 
-int run(const Options& options) {
+int run_report(const ReportOptions& options) {
   const std::vector<Session> sessions = load_sessions(options.sessions);
   const std::vector<Check> checks = check_sessions(sessions);
   write_file(options.out, session_report_html(sessions, checks));
@@ -70,7 +70,7 @@ int run(const Options& options) {
 
 void add_report_command(CLI::App& app, int& exit_code) {
   // Lives as long as the callback that needs it.
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand("report", "Checks sessions of tandem-client and writes an HTML report");
   command
       ->add_option("--session", options->sessions,
@@ -81,7 +81,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "the HTML file to write")->required();
   command->add_flag("--json", options->wants_json, "print the checks as JSON instead of as a table");
   command->footer("Exit code: 0 every check holds, 1 one does not, 2 bad input.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_report(*options); });
 }
 
 }  // namespace tandem::lab

@@ -46,7 +46,7 @@ constexpr std::array kBenchmarks{
 };
 
 /// False when a claim does not hold.
-bool run(const Benchmark& benchmark, const std::filesystem::path& folder) {
+bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& folder) {
   const Reproduction reproduction = benchmark.run(SteadyClock{});
   write_text_file(folder / (std::string(benchmark.name) + ".json"), pretty_json(to_json(reproduction)));
   write_text_file(folder / "report.html", to_html(reproduction));
@@ -65,7 +65,7 @@ bool run_all(const std::string& out) {
       left_out += ", " + std::string(benchmark.name) + " left out: " + needed.string() + " is not there";
       continue;
     }
-    do_all_hold &= run(benchmark, made_folder((std::filesystem::path(out) / benchmark.name).string()));
+    do_all_hold &= run_reproduce(benchmark, made_folder((std::filesystem::path(out) / benchmark.name).string()));
     ++done;
     std::cout << std::endl;
   }
@@ -100,7 +100,7 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       exit_code = run_all(*out) ? 0 : 1;
       return;
     }
-    exit_code = run(*std::ranges::find(kBenchmarks, *name, &Benchmark::name), made_folder(*out)) ? 0 : 1;
+    exit_code = run_reproduce(*std::ranges::find(kBenchmarks, *name, &Benchmark::name), made_folder(*out)) ? 0 : 1;
   });
 }
 

@@ -34,7 +34,7 @@ namespace {
 /// What studies have been seen to run at on one core, times real time; only for the estimate before the first trial.
 constexpr double kExpectedSpeed = 10;
 
-struct Options {
+struct RunOptions {
   std::vector<std::string> experiments;
   std::string out;
   std::optional<std::uint64_t> seed;
@@ -62,7 +62,7 @@ Axis stage_axis(const std::string& names) {
   return axis;
 }
 
-GridRequest request_of(const Options& options) {
+GridRequest request_of(const RunOptions& options) {
   GridRequest request;
   request.is_single = options.is_single;
   request.is_full = options.is_full;
@@ -73,7 +73,7 @@ GridRequest request_of(const Options& options) {
   return request;
 }
 
-std::vector<Trial> trials_of(const Options& options) {
+std::vector<Trial> trials_of_run(const RunOptions& options) {
   const GridRequest request = request_of(options);
   std::vector<Trial> trials;
   for (const std::filesystem::path& file : experiment_files(options.experiments)) {
@@ -161,9 +161,9 @@ void print_notes(const std::filesystem::path& folder, std::span<const TrialResul
             << (others == 1 ? " trial" : " trials") << " of earlier runs, which these results are without\n";
 }
 
-int run(const Options& options) {
+int run_run(const RunOptions& options) {
   if (!options.kernel.empty()) docking::MolecularField::use_by_default(options.kernel);
-  std::vector<Trial> trials = trials_of(options);
+  std::vector<Trial> trials = trials_of_run(options);
   RunSettings settings;
   settings.out = options.out;
   settings.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
@@ -202,7 +202,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "Runs the trials of experiments in virtual time");
   command->add_option("experiment", options->experiments,
                       "experiment files (JSON; fields in lab/README.md), or names of shipped ones; none: all of these");
@@ -237,7 +237,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_flag("--dry", options->is_dry, "only say how many trials there are and how long they may take");
   command->add_flag("--json", options->wants_json, "print results.json instead of a table");
   command->footer("Exit code: 0 done, 1 a user could not join, or lost its connection, 2 bad input or set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_run(*options); });
 }
 
 }  // namespace tandem::lab

@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotFitted = std::numeric_limits<double>::quiet_NaN();
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
 constexpr std::size_t kStride = 10;  ///< ticks between rows: 100 Hz for movements of up to 5 Hz
@@ -27,11 +27,11 @@ struct AxisSeries {
 };
 
 /// First and last tick of the phase that count; empty when it is not there.
-struct Range {
+struct FittedRange {
   std::size_t begin = 0;
   std::size_t end = 0;
 };
-Range shaken_range(const UserTrace& user) {
+FittedRange shaken_range(const UserTrace& user) {
   const auto& phases = user.user.hand.phases();
   const auto phase = static_cast<int>(std::find(phases.begin(), phases.end(), kShakePhase) - phases.begin());
   const auto is_in = [phase](const TickSample& tick) { return tick.phase == phase; };
@@ -40,7 +40,7 @@ Range shaken_range(const UserTrace& user) {
   if (first == last) return {};
   const Duration from = first->time + kSkippedBegin;
   const Duration to = std::prev(last)->time - kSkippedEnd;
-  Range range{user.ticks.size(), 0};
+  FittedRange range{user.ticks.size(), 0};
   for (auto tick = first; tick != last; ++tick) {
     if (tick->time < from || tick->time > to) continue;
     const auto index = static_cast<std::size_t>(tick - user.ticks.begin());
@@ -50,7 +50,7 @@ Range shaken_range(const UserTrace& user) {
   return range;
 }
 
-AxisSeries axis_series(const UserTrace& user, const Range& range, int axis) {
+AxisSeries axis_series(const UserTrace& user, const FittedRange& range, int axis) {
   AxisSeries series;
   for (std::size_t k = std::max<std::size_t>(range.begin, 1); k + 1 < range.end; k += kStride) {
     const TickSample& before = user.ticks[k - 1];
@@ -93,7 +93,7 @@ Eigen::Matrix3d newey_west(const AxisSeries& axis, const Row& fit) {
 }  // namespace
 
 FeltMass felt_mass(const UserTrace& user) {
-  const Range range = shaken_range(user);
+  const FittedRange range = shaken_range(user);
   Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
   Row right = Row::Zero();
   std::vector<AxisSeries> axes;
@@ -106,7 +106,7 @@ FeltMass felt_mass(const UserTrace& user) {
   }
   const std::size_t rows = axes.front().rows.size();
   const double acceleration_rms = std::sqrt(gram(0, 0) / static_cast<double>(std::max<std::size_t>(rows, 1)));
-  if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kNothing, kNothing};
+  if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kNotFitted, kNotFitted};
   // a, v and x differ by orders of magnitude: solved in units in which each has length one.
   const Row scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();

@@ -12,7 +12,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGhostForce_n = 0.2;  ///< felt, where …
 constexpr double kNoForce_n = 0.05;    ///< … the run at zero delay has next to none
 constexpr double kMinPeakForce_n = 0.5;
@@ -25,7 +25,7 @@ constexpr double kSoftCorner_hz = 60;
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 
-double force_n(const TickSample& tick) {
+double displayed_force_n(const TickSample& tick) {
   return tick.displayed_D.f.norm();
 }
 
@@ -39,7 +39,7 @@ double mean_over(const std::vector<TickSample>& ticks, const Counts& counts, con
     sum += value(k);
     ++count;
   }
-  return count == 0 ? kNothing : sum / static_cast<double>(count);
+  return count == 0 ? kUndefined : sum / static_cast<double>(count);
 }
 
 Vec3 displayed_force(const TickSample& tick) {
@@ -58,7 +58,7 @@ using Quantity = Vec3 (*)(const TickSample& tick);
 /// RMS of the difference from `other` at the same time since the hands started; what has ended stays as it was.
 template <class Counts>
 double rms_difference(const UserTrace& user, const UserTrace& other, const Counts& counts, Quantity of) {
-  if (other.ticks.empty()) return kNothing;
+  if (other.ticks.empty()) return kUndefined;
   return std::sqrt(mean_over(user.ticks, counts, [&](std::size_t k) {
     return (of(user.ticks[k]) - of(other.ticks[std::min(k, other.ticks.size() - 1)])).squaredNorm();
   }));
@@ -71,13 +71,13 @@ double peak(const UserTrace& user, Quantity of) {
 }
 
 double path_error(const UserView& view, Quantity of) {
-  return view.reference == nullptr ? kNothing : rms_difference(view.user, *view.reference, is_any_tick, of);
+  return view.reference == nullptr ? kUndefined : rms_difference(view.user, *view.reference, is_any_tick, of);
 }
 
 double path_error_of_peak(const UserView& view, Quantity of, double least_peak) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   const double truth = peak(*view.reference, of);
-  return truth < least_peak ? kNothing : path_error(view, of) / truth;
+  return truth < least_peak ? kUndefined : path_error(view, of) / truth;
 }
 
 double free_force_rms_n(const UserTrace& user) {
@@ -97,12 +97,12 @@ struct InContact {
 };
 
 double contact_force(const UserTrace& user, const InContact& in_contact) {
-  return mean_over(user.ticks, in_contact, [&](std::size_t k) { return force_n(user.ticks[k]); });
+  return mean_over(user.ticks, in_contact, [&](std::size_t k) { return displayed_force_n(user.ticks[k]); });
 }
 
 /// Slope of force against the hand's position along a direction [N/m].
 struct Slope {
-  double n_per_m = kNothing;
+  double n_per_m = kUndefined;
   double fit = 0;  ///< R²
   double travel_m = 0;
 };
@@ -154,7 +154,7 @@ std::vector<double> greatest_around(const std::vector<double>& values, std::size
 }
 
 double step_beyond_reference(const UserView& view, Quantity of) {
-  if (view.reference == nullptr || view.user.ticks.empty() || view.reference->ticks.empty()) return kNothing;
+  if (view.reference == nullptr || view.user.ticks.empty() || view.reference->ticks.empty()) return kUndefined;
   const std::vector<double> steps = steps_per_ms(view.user, of);
   const auto reach = static_cast<std::size_t>((kSameInstant + round_trip_of(view.user.user)) / kHapticPeriod);
   const std::vector<double> excused = greatest_around(steps_per_ms(*view.reference, of), reach);
@@ -183,14 +183,14 @@ std::vector<bool> contact_phases(const UserView& view) {
     const bool is_a_way = name == "approach" || name == "move" || name == "retreat";
     const double mean = mean_over(
         judge.ticks, [phase](const TickSample& tick) { return tick.phase == phase; },
-        [&](std::size_t k) { return force_n(judge.ticks[k]); });
+        [&](std::size_t k) { return displayed_force_n(judge.ticks[k]); });
     result.push_back(!is_a_way && mean >= kContactForce_n);
   }
   return result;
 }
 
 double free_drag_rms_n(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   return free_force_rms_n(view.user) - free_force_rms_n(*view.reference);
 }
 
@@ -199,23 +199,23 @@ double contact_force_mean_n(const UserView& view) {
 }
 
 double contact_force_ratio(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   const InContact in_contact(view);
   return contact_force(view.user, in_contact) / contact_force(*view.reference, in_contact);
 }
 
 double contact_error_rms_n(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   return rms_difference(view.user, *view.reference, InContact(view), displayed_force);
 }
 
 double contact_error_fraction(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   return contact_error_rms_n(view) / contact_force(*view.reference, InContact(view));
 }
 
 double contact_delay_error_rms_n(const UserView& view) {
-  if (view.same_stage == nullptr) return kNothing;
+  if (view.same_stage == nullptr) return kUndefined;
   return rms_difference(view.user, *view.same_stage, InContact(view), displayed_force);
 }
 
@@ -236,27 +236,27 @@ double path_torque_error_of_peak(const UserView& view) {
 }
 
 double felt_stiffness_ratio(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   const InContact in_contact(view);
   const Vec3 force = mean_contact_force_D(*view.reference, in_contact);
-  if (!(force.norm() > 0)) return kNothing;
+  if (!(force.norm() > 0)) return kUndefined;
   const Slope expected = felt_slope(*view.reference, in_contact, force.normalized());
-  if (!(expected.fit >= kMinFit) || !(expected.travel_m >= kMinLoadedTravel_m)) return kNothing;
+  if (!(expected.fit >= kMinFit) || !(expected.travel_m >= kMinLoadedTravel_m)) return kUndefined;
   return felt_slope(view.user, in_contact, force.normalized()).n_per_m / expected.n_per_m;
 }
 
 double hold_force_ratio(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   const double truth = mean_hold_force_n(*view.reference);
-  return truth < kContactForce_n ? kNothing : mean_hold_force_n(view.user) / truth;
+  return truth < kContactForce_n ? kUndefined : mean_hold_force_n(view.user) / truth;
 }
 
 double hold_force_least_ratio(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   const double truth = mean_hold_force_n(*view.reference);
-  if (!(truth >= kContactForce_n)) return kNothing;
-  double least = kNothing;
-  for (const TickSample* tick : settled_hold_ticks(view.user)) least = std::fmin(least, force_n(*tick));
+  if (!(truth >= kContactForce_n)) return kUndefined;
+  double least = kUndefined;
+  for (const TickSample* tick : settled_hold_ticks(view.user)) least = std::fmin(least, displayed_force_n(*tick));
   return least / truth;
 }
 
@@ -268,7 +268,7 @@ double return_step_max_n_per_ms(const UserView& view) {
   const auto& ticks = view.user.ticks;
   const std::vector<double> steps =
       steps_per_ms(view.user, [](const TickSample& tick) -> Vec3 { return tick.displayed_D.f; });
-  double greatest = kNothing;
+  double greatest = kUndefined;
   std::optional<Duration> ended;
   for (std::size_t k = 1; k < ticks.size(); ++k) {
     const bool was_silent = is_long_silence(ticks[k - 1]);
@@ -284,14 +284,14 @@ double torque_step_max_n_m_per_ms(const UserView& view) {
 }
 
 double ghost_contact_ms(const UserView& view) {
-  if (view.reference == nullptr) return kNothing;
+  if (view.reference == nullptr) return kUndefined;
   const auto& ticks = view.user.ticks;
   const auto& other = view.reference->ticks;
   Duration longest{0};
   Duration since{0};
   bool was_ghost = false;
   for (std::size_t k = 0; k < std::min(ticks.size(), other.size()); ++k) {
-    const bool is_ghost = force_n(ticks[k]) > kGhostForce_n && force_n(other[k]) < kNoForce_n;
+    const bool is_ghost = displayed_force_n(ticks[k]) > kGhostForce_n && displayed_force_n(other[k]) < kNoForce_n;
     if (is_ghost && !was_ghost) since = ticks[k].time;
     if (is_ghost) longest = std::max(longest, ticks[k].time - since + kHapticPeriod);
     was_ghost = is_ghost;
@@ -305,7 +305,7 @@ double force_above_60_hz_n(const UserView& view) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> force;
     for (const TickSample& tick : view.user.ticks) force.push_back(tick.displayed_D.f[axis]);
-    if (force.empty()) return kNothing;
+    if (force.empty()) return kUndefined;
     const std::vector<double> above = high_passed(force, kHapticRate_hz, kSoftCorner_hz);
     square += mean_over(view.user.ticks, in_contact, [&](std::size_t k) { return above[k] * above[k]; });
   }

@@ -10,7 +10,7 @@ namespace tandem::lab {
 namespace {
 
 /// What is kept of one pixel column, as indices into the series.
-struct Column {
+struct PixelColumn {
   std::size_t number;
   std::size_t first;
   std::size_t lowest;
@@ -67,7 +67,7 @@ class Decimator {
   std::span<const double> x_;
   std::span<const double> y_;
   std::vector<Polyline> lines_;
-  Column column_{};
+  PixelColumn column_{};
   bool is_open_ = false;
   bool has_gap_ = false;
 };

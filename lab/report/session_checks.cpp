@@ -11,7 +11,7 @@ namespace {
 constexpr std::string_view kHoldPhase = "hold";
 /// The trace is decimal text: a force that is exactly at the limit may read a little above it.
 constexpr double kTraceRounding = 1e-4;
-constexpr double kPercent = 100;
+constexpr double kInPercent = 100;
 constexpr double kMillimetres = 1e3;
 
 // What the checks hold against; chosen by us, with the reason beside each.
@@ -70,18 +70,18 @@ void add_force_checks(const std::string& scope, const ClientRun& user, std::vect
   out.push_back({scope, "largest force, within the device's limit",
                  largest <= limit * (1 + kTraceRounding) ? std::min(largest, limit) : largest, Relation::kAtMost, limit,
                  "N", 2});
-  out.push_back({scope, "time at the clamp", user.clamped_fraction * kPercent, Relation::kBelow,
-                 kClampedFraction * kPercent, "%", 2});
+  out.push_back({scope, "time at the clamp", user.clamped_fraction * kInPercent, Relation::kBelow,
+                 kClampedFraction * kInPercent, "%", 2});
 }
 
 void add_timing_checks(const std::string& scope, const ClientRun& summary, std::vector<Check>& out) {
   // No expected tick: 0/0 is NaN, and the check fails.
   const double run = static_cast<double>(summary.ticks_run) / static_cast<double>(summary.ticks_expected);
   const double error = std::abs(summary.tick_rate_hz / kTickRate_hz - 1);
-  out.push_back({scope, "haptic ticks run, of those expected", run * kPercent, Relation::kAtLeast,
-                 kTicksRunFraction * kPercent, "%", 2});
-  out.push_back({scope, "mean tick rate, off 1 kHz by", error * kPercent, Relation::kAtMost,
-                 kTickRateErrorFraction * kPercent, "%", 2});
+  out.push_back({scope, "haptic ticks run, of those expected", run * kInPercent, Relation::kAtLeast,
+                 kTicksRunFraction * kInPercent, "%", 2});
+  out.push_back({scope, "mean tick rate, off 1 kHz by", error * kInPercent, Relation::kAtMost,
+                 kTickRateErrorFraction * kInPercent, "%", 2});
 }
 
 }  // namespace

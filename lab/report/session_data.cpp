@@ -16,7 +16,7 @@ constexpr std::size_t kMinUsers = 2;
 constexpr std::size_t kMaxUsers = 16;
 constexpr std::size_t kMaxPhases = 256;
 /// Bounds that only refuse what no client can have measured.
-constexpr double kLargest = 1e12;
+constexpr double kMaxNumber = 1e12;
 constexpr std::uint64_t kMaxCount = 1'000'000'000'000;
 
 std::uint64_t required_count(JsonFields& fields, std::string_view name) {
@@ -25,7 +25,7 @@ std::uint64_t required_count(JsonFields& fields, std::string_view name) {
 }
 
 double at_least_zero(JsonFields& fields, std::string_view name) {
-  return fields.required_number(name, 0, kLargest);
+  return fields.required_number(name, 0, kMaxNumber);
 }
 
 bool required_boolean(JsonFields& fields, std::string_view name) {
@@ -38,7 +38,7 @@ double measured(const boost::json::value& root, const std::string& pointer, Json
   boost::json::error_code error;
   const auto* value = root.find_pointer(pointer + "/" + std::string(name), error);
   if (value != nullptr && value->is_null()) return std::numeric_limits<double>::quiet_NaN();
-  return fields.required_number(name, -kLargest, kLargest);
+  return fields.required_number(name, -kMaxNumber, kMaxNumber);
 }
 
 Drops parse_drops(const boost::json::value& counts, const std::string& origin, const std::string& path) {

@@ -16,7 +16,7 @@ constexpr double kMinRelativeWidth = 1e-9;
 constexpr double kSlack = 1e-6;
 
 /// A step m·10^e, kept in parts so that i·step is the double nearest to the decimal number.
-struct Step {
+struct TickStep {
   double mantissa = 1;
   int exponent = 0;
 
@@ -28,23 +28,23 @@ struct Step {
 
 /// Ticks are multiples of a step, from `first` to `last` times it.
 struct Multiples {
-  Step step;
+  TickStep step;
   double first = 0;
   double last = 0;
 };
 
-Multiples multiples_inside(Range range, const Step& step) {
+Multiples multiples_inside(Range range, const TickStep& step) {
   return {step, std::ceil(range.low / step.multiple(1) - kSlack), std::floor(range.high / step.multiple(1) + kSlack)};
 }
 
-Multiples multiples_around(Range range, const Step& step) {
+Multiples multiples_around(Range range, const TickStep& step) {
   return {step, std::floor(range.low / step.multiple(1) + kSlack), std::ceil(range.high / step.multiple(1) - kSlack)};
 }
 
 /// With the smallest nice step that needs at most `max_count` ticks.
-Multiples few_multiples(Range range, std::size_t max_count, Multiples (*multiples)(Range, const Step&)) {
+Multiples few_multiples(Range range, std::size_t max_count, Multiples (*multiples)(Range, const TickStep&)) {
   const auto count = static_cast<double>(std::max<std::size_t>(max_count, 3));
-  Step step;
+  TickStep step;
   step.exponent = static_cast<int>(std::floor(std::log10((range.high - range.low) / count))) - 1;
   for (;; ++step.exponent) {
     for (const double mantissa : {1.0, 2.0, 5.0}) {
@@ -114,7 +114,7 @@ std::vector<AxisMark> log_ticks(Range range, std::size_t max_count) {
   for (int exponent = first; exponent <= last; exponent += stride) {
     for (const double mantissa : {1.0, 2.0, 5.0}) {
       if (mantissa > 1 && !has_room) break;
-      const double value = Step{mantissa, exponent}.multiple(1);
+      const double value = TickStep{mantissa, exponent}.multiple(1);
       if (value >= sane.low * (1 - 1e-9) && value <= sane.high * (1 + 1e-9)) ticks.push_back({value, log_label(value)});
     }
   }

@@ -11,10 +11,6 @@ namespace {
 
 namespace json = boost::json;
 
-double milliseconds(Duration duration) {
-  return to_seconds(duration) * 1e3;
-}
-
 // Only reasons that occurred: the list of possible ones is in proto/drop_reason.hpp.
 json::object drops_json(const proto::DropCounters& drops) {
   json::object result;
@@ -42,7 +38,7 @@ json::object parameters_json(const UserTrace& trace) {
           {"hand_seed", trace.hand_seed},
           {"pipeline", pipeline_json(user.pipeline)},
           {"transport", user.state_over_tcp ? "tcp" : "udp"},
-          {"tick_phase_ms", milliseconds(user.tick_phase)},
+          {"tick_phase_ms", to_milliseconds(user.tick_phase)},
           {"uplink", link_json(user.up)},
           {"downlink", link_json(user.down)}};
 }
@@ -81,7 +77,7 @@ json::array bodies_json(const SessionTrace& trace) {
 
 json::object server_json(const SessionTrace& trace) {
   return {{"room_steps", trace.room_steps},
-          {"joined_after_ms", milliseconds(trace.joined_after)},
+          {"joined_after_ms", to_milliseconds(trace.joined_after)},
           {"tick_faults_seen", describe_faults(trace.faults_seen)},
           {"datagrams_sent", trace.hub.datagrams_sent},
           {"datagrams_received", trace.hub.datagrams_received},
@@ -99,7 +95,7 @@ void append_cell(double value, std::string& line) {
 }
 
 // Scene names may hold any character; a column's name may not.
-std::string column_name(const std::string& text) {
+std::string trace_column(const std::string& text) {
   std::string result;
   for (const char c : text) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
@@ -125,7 +121,7 @@ json::object results_json(const Experiment& experiment, const SessionTrace& trac
           {"scene", experiment.scene.stem().string()},
           {"duration_s", to_seconds(experiment.duration)},
           {"seed", experiment.seed},
-          {"server_phase_ms", milliseconds(experiment.server_phase)},
+          {"server_phase_ms", to_milliseconds(experiment.server_phase)},
           {"outcome", is_complete(trace) ? "completed" : "a user was lost"},
           {"users", users},
           {"bodies", bodies_json(trace)},
@@ -137,7 +133,7 @@ std::string bodies_csv(const SessionTrace& trace) {
   for (std::size_t i = 0; i < trace.body_names.size(); ++i) {
     if (!trace.body_can_move[i]) continue;
     for (const char* part : {"_x_m", "_y_m", "_z_m", "_qw", "_qx", "_qy", "_qz"}) {
-      text.append(",").append(column_name(trace.body_names[i])).append(part);
+      text.append(",").append(trace_column(trace.body_names[i])).append(part);
     }
   }
   for (const BodiesSample& sample : trace.bodies) {

@@ -15,10 +15,6 @@ constexpr double kMinForce_n = 0.5;
 /// In which a rendering goes over into the next.
 constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 
-double milliseconds(Duration duration) {
-  return 1e3 * to_seconds(duration);
-}
-
 /// Of the first user.
 struct JoinTrial {
   SessionTrace trace;
@@ -40,7 +36,7 @@ JoinTrial run_trial(const Experiment& experiment, const std::shared_ptr<const se
   return trial;
 }
 
-double force_n(const TickSample& tick) {
+double stage_force_n(const TickSample& tick) {
   return tick.stage_D.f.norm();
 }
 
@@ -58,9 +54,9 @@ void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& 
   const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
   double error = 0, square = 0, apart = 0;
   for (std::size_t i = 0; i < std::min(ticks.size(), usual.size()); ++i) {
-    if (ticks[i].time <= trial.full_at) figures.going_over_n = force_n(ticks[i]);
+    if (ticks[i].time <= trial.full_at) figures.going_over_n = stage_force_n(ticks[i]);
     const bool is_coarse = ticks[i].time > trial.coarse_at + kGoingOver && ticks[i].time <= trial.full_at;
-    if (!is_coarse || force_n(usual[i]) < kMinForce_n) continue;
+    if (!is_coarse || stage_force_n(usual[i]) < kMinForce_n) continue;
     ++figures.coarse_ticks;
     error += (ticks[i].stage_D.f - usual[i].stage_D.f).squaredNorm();
     square += usual[i].stage_D.f.squaredNorm();
@@ -82,8 +78,8 @@ JoinFigures figures_of(const Experiment& experiment, const SessionTrace& trace) 
   if (user.local_after) figures.local_after_s = to_seconds(*user.local_after);
   if (user.full_local_after) figures.full_local_after_s = to_seconds(*user.full_local_after);
   figures.stream_bytes = static_cast<double>(user.stream_bytes);
-  figures.wait_p99_ms = milliseconds(user.state_waits.quantile(0.99));
-  figures.wait_max_ms = milliseconds(user.state_waits.max());
+  figures.wait_p99_ms = to_milliseconds(user.state_waits.quantile(0.99));
+  figures.wait_max_ms = to_milliseconds(user.state_waits.max());
   figures.states_per_s = static_cast<double>(user.state_waits.count()) / to_seconds(watched);
   return figures;
 }

@@ -21,7 +21,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
-constexpr Duration kJoinTimeout = std::chrono::seconds(30);
+constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
 /// From the decision to start the hands to their start: every haptic thread has read it by then.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
 /// As HapticLoopSettings::trace_capacity: what the main thread may fall behind by.
@@ -337,7 +337,7 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
 /// Waits until `is_done`; says what is missing when that is not in time. What the rings hold meanwhile is of no use.
 template <class IsDone>
 void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
-  const LocalTime give_up = clock.now() + kJoinTimeout;
+  const LocalTime give_up = clock.now() + kLiveJoinTimeout;
   while (!is_done()) {
     const client::SessionStatus status = user.io().status;
     if (status.state == client::SessionState::kEnded || clock.now() >= give_up) {

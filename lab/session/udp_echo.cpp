@@ -24,7 +24,7 @@ using boost::system::error_code;
 
 constexpr std::size_t kDatagramBytes = 220;
 /// Taking its memory and its priority costs the thread some milliseconds.
-constexpr Duration kSettling = std::chrono::milliseconds(200);
+constexpr Duration kEchoSettling = std::chrono::milliseconds(200);
 using Datagram = std::array<std::byte, kDatagramBytes>;
 
 /// Answers on a thread of its own.
@@ -79,7 +79,7 @@ class Echo {
 std::pair<Histogram, Duration> udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority) {
   const Duration cpu_before = realtime::cpu_time(pthread_self());
   const SteadyClock clock;
-  const LocalTime begin = clock.now(), counted_from = begin + std::min(kSettling, duration / 4);
+  const LocalTime begin = clock.now(), counted_from = begin + std::min(kEchoSettling, duration / 4);
   Echo echo(priority, counted_from);
   asio::io_context io;
   std::vector<udp::socket> sockets;

@@ -31,7 +31,7 @@ constexpr double kTouching_kcal_per_mol = 5;
 constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kLookOut_angstrom = 4, kLookIn_angstrom = 2;
-constexpr double kApart_angstrom = 6;
+constexpr double kAside_angstrom = 6;
 constexpr int kSides = 6;
 /// Drawing one molecule out of the other: ways, what it moves at once, what it then gives way by.
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
@@ -88,7 +88,7 @@ class Approach {
   Approach(const Molecule& a, const Molecule& b, const FieldModel& model)
       : field_(field_of(a, b, model, true)),
         repulsion_(field_of(a, b, model, false)),
-        farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom),
+        farthest_(extent_angstrom(a) + extent_angstrom(b) + kAside_angstrom),
         gyration_(b.gyration_radius_angstrom()) {}
 
   /// Of the atoms themselves: charges may push from much farther away.

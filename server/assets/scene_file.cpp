@@ -264,6 +264,14 @@ class SceneBuilder {
 
 }  // namespace
 
+std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
+  std::vector<BodyId> moving;
+  for (std::size_t i = 0; i < scene.world.bodies.size(); ++i) {
+    if (scene.world.bodies[i].mass.mass_kg > 0) moving.push_back(body_id_at(i));
+  }
+  return moving;
+}
+
 docking::Molecule molecule_in_its_file(const LoadedScene& scene, std::size_t body) {
   docking::Molecule molecule = *scene.world.bodies[body].molecule;
   for (Vec3& position : molecule.positions_angstrom) position += scene.molecule_centres_angstrom[body];

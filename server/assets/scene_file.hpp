@@ -30,6 +30,9 @@ struct LoadedScene {
   std::vector<std::string> notes_for_users;  ///< those of them that users are told: what was guessed, changed, left out
 };
 
+/// Those that have a mass.
+std::vector<BodyId> moving_bodies_of(const LoadedScene& scene);
+
 /// A tool's inertia is at least that of its mass at this distance: it stands for a pen-like thing of 5 cm
 /// (length/√12), not for the small tip that collides, whose inertia no coupling of useful stiffness could turn stably.
 inline constexpr double kToolGyrationRadius_m = 0.015;

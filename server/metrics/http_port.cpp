@@ -28,7 +28,7 @@ using boost::system::error_code;
 
 /// Of what a peer sends that nobody wants, so that it reads its answer before the connection is reset.
 constexpr std::size_t kMaxLeftOverBytes = std::size_t{64} << 10U;
-constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
+constexpr Duration kListenAgain = std::chrono::milliseconds(100);
 
 tcp::endpoint loopback_endpoint(const std::string& option, const std::string& text) {
   const std::size_t colon = text.rfind(':');
@@ -58,8 +58,8 @@ bool is_of_http(const error_code& error) {
          error != http::error::end_of_stream && error != http::error::partial_message;
 }
 
-struct Connection {
-  explicit Connection(tcp::socket socket) : stream(std::move(socket)), buffer(2 * kMaxHttpHeadBytes) {
+struct HttpConnection {
+  explicit HttpConnection(tcp::socket socket) : stream(std::move(socket)), buffer(2 * kMaxHttpHeadBytes) {
     parser.header_limit(kMaxHttpHeadBytes);
     parser.body_limit(0);
   }
@@ -71,7 +71,7 @@ struct Connection {
   std::array<char, 4096> left_over{};
   std::size_t left_over_bytes = 0;
 };
-using ConnectionPointer = std::shared_ptr<Connection>;
+using ConnectionPointer = std::shared_ptr<HttpConnection>;
 
 }  // namespace
 
@@ -120,7 +120,7 @@ void HttpPort::Impl::accept() {
       return accept();
     }
     // Mostly: no file descriptor free.
-    accept_again.expires_after(kAcceptAgain);
+    accept_again.expires_after(kListenAgain);
     accept_again.async_wait([this](const error_code& stopped) {
       if (!stopped) accept();
     });
@@ -130,7 +130,7 @@ void HttpPort::Impl::accept() {
 void HttpPort::Impl::welcome(tcp::socket socket) {
   // Whoever asks and reads is done before sixteen others have come.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
-  const auto connection = std::make_shared<Connection>(std::move(socket));
+  const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);
   connection->stream.expires_after(kHttpWithin);
   http::async_read_header(connection->stream, connection->buffer, connection->parser,

@@ -26,7 +26,7 @@ using boost::system::error_code;
 
 /// Time-outs are checked at least this often, even when no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
-constexpr Duration kPublishEvery = std::chrono::milliseconds(100);
+constexpr Duration kTellMetricsEvery = std::chrono::milliseconds(100);
 /// How long stop() waits for goodbyes to be read.
 constexpr Duration kStopWithin = std::chrono::seconds(1);
 
@@ -207,7 +207,7 @@ void LiveServer::Impl::await_poll_time() {
 void LiveServer::Impl::publish_figures() {
   const LocalTime now = clock.now();
   io_went_round.store(now, std::memory_order_relaxed);
-  if (now < published + kPublishEvery) return;
+  if (now < published + kTellMetricsEvery) return;
   published = now;
   users.store(hub.user_count(), std::memory_order_relaxed);
   ServerFigures& newest = figures.back();

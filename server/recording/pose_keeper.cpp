@@ -25,7 +25,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr Duration kPeriod = std::chrono::milliseconds(20);
+constexpr Duration kServeEvery = std::chrono::milliseconds(20);
 constexpr std::size_t kMaxWaiting = 64;
 constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.5;
 constexpr std::size_t kMaxTrail = 100;
@@ -371,7 +371,8 @@ PoseKeeper::~PoseKeeper() {
 }
 
 void PoseKeeper::start() {
-  if (!impl_->sites.empty()) impl_->thread = std::make_unique<recording::RecorderThread>(kPeriod, [this] { work(); });
+  if (!impl_->sites.empty())
+    impl_->thread = std::make_unique<recording::RecorderThread>(kServeEvery, [this] { work(); });
 }
 
 void PoseKeeper::work() {

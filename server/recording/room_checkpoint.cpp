@@ -8,7 +8,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr int kPoseNumbers = 7;
+constexpr int kNumbersPerPose = 7;
 
 /// Of the description and all that it names; but not of how that is drawn.
 std::string hash_of(const LoadedScene& scene) {
@@ -65,7 +65,7 @@ std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const 
   }
   for (const wire::CheckpointTool& tool : checkpoint.tools()) {
     const auto& numbers = tool.in_body();
-    if (numbers.size() != kPoseNumbers || tool.tool() >= proto::kMaxUsers) return std::nullopt;
+    if (numbers.size() != kNumbersPerPose || tool.tool() >= proto::kMaxUsers) return std::nullopt;
     const Pose X_BT{{numbers[0], numbers[1], numbers[2]}, Quat(numbers[3], numbers[4], numbers[5], numbers[6])};
     state.tools.push_back(
         {static_cast<std::uint8_t>(tool.tool()), proto::read_exact(tool.state()), BodyId{tool.held_body()}, X_BT});

@@ -45,14 +45,6 @@ wire::RecordedRoom description_of(const Room& room, const RoomRecording& setting
   return out;
 }
 
-std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
-  std::vector<BodyId> moving;
-  for (std::size_t i = 0; i < scene.world.bodies.size(); ++i) {
-    if (scene.world.bodies[i].mass.mass_kg > 0) moving.push_back(body_id_at(i));
-  }
-  return moving;
-}
-
 std::uint64_t unix_ns(ServerTime time, Duration offset) {
   return static_cast<std::uint64_t>(std::max(Duration(0), time.time_since_epoch() + offset).count());
 }

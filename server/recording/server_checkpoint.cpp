@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kFileName = "checkpoint.pb";
 constexpr std::uint64_t kWriteEvery_ms = 500;
 constexpr double kTakeEvery_s = 0.1;
-constexpr Duration kPeriod = std::chrono::milliseconds(20);
+constexpr Duration kLookEvery = std::chrono::milliseconds(20);
 /// Of 64 rooms, each with the nodes of eight soft bodies, and all that Admission remembers; what is longer is none of ours.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
@@ -76,7 +76,7 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
   }
   newest_.set_audience(audience_);
   *newest_.mutable_admission() = admission_;
-  thread_ = std::make_unique<recording::RecorderThread>(kPeriod, [this] { work(); });
+  thread_ = std::make_unique<recording::RecorderThread>(kLookEvery, [this] { work(); });
 }
 
 ServerCheckpoint::~ServerCheckpoint() {

@@ -9,7 +9,7 @@ namespace tandem::server {
 namespace {
 
 /// Rings hold at least a second of two users.
-constexpr Duration kPeriod = std::chrono::milliseconds(20);
+constexpr Duration kWriteEvery = std::chrono::milliseconds(20);
 
 /// Room names may hold anything.
 std::string plain(std::string name) {
@@ -47,7 +47,7 @@ ServerRecorder::ServerRecorder(const std::filesystem::path& folder, const std::v
     recorders_.push_back(std::make_unique<RoomRecorder>(*rooms[i], std::move(own)));
     rooms[i]->watch(*recorders_.back());
   }
-  thread_ = std::make_unique<recording::RecorderThread>(kPeriod, [this] { drain(); });
+  thread_ = std::make_unique<recording::RecorderThread>(kWriteEvery, [this] { drain(); });
 }
 
 ServerRecorder::~ServerRecorder() {

@@ -8,14 +8,6 @@
 namespace tandem::server {
 namespace {
 
-std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
-  std::vector<BodyId> moving;
-  for (std::size_t i = 0; i < scene.world.bodies.size(); ++i) {
-    if (scene.world.bodies[i].mass.mass_kg > 0) moving.push_back(body_id_at(i));
-  }
-  return moving;
-}
-
 /// How often windows are told how soft bodies yield.
 constexpr double kSoftOffsets_hz = 20;
 

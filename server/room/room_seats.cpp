@@ -6,7 +6,7 @@ namespace tandem::server {
 namespace {
 
 /// A room that is this far behind takes nobody in, so that what waits stays bounded.
-constexpr std::size_t kMaxWaiting = 4 * proto::kMaxUsers;
+constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
 
@@ -41,7 +41,7 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const hapti
   const auto& limits = room_.scene().description.limits();
   const std::size_t limit = has_tool(role) ? limits.manipulators() : limits.observers();
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
-  if (waiting_.size() >= kMaxWaiting) return std::nullopt;
+  if (waiting_.size() >= kMaxNewUsers) return std::nullopt;
   if (free == seats_.end() || count(role) >= limit) return std::nullopt;
   Seat seat{static_cast<std::uint8_t>(free - seats_.begin()), UserId{}, role, 0, leaves_gaps};
   if (has_tool(role)) {

@@ -19,8 +19,8 @@ DeviceSpec six_axes() {
 
 struct Bench {
   /// A window that points anew 60 times a second, a loop that reads at 1 kHz; `each` sees every sample.
-  void run(double seconds, const std::function<void(const DeviceSample&)>& each = {}) {
-    for (const LocalTime end = now + from_seconds(seconds); now < end;) {
+  void run(double for_s, const std::function<void(const DeviceSample&)>& each = {}) {
+    for (const LocalTime end = now + from_seconds(for_s); now < end;) {
       now += std::chrono::milliseconds(1);
       const DeviceSample sample = device.read(now);
       if (each) each(sample);

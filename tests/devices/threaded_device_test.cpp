@@ -58,7 +58,7 @@ bool wait_for(Done is_done) {
   return is_done();
 }
 
-struct Rig {
+struct ThreadedDeviceRig {
   bool believes() { return reader.read(clock.now()).is_valid; }
   void push(double newton) { device.write(clock.now(), {Vec3(newton, 0, 0), Vec3::Zero()}); }
 
@@ -69,7 +69,7 @@ struct Rig {
 };
 
 TEST(ThreadedDevice, ALoopThatStandsStillIsZeroAtTheDevice) {
-  Rig rig;
+  ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] {
     rig.push(5);
     return rig.seen.force_n == 5.0;
@@ -78,7 +78,7 @@ TEST(ThreadedDevice, ALoopThatStandsStillIsZeroAtTheDevice) {
 }
 
 TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo) {
-  Rig rig;
+  ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] {
     rig.push(5);
     return rig.seen.force_n == 5.0;
@@ -98,7 +98,7 @@ TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo
 }
 
 TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
-  Rig rig;
+  ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
   rig.seen.hangs = true;
   EXPECT_TRUE(wait_for([&rig] { return !rig.believes(); }));
@@ -140,7 +140,7 @@ TEST(ThreadedDevice, AWatchdogLeavesADriverAloneThatHangsWithoutAForce) {
   ASSERT_EQ(pipe2(ends, O_CLOEXEC | O_NONBLOCK), 0);
   const auto watchdog = std::make_shared<Watchdog>(0);
   ASSERT_TRUE(watchdog->watch_over({.descriptor = ends[1], .usb_endpoint = std::nullopt, .bytes = {42}}));
-  Rig rig;
+  ThreadedDeviceRig rig;
   watchdog->beat(rig.clock.now(), false);
   std::this_thread::sleep_for(4 * Watchdog::kMaxSilence);
   EXPECT_FALSE(watchdog->has_let_go());
@@ -149,7 +149,7 @@ TEST(ThreadedDevice, AWatchdogLeavesADriverAloneThatHangsWithoutAForce) {
 }
 
 TEST(ThreadedDevice, ADriverThatThrowsIsLostAndMayComeBack) {
-  Rig rig;
+  ThreadedDeviceRig rig;
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
   rig.seen.throws = true;
   EXPECT_TRUE(wait_for([&rig] { return rig.device.read(rig.clock.now()).state == DeviceState::kLost; }));

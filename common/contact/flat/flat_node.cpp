@@ -32,7 +32,7 @@ constexpr double kToSide = 1.0;
 constexpr double kSideBin = 1.5;
 constexpr int kMaxSideBins = 1024;
 // Of a box in single precision, 10 cm from the origin.
-constexpr float kRounding_m = 2e-8F;
+constexpr float kPointRounding_m = 2e-8F;
 
 /// Sums over points weighted by their area, taken about the first of them.
 struct Moments {
@@ -161,7 +161,7 @@ FlatNode node_along(std::span<const ShellPoint> points, const ShellNode& node, c
           static_cast<float>(deviations[0]),
           static_cast<float>(deviations[1]),
           box.centre.cast<float>(),
-          box.half_m.cast<float>() + Eigen::Vector3f::Constant(kRounding_m)};
+          box.half_m.cast<float>() + Eigen::Vector3f::Constant(kPointRounding_m)};
 }
 
 /// In      of_part  axes of the flat part that it is in; null: not found yet, and found here

@@ -15,13 +15,13 @@ namespace tandem::contact {
 namespace {
 
 // Fewer points of a part are no part of their own.
-constexpr std::size_t kMinPart = 16;
+constexpr std::size_t kMinRun = 16;
 // Cells of normals, no simple fraction: the normals of common angles are not at their borders.
 constexpr float kNormalCell = 0.0137F;
 // Points of one plane, from one to the next along its normal.
 constexpr double kOnePlane_m = 1e-5;
 // Normals of one part: as far apart as coding leaves them.
-constexpr float kSameNormal = 1 - 4e-6F;
+constexpr float kSameNormalCosine = 1 - 4e-6F;
 // From one point of a part to the next, along a normal that is rounded by 0.1°.
 constexpr float kNextPlane_m = 1e-4F;
 // Of a quarter of a turn: first tries for the sides of a rectangle; then as often a third nearer.
@@ -72,8 +72,8 @@ void add_parts(std::span<const ShellPoint> points, std::span<std::uint32_t> alik
     const auto part = alike.subspan(begin, end - begin);
     begin = end;
     const Eigen::Vector3f& first = points[part.front()].normal_S;
-    const auto faces_alike = [&](std::uint32_t i) { return points[i].normal_S.dot(first) >= kSameNormal; };
-    if (part.size() < kMinPart || !std::ranges::all_of(part, faces_alike)) continue;
+    const auto faces_alike = [&](std::uint32_t i) { return points[i].normal_S.dot(first) >= kSameNormalCosine; };
+    if (part.size() < kMinRun || !std::ranges::all_of(part, faces_alike)) continue;
     Part found{{part.begin(), part.end()}, Eigen::Vector3f::Zero()};
     std::ranges::sort(found.points);
     for (const std::uint32_t i : part) found.middle += points[i].p_S / static_cast<float>(part.size());
@@ -151,11 +151,11 @@ std::vector<std::uint32_t> borders_of_parts(std::span<const ShellPoint> points) 
   for (std::size_t begin = 0; begin < points.size();) {
     const Eigen::Vector3f& normal = points[begin].normal_S;
     std::size_t end = begin + 1;
-    while (end < points.size() && normal.dot(points[end].normal_S) >= kSameNormal &&
+    while (end < points.size() && normal.dot(points[end].normal_S) >= kSameNormalCosine &&
            std::abs(normal.dot(points[end].p_S - points[end - 1].p_S)) < kNextPlane_m) {
       ++end;
     }
-    if (end - begin >= kMinPart) {
+    if (end - begin >= kMinRun) {
       add(begin);
       add(end);
     }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/contact/brick_sampler.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/flat/flat_node.hpp"
 
@@ -22,7 +23,6 @@ constexpr double kGuessShare = 0.01;
 constexpr double kFittedShare = 0.005;
 // Fewer do not tell more than the points.
 constexpr double kMinSamples = 64;
-constexpr double kBrickCells = 4;
 // Along sharp edges samples err by so much, where bricks of different resolution meet: planes are nearer to the truth.
 constexpr double kEdge_m = 1e-4;
 // What a larger lattice would take: 12 bytes a brick, and the time to fill them.

@@ -25,7 +25,7 @@ constexpr double kMaxSpan_m = 5e-5;
 // Of a node's area: less has no force.
 constexpr double kMinShare = 1e-9;
 // Of unit vectors that act as one, their product: they differ by 0.01 rad.
-constexpr double kSameNormal = 1 - 5e-5;
+constexpr double kAlikeCosine = 1 - 5e-5;
 
 /// Whether depths between these act as one.
 bool is_alike(double low, double high, double rigid_depth_m) {
@@ -48,7 +48,7 @@ struct Mean {
   void add(const ContactPoint& contact) {
     const double weight = contact.area_m2 * (contact.depth_m > 0 ? contact.depth_m : 1);
     if (area == 0) first_normal = contact.normal_W;
-    is_flat = is_flat && first_normal.dot(contact.normal_W) >= kSameNormal;
+    is_flat = is_flat && first_normal.dot(contact.normal_W) >= kAlikeCosine;
     area += contact.area_m2;
     depth += contact.area_m2 * contact.depth_m;
     low = std::min(low, contact.depth_m);
@@ -79,16 +79,16 @@ struct Group {
 };
 
 /// A distance that is linear over a patch: `middle + u · along + v · across`.
-struct Slope {
+struct DepthSlope {
   double middle = 0, along = 0, across = 0;
 
   double at(const Eigen::Vector2d& p) const { return middle + p.x() * along + p.y() * across; }
-  Slope operator-(const Slope& other) const {
+  DepthSlope operator-(const DepthSlope& other) const {
     return {middle - other.middle, along - other.along, across - other.across};
   }
-  Slope operator-() const { return {-middle, -along, -across}; }
+  DepthSlope operator-() const { return {-middle, -along, -across}; }
   /// Below `distance`.
-  Slope below(double distance) const { return {middle - distance, along, across}; }
+  DepthSlope below(double distance) const { return {middle - distance, along, across}; }
 };
 
 /// A convex part of a rectangle about (0, 0).
@@ -99,7 +99,7 @@ class Polygon {
                  Eigen::Vector2d(-half_u, half_v)} {}
 
   /// Leaves what is not above 0.
-  void cut(const Slope& slope) {
+  void cut(const DepthSlope& slope) {
     boost::container::static_vector<Eigen::Vector2d, kMaxCorners> left;
     for (std::size_t i = 0; i < corners_.size(); ++i) {
       const Eigen::Vector2d& here = corners_[i];
@@ -116,7 +116,7 @@ class Polygon {
   }
   bool is_empty() const { return corners_.size() < 3; }
   void clear() { corners_.clear(); }
-  double least(const Slope& slope) const {
+  double least(const DepthSlope& slope) const {
     double least = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector2d& corner : corners_) least = std::min(least, slope.at(corner));
     return least;
@@ -253,7 +253,7 @@ class NodeContacts {
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const double half_u = std::max(kThinnest_m, std::numbers::sqrt3 * flat.deviation_along_m);
     const double half_v = std::max(kThinnest_m, std::numbers::sqrt3 * flat.deviation_across_m);
-    boost::container::static_vector<Slope, PlaneMap::kMaxInBox> slopes;
+    boost::container::static_vector<DepthSlope, PlaneMap::kMaxInBox> slopes;
     for (const Below& plane : planes_) slopes.push_back(slope_of(plane, flat));
     const std::size_t most_parts = std::min({room / 4, std::size_t{node.count} / 4, parts_.capacity()});
     parts_.clear();
@@ -313,7 +313,7 @@ class NodeContacts {
     if (positive < 2) add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
 
-  static Slope slope_of(const Below& plane, const FlatNode& flat) {
+  static DepthSlope slope_of(const Below& plane, const FlatNode& flat) {
     return {plane.distance_m(flat.mean_S.cast<double>()), plane.normal_P.dot(flat.along_S.cast<double>()),
             plane.normal_P.dot(flat.across_S.cast<double>())};
   }
@@ -347,7 +347,7 @@ class NodeContacts {
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
 
-  bool add_slices(const Below& plane, const Slope& slope, Polygon rest, double slice_m, double density,
+  bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
                   std::size_t most_parts) {
     if (rest.is_empty()) return true;
     const double nearest_m = rest.least(slope);

@@ -18,7 +18,7 @@ constexpr float kMinArea_m2 = 4e-6F;
 constexpr std::size_t kMaxNodes = 1024;
 // Nodes on one plane: how far the mean of the one may be from the plane of the other, and how much turned.
 constexpr double kSamePlane_m = 5e-6;
-constexpr double kSameNormal = 1e-3;
+constexpr double kSameNormalSine = 1e-3;
 // Bricks of several sets: 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
 // Bricks and blocks that a box may meet: what a walk of the tree may cost. Larger nodes are divided.
@@ -35,7 +35,7 @@ struct OnePlane {
   Vec3 normal = Vec3::Zero();
 
   bool has(const Vec3& other_mean, const Vec3& other_normal) const {
-    return normal.cross(other_normal).norm() < kSameNormal && normal.dot(other_normal) > 0 &&
+    return normal.cross(other_normal).norm() < kSameNormalSine && normal.dot(other_normal) > 0 &&
            std::abs(normal.dot(other_mean - mean)) < kSamePlane_m;
   }
   void add(const FlatNode& flat, double area, const Vec3& out) {

@@ -8,7 +8,7 @@ namespace tandem::contact {
 namespace {
 
 // Points whose distances differ by less than this act as one: a few quanta of a distance grid.
-constexpr double kFlat_m = 1e-6;
+constexpr double kAlike_m = 1e-6;
 // Of unit vectors that act as one: what is left of their sum.
 constexpr double kSameWay = 0.98;
 
@@ -78,10 +78,10 @@ ShellCandidate LeafSamples::mean_of(double low_m, double high_m) const {
 
 void LeafSamples::add_points(double band_m, std::vector<ShellCandidate>& candidates) const {
   if (nearest_m_ >= band_m) return;
-  if (size_ > 1 && farthest_m_ - nearest_m_ <= kFlat_m && farthest_m_ < band_m) {
+  if (size_ > 1 && farthest_m_ - nearest_m_ <= kAlike_m && farthest_m_ < band_m) {
     const ShellCandidate mean = mean_of(nearest_m_, band_m);
     // What lies around something round is not flat.
-    if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kFlat_m) return candidates.push_back(mean);
+    if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kAlike_m) return candidates.push_back(mean);
   }
   for (std::size_t k = 0; k < size_; ++k) {
     if (samples_[k].distance_m < band_m) candidates.push_back(candidate_of(k));

@@ -13,7 +13,7 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// Ours: as good as held fast, and that at a lever of 5 cm; of the world, the device feels it scaled as the coupling.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
@@ -237,7 +237,7 @@ std::optional<StabilityFinding> find_bad_number(const Axis& axis, const Setup& s
     if (std::isfinite(value) && value >= 0) continue;
     StabilityFinding finding;
     finding.verdict = StabilityVerdict::kUnstable;
-    finding.spectral_radius = kInfinity;
+    finding.spectral_radius = kUnbounded;
     name_remedy(finding, name, value, 0);
     finding.text = std::string(name) + " is " + number(value) + "; it must be a number, 0 or more";
     return finding;

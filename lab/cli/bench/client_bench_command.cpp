@@ -233,7 +233,7 @@ struct Variant {
 constexpr Variant kFull{"everything", "local-model", "ar-spline", true};
 constexpr Variant kPeer{"late-pose", "late-pose", "none", false};
 
-struct Options {
+struct ClientBenchOptions {
   double rtt_ms = 50;
   std::size_t repetitions = 3;
   bool has_check = false;
@@ -241,7 +241,7 @@ struct Options {
 };
 
 /// Runs of one experiment, with everything on and with nothing, in turn: a change of the clock rate meets both.
-struct Row {
+struct ClientBenchRow {
   Claim claim{};
   std::vector<ClientBenchRun> full;
   std::vector<ClientBenchRun> peer;
@@ -256,7 +256,7 @@ double quantile_us(const std::vector<ClientBenchRun>& runs, Histogram ClientBenc
   return *middle;
 }
 
-Experiment experiment_of(const Claim& claim, const Variant& variant, const Options& options) {
+Experiment experiment_of(const Claim& claim, const Variant& variant, const ClientBenchOptions& options) {
   const std::vector<std::string> names{claim.experiment};
   ExperimentFile file = read_experiment_file(experiment_files(names).front());
   set_quantity(file.document, "stage", variant.stage);
@@ -266,13 +266,13 @@ Experiment experiment_of(const Claim& claim, const Variant& variant, const Optio
   return parse_experiment(file);
 }
 
-Row measured(const Claim& claim, const Options& options) {
+ClientBenchRow measured(const Claim& claim, const ClientBenchOptions& options) {
   const Experiment full = experiment_of(claim, kFull, options);
   const Experiment peer = experiment_of(claim, kPeer, options);
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(full, loading);
-  Row row;
+  ClientBenchRow row;
   row.claim = claim;
   for (std::size_t i = 0; i < options.repetitions; ++i) {
     row.full.push_back(bench_client(full, scene));
@@ -281,9 +281,9 @@ Row measured(const Claim& claim, const Options& options) {
   return row;
 }
 
-std::vector<Check> checks_of(const std::vector<Row>& rows) {
+std::vector<Check> checks_of(const std::vector<ClientBenchRow>& rows) {
   std::vector<Check> checks;
-  for (const Row& row : rows) {
+  for (const ClientBenchRow& row : rows) {
     checks.push_back({row.claim.experiment, "p99 of a tick", quantile_us(row.full, &ClientBenchRun::tick, 0.99),
                       Relation::kAtMost, row.claim.tick_p99_us, "µs", 1});
     checks.push_back({row.claim.experiment, "median of a fit", quantile_us(row.full, &ClientBenchRun::fit, 0.5),
@@ -314,9 +314,10 @@ boost::json::object runs_json(const Variant& variant, const std::vector<ClientBe
   return result;
 }
 
-boost::json::object to_json(const Options& options, const std::vector<Row>& rows, const std::vector<Check>& checks) {
+boost::json::object to_json(const ClientBenchOptions& options, const std::vector<ClientBenchRow>& rows,
+                            const std::vector<Check>& checks) {
   boost::json::array experiments;
-  for (const Row& row : rows) {
+  for (const ClientBenchRow& row : rows) {
     experiments.push_back(boost::json::object{{"experiment", row.claim.experiment},
                                               {kFull.name, runs_json(kFull, row.full)},
                                               {kPeer.name, runs_json(kPeer, row.peer)}});
@@ -335,10 +336,11 @@ void print_line(const std::string& name, const std::vector<ClientBenchRun>& runs
   std::cout << line.str() << '\n';
 }
 
-void print(const Options& options, const std::vector<Row>& rows, const std::vector<Check>& checks) {
+void print(const ClientBenchOptions& options, const std::vector<ClientBenchRow>& rows,
+           const std::vector<Check>& checks) {
   std::cout << "one haptic tick [µs], clock reading included; round trip " << options.rtt_ms << " ms; medians over "
             << options.repetitions << " runs\n";
-  for (const Row& row : rows) {
+  for (const ClientBenchRow& row : rows) {
     std::cout << "\n"
               << std::left << std::setw(46) << row.claim.experiment
               << "    times       p50       p99     p99.9       max\n";
@@ -354,8 +356,8 @@ void print(const Options& options, const std::vector<Row>& rows, const std::vect
   print_checks(std::cout, checks);
 }
 
-int run(const Options& options) {
-  std::vector<Row> rows;
+int run_client_bench(const ClientBenchOptions& options) {
+  std::vector<ClientBenchRow> rows;
   for (const Claim& claim : kClaims) rows.push_back(measured(claim, options));
   const std::vector<Check> checks = checks_of(rows);
   if (options.wants_json) {
@@ -369,7 +371,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_client_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ClientBenchOptions>();
   CLI::App* command =
       bench.add_subcommand("client", "One haptic tick with everything on, in a session in virtual time");
   command->add_option("--rtt-ms", options->rtt_ms, "round trip of the simulated link [ms]")
@@ -381,7 +383,7 @@ void add_client_bench(CLI::App& bench, int& exit_code) {
   command->add_flag("--check", options->has_check, "exit code 1 when a time is above its bound");
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
   command->footer("Exit code: 0 done, 1 a bound does not hold and --check is given, 2 bad input or set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_client_bench(*options); });
 }
 
 }  // namespace tandem::lab

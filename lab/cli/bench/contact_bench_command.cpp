@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint64_t kPoseSeed = 1;
 
-struct Options {
+struct ContactBenchOptions {
   std::string a;
   std::string b;
   std::optional<double> scale;
@@ -36,7 +36,7 @@ struct Options {
   bool wants_json = false;
 };
 
-void check_numbers(const Options& options) {
+void check_numbers(const ContactBenchOptions& options) {
   const auto is_positive = [](double value) { return std::isfinite(value) && value > 0; };
   if (options.scale && !is_positive(*options.scale)) {
     throw std::invalid_argument("--scale is " + std::to_string(*options.scale) +
@@ -52,7 +52,7 @@ void check_numbers(const Options& options) {
   }
 }
 
-Vec3 direction_of(const Options& options) {
+Vec3 direction_of(const ContactBenchOptions& options) {
   const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
   if (!is_finite(direction) || direction.norm() < 1e-6) {
     throw std::invalid_argument("--direction has no direction; give three numbers that are not all 0");
@@ -60,11 +60,13 @@ Vec3 direction_of(const Options& options) {
   return direction;
 }
 
-TouchObject object_of(const Options& options, const std::string& name, const std::string& option, const Clock& clock) {
+TouchObject object_of(const ContactBenchOptions& options, const std::string& name, const std::string& option,
+                      const Clock& clock) {
   return make_touch_object(name, mesh_from(name, option, options.size_mm / 1e3, options.scale), clock);
 }
 
-ContactBench measure(const Options& options, const TouchObject& a, const TouchObject& b, const Clock& clock) {
+ContactBench measure_contact_bench(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b,
+                                   const Clock& clock) {
   TouchSettings settings;
   settings.mass_kg = options.mass_kg;
   TouchPlan plan = bench_plan(settings);
@@ -104,14 +106,14 @@ boost::json::object to_json(const PoseCheck& check) {
           {"checks", to_json(checks_of(check))}};
 }
 
-int run(const Options& options) {
+int run_contact_bench(const ContactBenchOptions& options) {
   check_numbers(options);
   const SteadyClock clock;
   const TouchObject a = object_of(options, options.a, "--a", clock);
   std::optional<TouchObject> other;
   if (options.b != options.a) other = object_of(options, options.b, "--b", clock);
   const TouchObject& b = other ? *other : a;
-  const ContactBench bench = measure(options, a, b, clock);
+  const ContactBench bench = measure_contact_bench(options, a, b, clock);
   boost::json::object json = to_json(bench);
   std::string text = to_text(bench);
   bool holds = true;
@@ -133,7 +135,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_contact_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ContactBenchOptions>();
   CLI::App* contact = bench.add_subcommand("contact", "One mesh touching another, against Bullet's GImpact");
   contact->add_option("--a", options->a, "the tool: a mesh file, or peg, box_with_hole, sphere, cube")->required();
   contact->add_option("--b", options->b, "what it touches, likewise")->required();
@@ -149,7 +151,7 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
   contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
   contact->add_flag("--json", options->wants_json, "print JSON instead of a table");
   contact->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
-  contact->callback([options, &exit_code] { exit_code = run(*options); });
+  contact->callback([options, &exit_code] { exit_code = run_contact_bench(*options); });
 }
 
 }  // namespace tandem::lab

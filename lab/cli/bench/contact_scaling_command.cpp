@@ -19,7 +19,7 @@ namespace {
 /// Waves that subdivision adds: enough that the finer meshes are not flat, too little to change the contact.
 constexpr double kSubdivisionHeight_m = 5e-6;
 
-struct Options {
+struct ContactScalingOptions {
   std::string mesh;
   std::string out;
 };
@@ -65,7 +65,7 @@ void print_rows(std::span<const ScalingRow> rows) {
   }
 }
 
-int run(const Options& options) {
+int run_contact_scaling(const ContactScalingOptions& options) {
   constexpr std::size_t kReference = 0;
   const SteadyClock clock;
   const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh");
@@ -102,12 +102,12 @@ int run(const Options& options) {
 }  // namespace
 
 void add_contact_scaling(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ContactScalingOptions>();
   CLI::App* scaling = bench.add_subcommand("contact-scaling", "The same touch at four resolutions of a mesh");
   scaling->add_option("--mesh", options->mesh, "mesh file, or peg, box_with_hole, sphere, cube")->required();
   scaling->add_option("--out", options->out, "folder for contact-scaling.json and report.html")->required();
   scaling->footer("Exit code: 0 done, 1 the cost grows more than it may, 2 bad input or set-up.");
-  scaling->callback([options, &exit_code] { exit_code = run(*options); });
+  scaling->callback([options, &exit_code] { exit_code = run_contact_scaling(*options); });
 }
 
 }  // namespace tandem::lab

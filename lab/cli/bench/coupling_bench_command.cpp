@@ -27,18 +27,18 @@ namespace {
 /// Of the 1000 µs of a tick: what is left to device, network and proxy is what this does not take.
 constexpr double kMedianBound_us = 2;
 /// Contestants take turns, so that a change of the clock rate meets them all.
-constexpr int kRounds = 5;
+constexpr int kCouplingRounds = 5;
 constexpr std::size_t kTicks = 4096;
 constexpr Duration kPeriod{std::chrono::milliseconds(1)};
 constexpr std::uint64_t kSeed = 1;
 
-struct Options {
+struct CouplingBenchOptions {
   double seconds = 0.5;
   bool wants_json = false;
   bool has_check = false;
 };
 
-struct Tick {
+struct WalkTick {
   Pose X_WH, X_WT;
   Twist V_WH, V_WT;
 };
@@ -63,12 +63,12 @@ class Wander {
 
 /// A hand that wanders through its workspace, and a tool up to some centimetres and half a radian away: on the flat,
 /// on the steep and on the spent part of every curve.
-std::vector<Tick> random_walk() {
+std::vector<WalkTick> random_walk() {
   Random random(kSeed);
   Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),
       slip(0.02, 0.02), slip_turn(0.3, 0.02);
-  std::vector<Tick> walk(kTicks);
-  for (Tick& tick : walk) {
+  std::vector<WalkTick> walk(kTicks);
+  for (WalkTick& tick : walk) {
     tick.X_WT = {place.next(random), quaternion_of(turn.next(random))};
     tick.V_WT = {speed.next(random), spin.next(random)};
     tick.X_WH = {tick.X_WT.p + apart.next(random), quaternion_of(twisted.next(random)) * tick.X_WT.q};
@@ -77,17 +77,17 @@ std::vector<Tick> random_walk() {
   return walk;
 }
 
-struct Contestant {
+struct CouplingBenchContestant {
   std::string name;
   std::string what;
   bool is_claimed = false;  ///< the bound is for this one
   /// Called through a pointer the compiler cannot see through: otherwise it may move the work out of the clock's sight.
-  std::function<Wrench(const Tick&)> work;
+  std::function<Wrench(const WalkTick&)> work;
   Histogram times;
 };
 
 /// What a tick cannot do without, and no more: no limit, no short way round, no safety.
-Wrench plain_spring(const Tick& tick) {
+Wrench plain_spring(const WalkTick& tick) {
   const haptics::CouplingParameters c;
   return {c.stiffness_n_per_m * (tick.X_WT.p - tick.X_WH.p) + c.damping_n_s_per_m * (tick.V_WT.v - tick.V_WH.v),
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
@@ -116,26 +116,26 @@ class Safety {
   LocalTime now_{};
 };
 
-std::vector<Contestant> contestants() {
-  std::vector<Contestant> all;
-  all.push_back({"clock", "reading the clock", false, [](const Tick&) { return Wrench{}; }, {}});
+std::vector<CouplingBenchContestant> contestants() {
+  std::vector<CouplingBenchContestant> all;
+  all.push_back({"clock", "reading the clock", false, [](const WalkTick&) { return Wrench{}; }, {}});
   all.push_back({"plain", "k d + b v, nothing else", false, &plain_spring, {}});
   all.push_back({"safety",
                  "safety chain alone",
                  false,
-                 [safety = std::make_shared<Safety>()](const Tick&) { return safety->apply({}); },
+                 [safety = std::make_shared<Safety>()](const WalkTick&) { return safety->apply({}); },
                  {}});
   for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
     if (info.tool == haptics::ToolDynamics::kAtHandle) {
       // No law acts: what is left is to limit the contact.
-      const auto tick_of = [safety = std::make_shared<Safety>()](const Tick& tick) {
+      const auto tick_of = [safety = std::make_shared<Safety>()](const WalkTick& tick) {
         return safety->apply(limited(plain_spring(tick)));
       };
       all.push_back({std::string(info.name), "saturation, safety chain", true, tick_of, {}});
       continue;
     }
     const std::shared_ptr<const haptics::CouplingLaw> law = info.make({});
-    const auto tick_of = [law, safety = std::make_shared<Safety>()](const Tick& tick) {
+    const auto tick_of = [law, safety = std::make_shared<Safety>()](const WalkTick& tick) {
       return safety->apply(haptics::coupling_wrenches(*law, tick.X_WH, tick.V_WH, tick.X_WT, tick.V_WT).on_hand_W);
     };
     all.push_back({std::string(info.name), "law, saturation, safety chain", true, tick_of, {}});
@@ -143,13 +143,13 @@ std::vector<Contestant> contestants() {
   return all;
 }
 
-void run_round(Contestant& contestant, const std::vector<Tick>& walk, double seconds) {
+void run_round(CouplingBenchContestant& contestant, const std::vector<WalkTick>& walk, double seconds) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + from_seconds(seconds);
   Wrench sum;
   LocalTime before = clock.now();
   do {
-    for (const Tick& tick : walk) {
+    for (const WalkTick& tick : walk) {
       before = clock.now();
       sum += contestant.work(tick);
       contestant.times.record(clock.now() - before);
@@ -158,9 +158,9 @@ void run_round(Contestant& contestant, const std::vector<Tick>& walk, double sec
   if (!is_finite(sum)) throw std::runtime_error("law " + contestant.name + " gave an infinite force");
 }
 
-std::vector<Check> checks_of(const std::vector<Contestant>& all) {
+std::vector<Check> checks_of(const std::vector<CouplingBenchContestant>& all) {
   std::vector<Check> checks;
-  for (const Contestant& contestant : all) {
+  for (const CouplingBenchContestant& contestant : all) {
     if (!contestant.is_claimed) continue;
     checks.push_back({contestant.name, "median of a tick", microseconds(contestant.times.quantile(0.5)),
                       Relation::kAtMost, kMedianBound_us, "µs", 3});
@@ -168,9 +168,9 @@ std::vector<Check> checks_of(const std::vector<Contestant>& all) {
   return checks;
 }
 
-boost::json::object report_of(const std::vector<Contestant>& all, const std::vector<Check>& checks) {
+boost::json::object report_of(const std::vector<CouplingBenchContestant>& all, const std::vector<Check>& checks) {
   boost::json::array rows;
-  for (const Contestant& contestant : all) {
+  for (const CouplingBenchContestant& contestant : all) {
     rows.push_back(
         boost::json::object{{"name", contestant.name},
                             {"what", contestant.what},
@@ -186,13 +186,13 @@ boost::json::object report_of(const std::vector<Contestant>& all, const std::vec
           {"checks", to_json(checks)}};
 }
 
-void print(const std::vector<Contestant>& all, const std::vector<Check>& checks) {
+void print(const std::vector<CouplingBenchContestant>& all, const std::vector<Check>& checks) {
   std::ostringstream text;
   text << "time of a tick, clock reading included [µs]\n\n"
        << std::left << std::setw(24) << "" << std::setw(32) << "what" << std::right << std::setw(8) << "median"
        << std::setw(8) << "p99" << '\n'
        << std::fixed << std::setprecision(3);
-  for (const Contestant& contestant : all) {
+  for (const CouplingBenchContestant& contestant : all) {
     text << std::left << std::setw(24) << contestant.name << std::setw(32) << contestant.what << std::right
          << std::setw(8) << microseconds(contestant.times.quantile(0.5)) << std::setw(8)
          << microseconds(contestant.times.quantile(0.99)) << '\n';
@@ -201,11 +201,11 @@ void print(const std::vector<Contestant>& all, const std::vector<Check>& checks)
   print_checks(std::cout, checks);
 }
 
-int run(const Options& options) {
-  const std::vector<Tick> walk = random_walk();
-  std::vector<Contestant> all = contestants();
-  for (int round = 0; round < kRounds; ++round) {
-    for (Contestant& contestant : all) run_round(contestant, walk, options.seconds / kRounds);
+int run_coupling_bench(const CouplingBenchOptions& options) {
+  const std::vector<WalkTick> walk = random_walk();
+  std::vector<CouplingBenchContestant> all = contestants();
+  for (int round = 0; round < kCouplingRounds; ++round) {
+    for (CouplingBenchContestant& contestant : all) run_round(contestant, walk, options.seconds / kCouplingRounds);
   }
   const std::vector<Check> checks = checks_of(all);
   if (options.wants_json) {
@@ -219,7 +219,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_coupling_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CouplingBenchOptions>();
   CLI::App* command = bench.add_subcommand("coupling", "Coupling law, saturation and safety chain, tick by tick");
   command->add_option("--seconds", options->seconds, "time spent on each law [s]")
       ->check(CLI::Range(0.01, 10.0))
@@ -227,7 +227,7 @@ void add_coupling_bench(CLI::App& bench, int& exit_code) {
   command->add_flag("--check", options->has_check, "exit code 1 when a median is above its bound");
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
   command->footer("Exit code: 0 done, 1 a bound does not hold and --check is given, 2 bad input or set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_coupling_bench(*options); });
 }
 
 }  // namespace tandem::lab

@@ -36,10 +36,10 @@ constexpr int kPoses = 16;
 constexpr double kSwingAngstrom = 0.5;
 constexpr double kTurnRad = 0.01;
 /// Between the rounds the limit is measured, so that a change of the clock rate meets both.
-constexpr int kRounds = 10;
+constexpr int kDockingRounds = 10;
 constexpr std::size_t kLimitLoops = 200'000;
 
-struct Options {
+struct DockingBenchOptions {
   DockingOptions pair;
   std::string kernel;
   std::size_t interface_atoms = 0;
@@ -90,9 +90,9 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
     pairs += static_cast<double>(field.pair_count()) / kPoses;
     multiply_adds += static_cast<double>(field.multiply_adds()) / kPoses;
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kDockingRounds; ++round) {
     limit = std::max(limit, multiply_adds_per_s(field.kernel(), clock));
-    const LocalTime end = clock.now() + from_seconds(for_seconds / kRounds);
+    const LocalTime end = clock.now() + from_seconds(for_seconds / kDockingRounds);
     do {
       for (const Pose& X : poses) {
         const LocalTime begin = clock.now();
@@ -142,7 +142,7 @@ json::object far_part(const DockingPair& pair, docking::MolecularField& field, c
           {"all_pairs_us", microseconds(of_all.quantile(0.5))}};
 }
 
-std::vector<Pose> poses_of(const Options& options, const DockingPair& pair) {
+std::vector<Pose> poses_of(const DockingBenchOptions& options, const DockingPair& pair) {
   if (options.interface_atoms == 0) return {Pose{}};
   std::vector<std::size_t> sizes;
   for (const std::size_t part : kSweepParts) {
@@ -174,7 +174,7 @@ void print_far_part(const json::object& part) {
       number("force_error_kj_mol_angstrom"), number("all_pairs_us"));
 }
 
-void run(const Options& options) {
+void run_docking_bench(const DockingBenchOptions& options) {
   DockingPair pair = load_docking_pair(options.pair);
   if (options.wants_grid) {
     pair.model.has_far_grid = true;
@@ -229,7 +229,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_docking_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DockingBenchOptions>();
   CLI::App* const command = bench.add_subcommand("docking", "The molecular field of two structure files");
   options->pair.cutoff = "auto";
   add_docking_options(*command, options->pair);
@@ -249,7 +249,7 @@ void add_docking_bench(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", options->wants_json, "print JSON");
   command->callback([options, &exit_code] {
-    run(*options);
+    run_docking_bench(*options);
     exit_code = 0;
   });
 }

@@ -24,24 +24,24 @@ namespace tandem::lab {
 namespace {
 
 /// Kernels take turns, so that a change of the clock rate meets them all; the median round counts.
-constexpr int kRounds = 5;
+constexpr int kFieldRounds = 5;
 /// Poses in a round: B swings by ±1 Å, as in docking, so that no branch is always the same.
-constexpr int kPoses = 16;
+constexpr int kFieldPoses = 16;
 
-struct Options {
+struct FieldBenchOptions {
   std::string scene = "docking_helices";
   double seconds = 0.5;
   bool wants_json = false;
 };
 
-struct Pair {
+struct FieldPair {
   std::shared_ptr<const server::LoadedScene> scene;
   const docking::Molecule* a = nullptr;
   const docking::Molecule* b = nullptr;
   Pose X_AB_angstrom;
 };
 
-struct Contestant {
+struct FieldBenchContestant {
   std::string kernel;
   std::string precision;
   std::size_t pairs = 0;
@@ -49,8 +49,8 @@ struct Contestant {
   std::vector<double> seconds_per_evaluation;  ///< one a round
 };
 
-Pair first_pair(const Options& options) {
-  Pair pair;
+FieldPair first_pair(const FieldBenchOptions& options) {
+  FieldPair pair;
   pair.scene = server::load_scene(scene_path(options.scene, ""));
   const physics::BodyDescription* body_a = nullptr;
   for (const physics::BodyDescription& body : pair.scene->world.bodies) {
@@ -72,16 +72,16 @@ Pair first_pair(const Options& options) {
 
 std::vector<Pose> poses_around(const Pose& X_AB) {
   std::vector<Pose> poses;
-  for (int i = 0; i < kPoses; ++i) {
+  for (int i = 0; i < kFieldPoses; ++i) {
     Pose X = X_AB;
-    X.p.x() += std::sin(2 * std::numbers::pi * i / kPoses);
+    X.p.x() += std::sin(2 * std::numbers::pi * i / kFieldPoses);
     poses.push_back(X);
   }
   return poses;
 }
 
-std::vector<Contestant> contestants_for(const Pair& pair) {
-  std::vector<Contestant> contestants;
+std::vector<FieldBenchContestant> contestants_for(const FieldPair& pair) {
+  std::vector<FieldBenchContestant> contestants;
   contestants.push_back({"exact",
                          "double",
                          pair.a->size() * pair.b->size(),
@@ -98,7 +98,7 @@ std::vector<Contestant> contestants_for(const Pair& pair) {
   return contestants;
 }
 
-void run_round(Contestant& contestant, const std::vector<Pose>& poses, double seconds) {
+void run_round(FieldBenchContestant& contestant, const std::vector<Pose>& poses, double seconds) {
   const SteadyClock clock;
   const LocalTime begin = clock.now();
   const LocalTime end = begin + from_seconds(seconds);
@@ -117,11 +117,12 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-boost::json::object report(const Options& options, const Pair& pair, const std::vector<Contestant>& contestants) {
+boost::json::object report(const FieldBenchOptions& options, const FieldPair& pair,
+                           const std::vector<FieldBenchContestant>& contestants) {
   const double exact_s = median(contestants.front().seconds_per_evaluation);
   const double exact_energy = contestants.front().evaluate(pair.X_AB_angstrom).energy_kj_per_mol();
   boost::json::array rows;
-  for (const Contestant& contestant : contestants) {
+  for (const FieldBenchContestant& contestant : contestants) {
     const double seconds = median(contestant.seconds_per_evaluation);
     const double energy = contestant.evaluate(pair.X_AB_angstrom).energy_kj_per_mol();
     rows.push_back(boost::json::object{{"kernel", contestant.kernel},
@@ -154,12 +155,12 @@ void print_table(const boost::json::object& result) {
   std::cout << text.str();
 }
 
-void run(const Options& options) {
-  const Pair pair = first_pair(options);
-  std::vector<Contestant> contestants = contestants_for(pair);
+void run_field_bench(const FieldBenchOptions& options) {
+  const FieldPair pair = first_pair(options);
+  std::vector<FieldBenchContestant> contestants = contestants_for(pair);
   const std::vector<Pose> poses = poses_around(pair.X_AB_angstrom);
-  for (int round = 0; round < kRounds; ++round) {
-    for (Contestant& contestant : contestants) run_round(contestant, poses, options.seconds / kRounds);
+  for (int round = 0; round < kFieldRounds; ++round) {
+    for (FieldBenchContestant& contestant : contestants) run_round(contestant, poses, options.seconds / kFieldRounds);
   }
   const boost::json::object result = report(options, pair, contestants);
   if (options.wants_json) {
@@ -172,7 +173,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_field_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<FieldBenchOptions>();
   CLI::App* field = bench.add_subcommand("field", "The Lennard-Jones field of a scene's first two molecules");
   field->add_option("--scene", options->scene, "name of a shipped docking scene, or path of a scene file")
       ->capture_default_str();
@@ -181,7 +182,7 @@ void add_field_bench(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   field->add_flag("--json", options->wants_json, "print JSON instead of a table");
   field->callback([options, &exit_code] {
-    run(*options);
+    run_field_bench(*options);
     exit_code = 0;
   });
 }

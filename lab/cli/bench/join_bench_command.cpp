@@ -24,7 +24,7 @@ namespace {
 constexpr double kTimesTheAssets = 3;
 constexpr double kBitsPerByte = 8;
 
-struct Options {
+struct JoinBenchOptions {
   std::string experiment = "bunny";
   std::vector<double> rates_mbit_per_s{10, 1};
   std::vector<double> losses{0, 0.02};
@@ -34,7 +34,7 @@ struct Options {
 };
 
 /// One line, and what joining over it is like.
-struct Row {
+struct JoinBenchRow {
   double rate_mbit_per_s = 0;
   double loss = 0;
   std::vector<JoinFigures> ways;
@@ -48,8 +48,8 @@ double touch_bytes(const server::LoadedScene& scene) {
   return bytes;
 }
 
-Row measure(Experiment experiment, const std::shared_ptr<const server::LoadedScene>& scene, const Options& options,
-            double rate_mbit_per_s, double loss) {
+JoinBenchRow measure_join_bench(Experiment experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                                const JoinBenchOptions& options, double rate_mbit_per_s, double loss) {
   const double bytes_per_s = rate_mbit_per_s * 1e6 / kBitsPerByte;
   for (ExperimentUser& user : experiment.users) {
     user.up.delay = user.down.delay = from_seconds(options.rtt_ms / 2e3);
@@ -66,7 +66,7 @@ boost::json::value json_of(const std::optional<double>& number) {
   return number ? boost::json::value(*number) : boost::json::value();
 }
 
-boost::json::object json_of(const Row& row) {
+boost::json::object json_of(const JoinBenchRow& row) {
   boost::json::array ways;
   for (const JoinFigures& way : row.ways) {
     ways.push_back({{"assets", way.assets},
@@ -85,7 +85,7 @@ boost::json::object json_of(const Row& row) {
   return {{"rate_mbit_per_s", row.rate_mbit_per_s}, {"loss", row.loss}, {"ways", ways}};
 }
 
-void print_row(std::ostream& out, const Row& row) {
+void print_row(std::ostream& out, const JoinBenchRow& row) {
   for (const JoinFigures& way : row.ways) {
     out << std::setw(7) << row.rate_mbit_per_s << std::setw(5) << 100 * row.loss << " %  " << std::left << std::setw(16)
         << way.assets << std::right << std::fixed << std::setprecision(2);
@@ -99,17 +99,17 @@ void print_row(std::ostream& out, const Row& row) {
   }
 }
 
-void run(const Options& options) {
+void run_join_bench(const JoinBenchOptions& options) {
   const std::array<std::string, 1> names{options.experiment};
   const Experiment experiment = load_experiment(experiment_files(names).front());
   const auto scene = load_experiment_scene(experiment);
-  std::vector<Row> rows;
+  std::vector<JoinBenchRow> rows;
   for (const double rate : options.rates_mbit_per_s) {
-    for (const double loss : options.losses) rows.push_back(measure(experiment, scene, options, rate, loss));
+    for (const double loss : options.losses) rows.push_back(measure_join_bench(experiment, scene, options, rate, loss));
   }
   if (options.wants_json) {
     boost::json::array lines;
-    for (const Row& row : rows) lines.push_back(json_of(row));
+    for (const JoinBenchRow& row : rows) lines.push_back(json_of(row));
     std::cout << pretty_json(boost::json::object{{"experiment", options.experiment},
                                                  {"rtt_ms", options.rtt_ms},
                                                  {"jitter_ms", options.jitter_ms},
@@ -120,13 +120,13 @@ void run(const Options& options) {
   std::cout << options.experiment << ", " << options.rtt_ms << " ms round trip, "
             << std::llround(touch_bytes(*scene) / 1e3) << " kB of assets for touch\n\n"
             << " Mbit/s  loss  assets           touch [s]  full [s]      MB  wait p99 [ms]  max [ms]  states/s\n";
-  for (const Row& row : rows) print_row(std::cout, row);
+  for (const JoinBenchRow& row : rows) print_row(std::cout, row);
 }
 
 }  // namespace
 
 void add_join_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<JoinBenchOptions>();
   CLI::App* join = bench.add_subcommand("join", "Joining over a line that state and assets share, in virtual time");
   join->add_option("--experiment", options->experiment, "an experiment's name or file; its first user is measured")
       ->capture_default_str();
@@ -148,7 +148,7 @@ void add_join_bench(CLI::App& bench, int& exit_code) {
       "stand\n"
       "for before; wait: of the server's state for the line, until then (where all is here: in the whole trial).");
   join->callback([options, &exit_code] {
-    run(*options);
+    run_join_bench(*options);
     exit_code = 0;
   });
 }

@@ -39,7 +39,7 @@ namespace json = boost::json;
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
 constexpr int kServerPriority = 60;
 
-struct Options {
+struct LoopBenchOptions {
   double seconds = 20;
   int pairs = 1;
   int realtime_priority = 80;
@@ -120,7 +120,7 @@ LoopFigures figures_of_client(const std::string& text) {
           number_in(tick, "p99")};
 }
 
-LoopFigures run_client(const Options& options, std::uint16_t port, bool has_window) {
+LoopFigures run_client(const LoopBenchOptions& options, std::uint16_t port, bool has_window) {
   std::ostringstream command;
   command << client_program() << " --insecure --server 127.0.0.1:" << port
           << " --device sim --hand circle --json --duration " << options.seconds << "s --rt-priority "
@@ -150,14 +150,14 @@ bool has_cyclictest() {
   return std::system("command -v cyclictest >/dev/null") == 0;
 }
 
-LoopFigures run_cyclictest(const Options& options) {
+LoopFigures run_cyclictest(const LoopBenchOptions& options) {
   std::ostringstream command;
   command << "cyclictest -m -p " << options.realtime_priority << " -i 1000 -q -h 4000 -D "
           << std::ceil(options.seconds);
   return figures_of_cyclictest(output_of(command.str()));
 }
 
-LoopBenchResult measure(const Options& options) {
+LoopBenchResult measure_loop_bench(const LoopBenchOptions& options) {
   const ServerBeside server(options.scene);
   const bool has_peer = has_cyclictest();
   if (!has_peer) std::cerr << "cyclictest is not there: nothing to compare with (package rt-tests)\n";
@@ -224,7 +224,7 @@ json::value to_json(const std::vector<LoopFigures>& runs) {
   return result;
 }
 
-json::object to_json(const Options& options, const LoopBenchResult& result, const std::vector<Check>& checks) {
+json::object to_json(const LoopBenchOptions& options, const LoopBenchResult& result, const std::vector<Check>& checks) {
   json::object report = to_json(medians(result.headless));
   report["seconds"] = options.seconds;
   report["pairs"] = options.pairs;
@@ -243,7 +243,7 @@ void print_runs(const char* name, const std::vector<LoopFigures>& runs) {
               f.missed, f.late_percent, f.tick_p50_us, f.tick_p99_us);
 }
 
-void print(const Options& options, const LoopBenchResult& result, const std::vector<Check>& checks) {
+void print(const LoopBenchOptions& options, const LoopBenchResult& result, const std::vector<Check>& checks) {
   std::printf("medians of %d x %g s, SCHED_FIFO %d\n%-12s %8s %8s %8s %8s %8s %8s %8s %8s\n", options.pairs,
               options.seconds, options.realtime_priority, "late [us]", "p50", "p99", "p99.9", "max", "missed",
               "> 1ms %", "tick p50", "tick p99");
@@ -265,9 +265,9 @@ void check_display() {
       "xvfb-run tandem-lab bench loop --with-window");
 }
 
-int run(const Options& options) {
+int run_loop_bench(const LoopBenchOptions& options) {
   if (options.has_window) check_display();
-  const LoopBenchResult result = measure(options);
+  const LoopBenchResult result = measure_loop_bench(options);
   const std::vector<Check> checks = checks_of(result);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, result, checks));
@@ -280,7 +280,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_loop_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LoopBenchOptions>();
   CLI::App* command = bench.add_subcommand(
       "loop", "How late the haptic loop of tandem-client wakes, and how long its ticks take, beside cyclictest");
   command->add_option("--seconds", options->seconds, "how long each run takes [s]")
@@ -299,7 +299,7 @@ void add_loop_bench(CLI::App& bench, int& exit_code) {
   command->add_flag("--with-window", options->has_window, "each time with the window open, too; needs a display");
   command->add_flag("--check", options->is_checked, "exit 1 when a bound does not hold");
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_loop_bench(*options); });
 }
 
 }  // namespace tandem::lab

@@ -20,9 +20,9 @@ namespace {
 constexpr double kMedianBudget_us = 4;
 constexpr double kP99Budget_us = 20;
 /// Of each loop in turn; their times are pooled. One more before, untimed, fills the caches.
-constexpr int kRounds = 3;
+constexpr int kProxyRounds = 3;
 
-struct Options {
+struct ProxyBenchOptions {
   std::string mesh;
   double size_mm = 100;
   double radius_mm = 1;
@@ -40,7 +40,7 @@ struct Result {
   ProxyFigures closest_point;
 };
 
-Result measure(const Options& options) {
+Result measure_proxy_bench(const ProxyBenchOptions& options) {
   const SteadyClock clock;
   const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh", options.size_mm / 1e3);
   const haptics::GodObjectSettings settings{options.radius_mm / 1e3, options.is_shaded};
@@ -48,7 +48,7 @@ Result measure(const Options& options) {
   const std::vector<Vec3> hand = wandering_hand(mesh, options.steps);
   const geometry::TriangleTree tree(mesh);
   std::vector<ProxyRun> ours, closest_point;
-  for (int round = 0; round < 1 + kRounds; ++round) {
+  for (int round = 0; round < 1 + kProxyRounds; ++round) {
     ours.push_back(run_god_object(shared, settings, hand, clock));
     closest_point.push_back(run_closest_point(tree, settings.radius_m, hand, clock));
   }
@@ -71,13 +71,10 @@ std::vector<Check> checks_of(const Result& result) {
           {"proxy", "pop-throughs", static_cast<double>(result.ours.pop_throughs), Relation::kAtMost, 0, "", 0}};
 }
 
-boost::json::object to_json(const Options& options, const Result& result, const std::vector<Check>& checks) {
-  boost::json::object json{{"mesh", options.mesh},
-                           {"triangles", result.triangles},
-                           {"radius_m", options.radius_mm / 1e3},
-                           {"steps", options.steps},
-                           {"rounds", kRounds},
-                           {"hand_depth_m", result.hand_depth_m}};
+boost::json::object to_json(const ProxyBenchOptions& options, const Result& result, const std::vector<Check>& checks) {
+  boost::json::object json{
+      {"mesh", options.mesh},   {"triangles", result.triangles}, {"radius_m", options.radius_mm / 1e3},
+      {"steps", options.steps}, {"rounds", kProxyRounds},        {"hand_depth_m", result.hand_depth_m}};
   for (const auto& [key, value] : to_json(result.ours)) json[key] = value;
   for (const auto& [key, value] : to_json(result.lag)) json[key] = value;
   boost::json::object closest_point = to_json(result.closest_point);
@@ -100,15 +97,15 @@ std::string to_text(const ProxyLag& lag) {
          " / " + format_significant(1e3 * lag.p99_m, 3) + " / " + format_significant(1e3 * lag.max_m, 3) + " mm\n";
 }
 
-int run(const Options& options) {
-  const Result result = measure(options);
+int run_proxy_bench(const ProxyBenchOptions& options) {
+  const Result result = measure_proxy_bench(options);
   const std::vector<Check> checks = checks_of(result);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     std::cout << options.mesh << ", " << result.triangles << " triangles, " << options.steps
               << " ticks of 1 ms, the hand up to " << format_significant(1e3 * result.hand_depth_m, 3)
-              << " mm deep\ntimes p50 / p99 / max over " << kRounds << " runs\n"
+              << " mm deep\ntimes p50 / p99 / max over " << kProxyRounds << " runs\n"
               << to_text("proxy          ", result.ours) << to_text("closest point  ", result.closest_point)
               << to_text(result.lag);
     if (options.is_checked) print_checks(std::cout, checks);
@@ -119,7 +116,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_proxy_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ProxyBenchOptions>();
   CLI::App* command = bench.add_subcommand("proxy", "A point pressed into a mesh and drawn over it");
   command->add_option("--mesh", options->mesh, "a mesh file, or peg, box_with_hole, sphere, cube")->required();
   command->add_option("--size-mm", options->size_mm, "longest edge of the bounding box of a mesh from a file [mm]")
@@ -133,7 +130,7 @@ void add_proxy_bench(CLI::App& bench, int& exit_code) {
   command->add_flag("--check", options->is_checked, "exit code 1 when a bound does not hold");
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
   command->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_proxy_bench(*options); });
 }
 
 }  // namespace tandem::lab

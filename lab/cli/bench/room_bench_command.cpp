@@ -90,7 +90,7 @@ constexpr double kStepBudget_us = 250;
 constexpr double kOverlongShare_percent = 0.1;
 constexpr std::size_t kDefaultUsers = 2;
 
-struct Options {
+struct RoomBenchOptions {
   std::string scene = "bunny";
   std::size_t users = 0;  ///< 0: as many as the scene has tools, up to kDefaultUsers
   std::vector<std::string> hands;
@@ -105,7 +105,8 @@ std::vector<Check> checks_of(const RoomBenchResult& result) {
       {"room", "steps longer than the period", overlong, Relation::kAtMost, kOverlongShare_percent, "%", 2}};
 }
 
-boost::json::object to_json(const Options& options, const RoomBenchResult& result, const std::vector<Check>& checks) {
+boost::json::object to_json(const RoomBenchOptions& options, const RoomBenchResult& result,
+                            const std::vector<Check>& checks) {
   boost::json::array faults;
   for (const std::string& name : tick_fault_names(result.faults)) faults.emplace_back(name);
   return {{"scene", options.scene},
@@ -122,7 +123,7 @@ boost::json::object to_json(const Options& options, const RoomBenchResult& resul
           {"checks", to_json(checks)}};
 }
 
-void print(const Options& options, const RoomBenchResult& result, const std::vector<Check>& checks) {
+void print(const RoomBenchOptions& options, const RoomBenchResult& result, const std::vector<Check>& checks) {
   const auto line = [](const char* what, const Histogram& h) {
     std::cout << what << "  p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99))
               << ", p99.9 " << microseconds(h.quantile(0.999)) << ", max " << microseconds(h.max()) << " µs\n";
@@ -137,7 +138,7 @@ void print(const Options& options, const RoomBenchResult& result, const std::vec
 }
 
 /// One path a user: those that were named, then presses, for the shipped scenes put something below every tool.
-std::vector<std::string> hands_of(const Options& options) {
+std::vector<std::string> hands_of(const RoomBenchOptions& options) {
   std::vector<std::string> hands = options.hands;
   if (hands.size() > options.users) {
     throw std::invalid_argument("--hands names " + std::to_string(hands.size()) + " paths for " +
@@ -148,7 +149,7 @@ std::vector<std::string> hands_of(const Options& options) {
   return hands;
 }
 
-int run(Options options) {
+int run_room_bench(RoomBenchOptions options) {
   // What the command line alone says is wrong is said before a scene takes its time to load.
   if (options.users != 0) hands_of(options);
   server::SceneLoading loading;
@@ -170,7 +171,7 @@ int run(Options options) {
 }  // namespace
 
 void add_room_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RoomBenchOptions>();
   CLI::App* command = bench.add_subcommand("room", "Steps of a scene's room in real time, with hands that touch it");
   command->add_option("--scene", options->scene, "name of a shipped scene, or path of a scene file")
       ->capture_default_str();
@@ -184,7 +185,7 @@ void add_room_bench(CLI::App& bench, int& exit_code) {
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] { exit_code = run_room_bench(*options); });
 }
 
 }  // namespace tandem::lab

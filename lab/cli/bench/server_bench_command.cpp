@@ -29,7 +29,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr Duration kSettling = std::chrono::seconds(1);
+constexpr Duration kServerSettling = std::chrono::seconds(1);
 /// In which the time is dealt; the middle one of their latencies counts.
 constexpr int kTurns = 3;
 constexpr std::size_t kEchoUsers = 2;
@@ -40,7 +40,7 @@ constexpr double kMaxAead_percent = 10;
 /// Of the first room with --overload: a step and this take five periods.
 constexpr Duration kOverload = std::chrono::milliseconds(4);
 
-struct Options {
+struct ServerBenchOptions {
   std::size_t clients = 16;
   std::size_t rooms = 0;  ///< 0: one for every two users
   std::size_t bodies = 3;
@@ -94,7 +94,7 @@ using Deadlines = std::array<std::atomic<LocalTime>, 4096>;
 /// A server on a thread of its own, whose rooms' steps are counted.
 class ServerUnderLoad {
  public:
-  explicit ServerUnderLoad(const Options& options) : steps_(options.rooms), deadlines_(options.rooms) {
+  explicit ServerUnderLoad(const ServerBenchOptions& options) : steps_(options.rooms), deadlines_(options.rooms) {
     std::vector<std::unique_ptr<server::Room>> rooms;
     const std::size_t users = (options.clients + options.rooms - 1) / options.rooms;
     if (users > proto::kMaxUsers || users * options.bodies >= proto::kMaxBodies) {
@@ -196,14 +196,14 @@ double per_second(const ServerBenchResult& result, std::uint64_t LoadResult::*wh
   return static_cast<double>(sum) / result.took_s;
 }
 
-ServerBenchResult measure(const Options& options) {
+ServerBenchResult measure_server_bench(const ServerBenchOptions& options) {
   ServerBenchResult result;
   result.wake_us = wake_cost_us();
   ServerUnderLoad subject(options);
   const auto security = options.is_insecure ? std::nullopt : std::optional(subject.security());
   ServerLoad load(subject.server().port(), options.clients, options.rooms, security,
                   [&subject](std::size_t room, Step step) { return subject.deadline(room, step); });
-  load.run(kSettling, options.rate_hz);
+  load.run(kServerSettling, options.rate_hz);
   result.kept.resize(options.rooms);
   double cpu_s = 0;
   const auto [all_before, taken_before] = machine_time();
@@ -237,11 +237,11 @@ ServerBenchResult measure(const Options& options) {
   return result;
 }
 
-double least_kept(const Options& options, const ServerBenchResult& result) {
+double least_kept(const ServerBenchOptions& options, const ServerBenchResult& result) {
   return *std::min_element(result.kept.begin() + (options.is_overloaded ? 1 : 0), result.kept.end());
 }
 
-std::vector<Check> checks_of(const Options& options, const ServerBenchResult& result) {
+std::vector<Check> checks_of(const ServerBenchOptions& options, const ServerBenchResult& result) {
   if (options.is_overloaded && options.rooms == 1) return {};
   const std::string whose = options.is_overloaded ? "steps kept by the rooms that are not overloaded" : "steps kept";
   std::vector<Check> checks{
@@ -257,7 +257,8 @@ std::vector<Check> checks_of(const Options& options, const ServerBenchResult& re
   return checks;
 }
 
-boost::json::object to_json(const Options& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
+boost::json::object to_json(const ServerBenchOptions& options, const ServerBenchResult& result,
+                            const std::vector<Check>& checks) {
   boost::json::array rooms;
   for (std::size_t i = 0; i < result.timings.size(); ++i) {
     const server::RoomTiming& timing = result.timings[i];
@@ -297,7 +298,7 @@ boost::json::object to_json(const Options& options, const ServerBenchResult& res
           {"checks", to_json(checks)}};
 }
 
-void print(const Options& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
+void print(const ServerBenchOptions& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
   std::cout << options.clients << " clients in " << options.rooms << (options.rooms == 1 ? " room" : " rooms")
             << (options.is_overloaded ? ", the first overloaded" : "")
             << "\n  room  kept %  step p50, p99 [µs]  overruns\n";
@@ -325,8 +326,8 @@ void print(const Options& options, const ServerBenchResult& result, const std::v
   print_checks(std::cout, checks);
 }
 
-int run(const Options& options) {
-  const ServerBenchResult result = measure(options);
+int run_server_bench(const ServerBenchOptions& options) {
+  const ServerBenchResult result = measure_server_bench(options);
   const std::vector<Check> checks = checks_of(options, result);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, result, checks));
@@ -339,7 +340,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_server_bench(CLI::App& bench, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ServerBenchOptions>();
   CLI::App* command =
       bench.add_subcommand("server", "A whole server over loopback, with users at 1 kHz on the same machine");
   command->add_option("--clients", options->clients, "users in all, dealt to the rooms in turn")
@@ -362,7 +363,7 @@ void add_server_bench(CLI::App& bench, int& exit_code) {
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
   command->callback([options, &exit_code] {
     if (options->rooms == 0) options->rooms = (options->clients + 1) / 2;
-    exit_code = run(*options);
+    exit_code = run_server_bench(*options);
   });
 }
 

@@ -25,12 +25,12 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr Duration kSettling{from_seconds(4)};
+constexpr Duration kRedockSettling{from_seconds(4)};
 /// A step of the way, 0.25 Å, at 30 mm/s with 10 mm/Å.
-constexpr Duration kPerPose{from_seconds(0.083)};
+constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
 
-struct Pair {
+struct RedockPair {
   wire::Scene scene;  ///< with its scale found
   std::shared_ptr<const server::LoadedScene> loaded;
   Pose X_AB_min;
@@ -41,8 +41,8 @@ double rounded(double value) {
   return std::round(value * 1e4) / 1e4;
 }
 
-Pair pair_of(wire::Scene scene, const Pose& start) {
-  Pair pair;
+RedockPair pair_of(wire::Scene scene, const Pose& start) {
+  RedockPair pair;
   pair.loaded = scene_with_ligand_at(scene, start);
   pair.scene = with_found_scale(std::move(scene), *pair.loaded);
   std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*pair.loaded);
@@ -55,7 +55,7 @@ Pair pair_of(wire::Scene scene, const Pose& start) {
   return pair;
 }
 
-double energy_kcal_per_mol(const Pair& pair, const Pose& X_AB) {
+double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
   const auto& bodies = pair.loaded->world.bodies;
   return docking::exact_field(*bodies[0].molecule, *bodies[1].molecule, X_AB, pair.loaded->world.field_model)
              .energy_kj_per_mol() /
@@ -63,7 +63,7 @@ double energy_kcal_per_mol(const Pair& pair, const Pose& X_AB) {
 }
 
 /// From outside to where the hands let go.
-std::vector<Pose> way_in(const Pair& pair, const std::vector<Pose>& way_out) {
+std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
   const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(*pair.loaded, X_AB, pair.X_AB_min); };
   std::size_t last = 0;
   while (last + 2 < way_out.size() && rmsd(way_out[last]) < kRelease_angstrom) ++last;
@@ -98,7 +98,7 @@ bool is_out(const std::vector<Pose>& way_out) {
 }
 
 /// The highest Lennard-Jones energy of its poses.
-double barrier_kcal_per_mol(const Pair& pair, const std::vector<Pose>& way) {
+double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way) {
   docking::FieldModel model = pair.loaded->world.field_model;
   model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = false;
@@ -109,8 +109,8 @@ double barrier_kcal_per_mol(const Pair& pair, const std::vector<Pose>& way) {
   return highest / docking::kKilojoulesPerKilocalorie;
 }
 
-json::object trial_row(const Pair& pair, const std::vector<Pose>& way_out, std::uint64_t seed, Duration round_trip,
-                       bool guided) {
+json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out, std::uint64_t seed,
+                       Duration round_trip, bool guided) {
   json::object row{{"seed", seed},
                    {"out_angstrom", rounded(way_out_angstrom(way_out))},
                    {"poses", way_out.size()},
@@ -118,10 +118,10 @@ json::object trial_row(const Pair& pair, const std::vector<Pose>& way_out, std::
   if (!is_out(way_out)) return row;
   const std::vector<Pose> way = way_in(pair, way_out);
   const auto scene = scene_with_ligand_at(pair.scene, way.front());
-  const devices::HandPath hand = ligand_hand(*scene, way, kPerPose, !guided);
-  Experiment experiment = docking_experiment(hand, !guided, round_trip, kSettling, seed);
+  const devices::HandPath hand = ligand_hand(*scene, way, kRedockPerPose, !guided);
+  Experiment experiment = docking_experiment(hand, !guided, round_trip, kRedockSettling, seed);
   const SessionTrace trace = run_virtual_session(experiment, scene);
-  Experiment at_zero = docking_experiment(hand, !guided, Duration(0), kSettling, seed);
+  Experiment at_zero = docking_experiment(hand, !guided, Duration(0), kRedockSettling, seed);
   for (ExperimentUser& user : at_zero.users) user.pipeline.stage = experiment.reference_stage;
   const SessionTrace reference = run_virtual_session(at_zero, scene);
 
@@ -169,7 +169,7 @@ void for_each(std::size_t count, std::size_t threads, const std::function<void(s
   if (failure != nullptr) std::rethrow_exception(failure);
 }
 
-json::object about(const Pair& pair, Duration round_trip, bool guided) {
+json::object about(const RedockPair& pair, Duration round_trip, bool guided) {
   const server::LoadedScene& scene = *pair.loaded;
   const auto& bodies = scene.world.bodies;
   const wire::MolecularField& field = scene.description.molecular_field();
@@ -203,7 +203,7 @@ double greatest(const json::array& rows, std::string_view name) {
 
 json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
                     bool guided, std::size_t threads, const std::function<void(double)>& progress) {
-  const Pair pair = pair_of(scene, {Vec3(0, 0, 100), Quat::Identity()});
+  const RedockPair pair = pair_of(scene, {Vec3(0, 0, 100), Quat::Identity()});
   const auto& bodies = pair.loaded->world.bodies;
   json::object result = about(pair, round_trip, guided);
   std::vector<std::vector<Pose>> ways(seeds);

@@ -29,7 +29,7 @@ constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
 /// A step of the way, at 60 mm/s.
-constexpr Duration kPerPose{from_seconds(0.0417)}, kSettling{from_seconds(2)}, kAlone{from_seconds(6)};
+constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
 constexpr std::uint64_t kSeeds = 5;
@@ -39,7 +39,7 @@ constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 
 /// What the ligand's hand is shown, tick by tick.
-struct Shown {
+struct ShownDocking {
   std::vector<double> at_s;
   std::vector<Vec3> force_n;
   double vibration_rms_n = 0;  ///< above kVibration_hz, of all axes
@@ -47,7 +47,7 @@ struct Shown {
   double step_n_per_ms = 0;
 };
 
-struct Pair {
+struct PublishedPair {
   wire::Scene scene;
   Pose X_AB_min;
   double minimum_kcal_per_mol = 0;
@@ -82,8 +82,8 @@ std::vector<Pose> approach_of(const server::LoadedScene& scene, double deeper_an
   return poses;
 }
 
-Pair pair_of_helices() {
-  Pair pair;
+PublishedPair pair_of_helices() {
+  PublishedPair pair;
   pair.scene = server::docking_scene(helix("A"), helix("B"), {});
   pair.loaded = scene_with_ligand_at(pair.scene, {Vec3(0, 0, 100), Quat::Identity()});
   pair.scene = with_found_scale(std::move(pair.scene), *pair.loaded);
@@ -92,7 +92,7 @@ Pair pair_of_helices() {
 }
 
 /// Figures of what was shown.
-Shown judged(Shown shown) {
+ShownDocking judged(ShownDocking shown) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> along;
@@ -107,17 +107,17 @@ Shown judged(Shown shown) {
   return shown;
 }
 
-Shown with_stable_method(const Pair& pair, const Condition& condition) {
+ShownDocking with_stable_method(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
   const devices::HandPath hand = ligand_hand(*scene, approach, kPerPose, false);
-  Experiment experiment = docking_experiment(hand, false, condition.round_trip, kSettling, 1);
+  Experiment experiment = docking_experiment(hand, false, condition.round_trip, kDockingSettling, 1);
   for (ExperimentUser& user : experiment.users) {
     user.device = devices::find_device_profile(condition.device);
     user.hand_parameters.tremor_rms_n = condition.tremor_rms_n;
   }
   const SessionTrace trace = run_virtual_session(experiment, scene);
-  Shown shown;
+  ShownDocking shown;
   for (const TickSample& tick : trace.users[1].ticks) {
     shown.at_s.push_back(to_seconds(tick.time));
     shown.force_n.push_back(tick.displayed_D.f);
@@ -149,7 +149,7 @@ struct HeldMolecule {
 
 /// Each molecule is its hand's: force and torque of the field where the hands are, times the same scale, held for a
 /// millisecond, a round trip later; no body, no coupling, no zero area, no knee. What the devices cannot show is cut off.
-Shown without(const Pair& pair, const Condition& condition) {
+ShownDocking without(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
   const physics::WorldDescription& world = scene->world;
@@ -163,8 +163,8 @@ Shown without(const Pair& pair, const Condition& condition) {
   const double metres = world.metres_per_angstrom;
   const double newtons = world.newtons_per_kcal_per_mol_angstrom / docking::kKilojoulesPerKilocalorie;
   std::deque<std::array<Wrench, 2>> on_the_way(static_cast<std::size_t>(condition.round_trip / kHapticPeriod));
-  Shown shown;
-  for (Duration at{0}; at < settles_at(path) + kSettling; at += kHapticPeriod) {
+  ShownDocking shown;
+  for (Duration at{0}; at < settles_at(path) + kDockingSettling; at += kHapticPeriod) {
     const LocalTime now(at);
     const Pose X_WA = receptor.pose_at(now), X_WB = ligand.pose_at(now);
     Pose X_AB = X_WA.inverse() * X_WB;
@@ -182,7 +182,7 @@ Shown without(const Pair& pair, const Condition& condition) {
 }
 
 /// E − E_min in kT, from kAloneFrom_s on the greatest: both hands relaxed at the minimum, both trembling.
-double left_alone_kt(const Pair& pair, std::uint64_t seed, Duration round_trip) {
+double left_alone_kt(const PublishedPair& pair, std::uint64_t seed, Duration round_trip) {
   const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
   devices::WayPoint start, settle;
   start.is_relaxed = settle.is_relaxed = true;
@@ -201,12 +201,12 @@ double left_alone_kt(const Pair& pair, std::uint64_t seed, Duration round_trip) 
 
 struct Comparison {
   Condition condition;
-  Shown direct, stable;
+  ShownDocking direct, stable;
 
   double times_less() const { return direct.vibration_rms_n / stable.vibration_rms_n; }
 };
 
-Comparison compared(const Pair& pair, Condition condition) {
+Comparison compared(const PublishedPair& pair, Condition condition) {
   Comparison made{std::move(condition), {}, {}};
   made.direct = without(pair, made.condition);
   made.stable = with_stable_method(pair, made.condition);
@@ -220,7 +220,7 @@ Plot force_figure(const Comparison& trial) {
   figure.x.label = "time [s]";
   figure.y.label = "force [N]";
   for (const bool is_direct : {true, false}) {
-    const Shown& shown = is_direct ? trial.direct : trial.stable;
+    const ShownDocking& shown = is_direct ? trial.direct : trial.stable;
     Series series{is_direct ? "shown directly" : "stable method", shown.at_s, {}, is_direct ? 1 : 0};
     for (const Vec3& force : shown.force_n) series.y.push_back(force.norm());
     figure.series.push_back(std::move(series));
@@ -228,7 +228,7 @@ Plot force_figure(const Comparison& trial) {
   return figure;
 }
 
-boost::json::object json_of(const Shown& shown) {
+boost::json::object json_of(const ShownDocking& shown) {
   return {{"vibration_rms_n", shown.vibration_rms_n}, {"peak_n", shown.peak_n}, {"step_n_per_ms", shown.step_n_per_ms}};
 }
 
@@ -240,7 +240,7 @@ std::filesystem::path docking_file() {
 }
 
 Reproduction reproduce_docking(const Clock&) {
-  const Pair pair = pair_of_helices();
+  const PublishedPair pair = pair_of_helices();
   const std::string exact = "sim", phantom = "phantom-premium-1.5-6dof";
   const Duration late = from_seconds(0.1);
   std::vector<Comparison> trials;

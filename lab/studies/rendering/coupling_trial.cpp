@@ -41,7 +41,7 @@ constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
                                                .damping_n_m_s_per_rad = 2e3};
 
 /// Of the places where a handle was.
-struct Range {
+struct TrialRange {
   double low = INFINITY;
   double high = -INFINITY;
   void add(double at) {
@@ -152,7 +152,7 @@ double CouplingTrial::restlessness_of(std::size_t of_checked, const Pair& pair, 
   const double wanted = wanted_for(kLightPress * limit, hand_stiffness, pair.stiffness, is_rotation_);
   HandRig loop(rig, devices::HandPath(
                         {{Duration(0), moved(is_rotation_, 0), 0, ""}, {kReach, moved(is_rotation_, wanted), 0, ""}}));
-  Range before, last;
+  TrialRange before, last;
   for (HandRigTick tick = loop.tick(); tick.at < kRest; tick = loop.tick()) {
     const double at = along(is_rotation_, tick.X_WH);
     if (tick.at >= kRest - kLastOfRest) {

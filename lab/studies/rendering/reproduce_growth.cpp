@@ -20,9 +20,10 @@ constexpr double kStiffness_n_per_m = 200;
 constexpr double kDepth_m = 0.010;
 constexpr int kSamples = 1000;
 constexpr double kSpeed_m_per_s = 0.02;
-constexpr double kToolMass_kg = 0.02;
+constexpr double kGrowthToolMass_kg = 0.02;
 /// The adaptive law at a given stiffness is the spring-damper.
-constexpr std::array kLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal"};
+constexpr std::array kGrowingLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic",
+                                  "stable-dynamic-literal"};
 constexpr double kDamping_n_s_per_m = 0.4;
 
 haptics::CouplingParameters coupling() {
@@ -75,7 +76,7 @@ Stroke stroke_of(std::string_view law) {
   HandRigSettings settings;
   settings.law = law;
   settings.coupling = coupling();
-  settings.tool_mass_kg = kToolMass_kg;
+  settings.tool_mass_kg = kGrowthToolMass_kg;
   settings.plane_z_m = 0;
   settings.estimates_velocity = false;
   HandRig rig(settings, devices::named_hand_path("rest"));
@@ -167,8 +168,8 @@ Reproduction reproduce_growth(const Clock&) {
                          {"damping_n_s_per_m", kDamping_n_s_per_m},
                          {"depth_m", kDepth_m},
                          {"speed_m_per_s", kSpeed_m_per_s},
-                         {"tool_mass_kg", kToolMass_kg}};
-  for (const char* law : kLaws) add_law(result, details, law);
+                         {"tool_mass_kg", kGrowthToolMass_kg}};
+  for (const char* law : kGrowingLaws) add_law(result, details, law);
   result.details = std::move(details);
   return result;
 }

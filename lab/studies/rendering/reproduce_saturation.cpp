@@ -16,10 +16,10 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kKnee_n = (1 - kSoftness) * kForceLimit_n;
-constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2};
+constexpr std::array kSaturatingMasses_kg{0.05, 0.1, 0.15, 0.2};
 constexpr double kPressDepth_m = 0.07;
-constexpr double kStiffness_n_per_m = 300;
-constexpr double kDamping_n_s_per_m = 3;
+constexpr double kCouplingStiffness_n_per_m = 300;
+constexpr double kCouplingDamping_n_s_per_m = 3;
 
 /// Down by kPressDepth_m in a second, held, and up again.
 devices::HandPath press() {
@@ -33,8 +33,8 @@ devices::HandPath press() {
 HandRigSettings pressing(std::string_view law, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
-  settings.coupling.stiffness_n_per_m = kStiffness_n_per_m;
-  settings.coupling.damping_n_s_per_m = kDamping_n_s_per_m;
+  settings.coupling.stiffness_n_per_m = kCouplingStiffness_n_per_m;
+  settings.coupling.damping_n_s_per_m = kCouplingDamping_n_s_per_m;
   settings.coupling.force_limit_n = kForceLimit_n;
   settings.coupling.saturation_softness = kSoftness;
   settings.tool_mass_kg = mass_kg;
@@ -119,7 +119,7 @@ Plot press_figure(const std::vector<Press>& presses) {
   figure.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
   for (std::size_t i = 0; i < presses.size(); ++i) {
     figure.series.push_back(
-        {format_fixed(kMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
+        {format_fixed(kSaturatingMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
   }
   figure.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, Dash::kDotted});
   return figure;
@@ -138,18 +138,18 @@ Reproduction reproduce_saturation(const Clock&) {
   std::vector<Press> linear;
   double largest_n = 0, unequal_n = 0, asked_n = 0;
   boost::json::object details;
-  details["settings"] = {
-      {"force_limit_n", kForceLimit_n},
-      {"softness", kSoftness},
-      {"stiffness_n_per_m", kStiffness_n_per_m},
-      {"damping_n_s_per_m", kDamping_n_s_per_m},
-      {"press_depth_m", kPressDepth_m},
-      {"hand_n_per_m", devices::HandParameters{}.stiffness_n_per_m},
-      {"mass_kg", boost::json::value_from(std::vector<double>(kMasses_kg.begin(), kMasses_kg.end()))}};
+  details["settings"] = {{"force_limit_n", kForceLimit_n},
+                         {"softness", kSoftness},
+                         {"stiffness_n_per_m", kCouplingStiffness_n_per_m},
+                         {"damping_n_s_per_m", kCouplingDamping_n_s_per_m},
+                         {"press_depth_m", kPressDepth_m},
+                         {"hand_n_per_m", devices::HandParameters{}.stiffness_n_per_m},
+                         {"mass_kg", boost::json::value_from(std::vector<double>(kSaturatingMasses_kg.begin(),
+                                                                                 kSaturatingMasses_kg.end()))}};
   for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
     const std::string law(info.name);
     boost::json::array of_masses;
-    for (const double mass_kg : kMasses_kg) {
+    for (const double mass_kg : kSaturatingMasses_kg) {
       const Press press = pressed(law, mass_kg);
       largest_n = std::max(largest_n, press.largest_n);
       unequal_n = std::max(unequal_n, press.largest_unequal_n);

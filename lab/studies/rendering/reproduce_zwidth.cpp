@@ -20,8 +20,8 @@ namespace {
 constexpr std::array kRates_hz{250.0, 500.0, 1000.0, 2000.0, 4000.0};
 constexpr std::array kDampings_n_s_per_m{0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0};
 /// The adaptive law at a given stiffness is the spring-damper.
-constexpr std::array kLaws{"spring-damper",          "qsa-static", "qsa-dynamic", "stable-dynamic",
-                           "stable-dynamic-literal", "direct"};
+constexpr std::array kZWidthLaws{"spring-damper",          "qsa-static", "qsa-dynamic", "stable-dynamic",
+                                 "stable-dynamic-literal", "direct"};
 constexpr double kLeast_n_per_m = 50;
 constexpr double kMost_n_per_m = 1e6;
 constexpr double kResolution = 1.005;
@@ -295,7 +295,7 @@ Reproduction reproduce_zwidth(const Clock&) {
                          {"scan_step", kScan - 1}};
   details["damping_n_s_per_m"] =
       boost::json::value_from(std::vector<double>(kDampings_n_s_per_m.begin(), kDampings_n_s_per_m.end()));
-  for (const char* law : kLaws) add_law(result, details, widths_of(law));
+  for (const char* law : kZWidthLaws) add_law(result, details, widths_of(law));
   result.details = std::move(details);
   return result;
 }

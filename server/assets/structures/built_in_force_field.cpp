@@ -39,7 +39,7 @@ constexpr std::array<std::string_view, 32> kResidues = {"ALA",  "ARG", "ARGN", "
                                                         "CYSH", "GLN", "GLU",  "GLUH", "GLY",  "HISD", "HISE", "HISH",
                                                         "ILE",  "LEU", "LYS",  "LYSH", "LYSN", "MET",  "PHE",  "PRO",
                                                         "SER",  "THR", "TRP",  "TYR",  "VAL",  "PGLU", "AIB",  "HYP"};
-constexpr std::array<std::string_view, 4> kCaps = {"ACE", "NAC", "NH2", "NHE"};
+constexpr std::array<std::string_view, 4> kKnownCaps = {"ACE", "NAC", "NH2", "NHE"};
 
 }  // namespace
 
@@ -54,7 +54,7 @@ ForceField built_in_force_field() {
   for (const std::string_view name : kResidues) {
     made.blocks[std::string(name)] = {std::string(name), {{"N", "N", 0}, {"CA", "C", 0}, {"C", "C", 0}, {"O", "O", 0}}};
   }
-  for (const std::string_view name : kCaps) made.blocks[std::string(name)] = {std::string(name), {}};
+  for (const std::string_view name : kKnownCaps) made.blocks[std::string(name)] = {std::string(name), {}};
   return made;
 }
 

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string_view>;
 
 constexpr double kAngstromsPerNanometre = 10;
-constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 constexpr const char* kRemedy =
     "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
 
@@ -38,7 +38,7 @@ class ParameterFile {
  public:
   explicit ParameterFile(const fs::path& path) : path_(path.string()) {
     std::error_code error;
-    const bool usable = fs::is_regular_file(path, error) && fs::file_size(path, error) <= kMaxBytes;
+    const bool usable = fs::is_regular_file(path, error) && fs::file_size(path, error) <= kMaxFileBytes;
     std::ifstream file(path, std::ios::binary);
     if (!usable || !file) throw docking::MoleculeError("force-field file " + path_ + " cannot be read" + kRemedy);
     text_.assign(std::istreambuf_iterator<char>(file), {});

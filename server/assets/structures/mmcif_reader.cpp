@@ -13,7 +13,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\n";
+constexpr std::string_view kMmcifBlanks = " \t\r\n";
 constexpr std::size_t kMaxColumns = 200;
 
 /// A value or a keyword; a quoted one is never a keyword.
@@ -29,9 +29,9 @@ struct Word {
   std::string_view value() const { return !is_quoted && (text == "." || text == "?") ? std::string_view() : text; }
 };
 
-class Words {
+class MmcifWords {
  public:
-  explicit Words(std::string_view text) : text_(text) {}
+  explicit MmcifWords(std::string_view text) : text_(text) {}
 
   bool next(Word& word) {
     skip();
@@ -47,7 +47,7 @@ class Words {
       word = {text_.substr(at_ + 1, end - at_ - 1), true};
       at_ = std::min(end + 1, text_.size());
     } else {
-      const std::size_t end = std::min(text_.find_first_of(kBlanks, at_), text_.size());
+      const std::size_t end = std::min(text_.find_first_of(kMmcifBlanks, at_), text_.size());
       word = {text_.substr(at_, end - at_), false};
       at_ = end;
     }
@@ -61,13 +61,15 @@ class Words {
   }
 
  private:
-  bool is_blank(std::size_t i) const { return i >= text_.size() || kBlanks.find(text_[i]) != std::string_view::npos; }
+  bool is_blank(std::size_t i) const {
+    return i >= text_.size() || kMmcifBlanks.find(text_[i]) != std::string_view::npos;
+  }
   std::string_view until(std::string_view mark, std::size_t from) const {
     return text_.substr(from, std::min(text_.find(mark, from), text_.size()) - from);
   }
   void skip() {
     while (true) {
-      at_ = std::min(text_.find_first_not_of(kBlanks, at_), text_.size());
+      at_ = std::min(text_.find_first_not_of(kMmcifBlanks, at_), text_.size());
       if (at_ >= text_.size() || text_[at_] != '#') return;
       at_ = std::min(text_.find('\n', at_), text_.size());
     }
@@ -79,9 +81,9 @@ class Words {
 
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-class Parser {
+class MmcifParser {
  public:
-  Parser(std::string_view text, const std::string& source) : words_(text), source_(source) {}
+  MmcifParser(std::string_view text, const std::string& source) : words_(text), source_(source) {}
 
   PdbStructure parse() {
     Word word;
@@ -173,7 +175,7 @@ class Parser {
     return true;
   }
 
-  Words words_;
+  MmcifWords words_;
   const std::string& source_;
   ResidueCollector residues_;
   const std::vector<std::string_view>* tags_ = nullptr;
@@ -189,7 +191,7 @@ class Parser {
 }  // namespace
 
 PdbStructure parse_mmcif(std::string_view text, const std::string& source) {
-  return Parser(text, source).parse();
+  return MmcifParser(text, source).parse();
 }
 
 }  // namespace tandem::server

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::size_t kLastCoordinateColumn = 54;
 
-class Parser {
+class PdbParser {
  public:
-  explicit Parser(const std::string& source) : source_(source) {}
+  explicit PdbParser(const std::string& source) : source_(source) {}
 
   PdbStructure parse(std::string_view text);
 
@@ -34,11 +34,11 @@ class Parser {
   ResidueCollector residues_;
 };
 
-void Parser::fail(const std::string& what) const {
+void PdbParser::fail(const std::string& what) const {
   throw docking::MoleculeError(source_ + ":" + std::to_string(line_) + ": " + what);
 }
 
-double Parser::coordinate(std::string_view line, std::size_t first, std::size_t last, char axis) const {
+double PdbParser::coordinate(std::string_view line, std::size_t first, std::size_t last, char axis) const {
   const std::string_view field = columns(line, first, last);
   double value = 0;
   if (!parse_finite(field, value) || std::abs(value) > kMaxCoordinateAngstrom) {
@@ -48,7 +48,7 @@ double Parser::coordinate(std::string_view line, std::size_t first, std::size_t 
   return value;
 }
 
-void Parser::add_atom(std::string_view line) {
+void PdbParser::add_atom(std::string_view line) {
   // A number cut off in the middle would still be a number.
   if (line.size() < kLastCoordinateColumn) {
     fail("atom line ends at column " + std::to_string(line.size()) +
@@ -71,7 +71,7 @@ void Parser::add_atom(std::string_view line) {
   }
 }
 
-PdbStructure Parser::parse(std::string_view text) {
+PdbStructure PdbParser::parse(std::string_view text) {
   bool has_more_models = false;
   while (!text.empty()) {
     const std::string_view line = take_line(text);
@@ -94,7 +94,7 @@ PdbStructure Parser::parse(std::string_view text) {
 }  // namespace
 
 PdbStructure parse_pdb(std::string_view text, const std::string& source) {
-  return Parser(source).parse(text);
+  return PdbParser(source).parse(text);
 }
 
 }  // namespace tandem::server

@@ -76,10 +76,6 @@ constexpr std::size_t kMaxCysteines = 20'000;
 
 using Names = std::vector<std::string>;
 
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-
 bool has(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }

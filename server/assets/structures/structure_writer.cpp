@@ -13,6 +13,7 @@
 
 #include "common/base/folders.hpp"
 #include "server/assets/structures/residue_collector.hpp"
+#include "server/assets/structures/text.hpp"
 
 namespace tandem::server {
 namespace {
@@ -61,10 +62,6 @@ struct Complex {
 
 [[noreturn]] void refuse_in_pdb(const Row& row, const std::string& what) {
   refuse(row, what + "; write mmCIF (FILE.cif) instead");
-}
-
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
 }
 
 /// "12A" is 12 and A; what does not begin with a number is all number, as others write more residues than 9999.

@@ -8,6 +8,10 @@
 
 namespace tandem::server {
 
+inline bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
 std::string_view trimmed(std::string_view text);
 
 /// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks;

@@ -10,7 +10,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kTick_s = 0.001;
+constexpr double kForceBlendTick_s = 0.001;
 
 Wrench force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
@@ -38,7 +38,7 @@ TEST(ForceBlend, WhatIsMetAMomentAfterAJumpIsAsHardAsEver) {
   ForceBlend blend = showing(0);
   blend.jump();
   blend.apply(force_x(0.01));
-  blend.advance(kTick_s);
+  blend.advance(kForceBlendTick_s);
   EXPECT_NEAR(blend.apply(force_x(-5)).f.x(), -5, 0.01);
 }
 
@@ -63,11 +63,11 @@ TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
   blend.apply(force_x(0));
   double before = 4;
   for (int k = 0; k < 100; ++k) {
-    blend.advance(kTick_s);
+    blend.advance(kForceBlendTick_s);
     const double now = blend.apply(force_x(0)).f.x();
     ASSERT_LE(now, before);
     // |ẇ| = ω² t e^(−ωt) is largest at t = 1/ω: ω / e.
-    ASSERT_LE(before - now, 4 * ForceBlend::kRate * kTick_s / std::exp(1.0));
+    ASSERT_LE(before - now, 4 * ForceBlend::kRate * kForceBlendTick_s / std::exp(1.0));
     before = now;
     EXPECT_LT(now, k < 49 ? 4.0 : k < 84 ? 0.10 * 4 : 0.01 * 4) << k;
   }
@@ -79,7 +79,7 @@ TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();
   for (int k = 0; k < 100; ++k) {
-    blend.advance(kTick_s);
+    blend.advance(kForceBlendTick_s);
     const double shown = blend.apply(force_x(6 * std::exp(-k / 10.0))).f.x();
     EXPECT_GE(shown, -1e-9) << k;
     EXPECT_LE(shown, 1.5) << k;
@@ -90,7 +90,7 @@ TEST(ForceBlend, JumpsAmidAFadeAddUpAndKeepTheBoundOfTheirSum) {
   ForceBlend blend = showing(0);
   double target = 0, jumps = 0, shown = 0;
   for (int k = 0; k < 300; ++k) {
-    blend.advance(kTick_s);
+    blend.advance(kForceBlendTick_s);
     if (k % 20 == 0 && k < 200) {
       const double to = k % 40 == 0 ? 1.5 : -0.5;
       blend.jump();
@@ -98,7 +98,7 @@ TEST(ForceBlend, JumpsAmidAFadeAddUpAndKeepTheBoundOfTheirSum) {
       target = to;
     }
     const double now = blend.apply(force_x(target)).f.x();
-    ASSERT_LE(std::abs(now - shown), jumps * ForceBlend::kRate * kTick_s / std::exp(1.0) + 1e-12) << k;
+    ASSERT_LE(std::abs(now - shown), jumps * ForceBlend::kRate * kForceBlendTick_s / std::exp(1.0) + 1e-12) << k;
     shown = now;
   }
   EXPECT_NEAR(shown, target, 1e-2);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr haptics::CouplingParameters kBounds{.stiffness_n_per_m = 3000, .damping_n_s_per_m = 20};
 
-constexpr double kTick_s = 0.001;
+constexpr double kSceneCouplingTick_s = 0.001;
 
 HapticScene scene_of(std::string_view law, double stiffness_n_per_m) {
   HapticScene scene;
@@ -43,7 +43,7 @@ TEST(SceneCoupling, RampsAChangeInATenthOfASecondUnlessItJumps) {
   coupling.start(scene_of("spring-damper", 300));
   coupling.go_to(scene_of("spring-damper", 600));
   for (int i = 1; i <= 50; ++i) {
-    coupling.advance(kTick_s);
+    coupling.advance(kSceneCouplingTick_s);
     ASSERT_NEAR(coupling.parameters().stiffness_n_per_m, 300 + 3 * i, 1e-9) << i << " ms";
   }
   coupling.jump();
@@ -56,7 +56,7 @@ TEST(SceneCoupling, FadesToAnotherLawInThreeTenthsOfASecondUnlessItJumps) {
   stretched.d_W = {0.01, 0, 0};
   const auto force_n = [&] { return coupling.law().wrench_on_tool_W(stretched).f.x(); };
   const auto run = [&](int ticks) {
-    for (int i = 0; i < ticks; ++i) coupling.advance(kTick_s);
+    for (int i = 0; i < ticks; ++i) coupling.advance(kSceneCouplingTick_s);
   };
   coupling.start(scene_of("stable-dynamic", 300));
   run(1);

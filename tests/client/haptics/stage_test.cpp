@@ -27,14 +27,14 @@ haptics::CouplingParameters unlimited() {
 }
 
 /// A stage input with its own coupling and server state.
-struct Rig {
-  Rig() {
+struct StageRig {
+  StageRig() {
     input.newest = &received;
     input.coupling = coupling.get();
     input.parameters = &parameters;
   }
-  Rig(const Rig&) = delete;
-  Rig& operator=(const Rig&) = delete;
+  StageRig(const StageRig&) = delete;
+  StageRig& operator=(const StageRig&) = delete;
 
   haptics::CouplingParameters parameters = unlimited();
   std::unique_ptr<haptics::CouplingLaw> coupling = haptics::make_coupling_law("spring-damper", unlimited());
@@ -44,7 +44,7 @@ struct Rig {
 };
 
 TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
-  Rig rig;
+  StageRig rig;
   rig.input.handle.X = {Vec3(0.01, 0, 0), quaternion_of(Vec3(0, 0, 0.2))};
   rig.input.handle.V = {Vec3(0, 0.1, 0), Vec3(0, 0, 1)};
   rig.newest.tool.V.v = Vec3(0, 0, 0.2);
@@ -64,7 +64,7 @@ TEST(LatePose, PairOnHandAndToolSumsToZero) {
   const auto vector = [&random](double scale) {
     return Vec3(scale * Vec3(random.normal(), random.normal(), random.normal()));
   };
-  Rig rig;
+  StageRig rig;
   const auto stage = make_stage({.name = "late-pose"});
   for (int i = 0; i < 1000; ++i) {
     rig.input.handle = {{vector(0.05), quaternion_of(vector(0.5))}, {vector(0.3), vector(3)}};
@@ -80,7 +80,7 @@ TEST(LatePose, PairOnHandAndToolSumsToZero) {
 }
 
 TEST(LatePose, IsZeroAtTheToolAndWithoutAnyState) {
-  Rig rig;
+  StageRig rig;
   rig.input.handle.X.p = rig.newest.tool.X.p = Vec3(1, 2, 3);
   const auto stage = make_stage({.name = "late-pose"});
   EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
@@ -90,7 +90,7 @@ TEST(LatePose, IsZeroAtTheToolAndWithoutAnyState) {
 }
 
 TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
-  Rig rig;
+  StageRig rig;
   const auto direct = haptics::make_coupling_law("direct", unlimited());
   rig.input.coupling = direct.get();
   rig.input.handle.X.p = Vec3(0.01, 0, 0);
@@ -101,7 +101,7 @@ TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
 }
 
 TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {
-  Rig rig;
+  StageRig rig;
   rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
   const auto stage = make_stage({.name = "hold"});
   for (const double x : {0.0, 0.5, -3.0}) {
@@ -133,7 +133,7 @@ struct LateForce {
   }
 
   static constexpr Duration kOffset{std::chrono::hours(1)};
-  Rig rig;
+  StageRig rig;
   std::unique_ptr<Stage> stage;
   LocalTime now{std::chrono::seconds(1)};
   Duration age{std::chrono::milliseconds(20)};
@@ -182,7 +182,7 @@ TEST(ForceStreamStage, SeesContactWithHysteresis) {
 }
 
 TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
-  Rig rig;
+  StageRig rig;
   const auto stage = make_stage({.name = "wave", .wave = {20, 0.01}});
   rig.input.tick.value = 1;
   stage->tick(rig.input);
@@ -198,7 +198,7 @@ TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
 }
 
 TEST(WaveStage, AJumpOverTicksWithoutAHandIsNoVelocity) {
-  Rig rig;
+  StageRig rig;
   const auto stage = make_stage({.name = "wave", .wave = {20, 0.01}});
   rig.input.tick.value = 1;
   stage->tick(rig.input);
@@ -224,7 +224,7 @@ TEST(Stages, EveryListedNameMakesAStageOfThatName) {
 
 TEST(Stages, WithoutAnyStateEachShowsNothing) {
   for (const std::string_view name : stage_names()) {
-    Rig rig;
+    StageRig rig;
     rig.input.newest = nullptr;
     rig.input.handle.X.p.x() = 0.01;
     const StageOutput output = make_stage({.name = std::string(name)})->tick(rig.input);

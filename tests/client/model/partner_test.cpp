@@ -15,7 +15,7 @@ namespace {
 constexpr double kPeriod_s = 1e-3;
 constexpr double kLate_s = 0.05;
 
-RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+RigidState moving_at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
@@ -102,7 +102,8 @@ TEST(Partner, AtRestIsWhereHeIsToldWhateverHeIsShown) {
     Told told;
     const Vec3 force(newtons, 0, -newtons);
     RigidState handle;
-    for (int k = 0; k < 5000; ++k) handle = told.tick(at({0.1, 0.2, 0.3}), {force, Vec3::Zero()}, pushed_by(force));
+    for (int k = 0; k < 5000; ++k)
+      handle = told.tick(moving_at({0.1, 0.2, 0.3}), {force, Vec3::Zero()}, pushed_by(force));
     EXPECT_LT((handle.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << newtons;
     EXPECT_LT(handle.V.v.norm(), 1e-4);
   }
@@ -110,11 +111,11 @@ TEST(Partner, AtRestIsWhereHeIsToldWhateverHeIsShown) {
 
 TEST(Partner, GivesWayToWhatTheModelDoesBeforeHeCanHaveFeltIt) {
   Told told;
-  for (int k = 0; k < 1000; ++k) told.tick(at(Vec3::Zero()), {}, {});
+  for (int k = 0; k < 1000; ++k) told.tick(moving_at(Vec3::Zero()), {}, {});
   RigidState handle;
-  for (int k = 0; k < 30; ++k) handle = told.tick(at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
+  for (int k = 0; k < 30; ++k) handle = told.tick(moving_at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
   EXPECT_GT(handle.X.p.x(), 5e-4) << "an arm of 0.3 kg within 30 ms";
-  for (int k = 0; k < 5000; ++k) handle = told.tick(at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
+  for (int k = 0; k < 5000; ++k) handle = told.tick(moving_at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
   EXPECT_NEAR(handle.X.p.x(), 1 / GivingHand::kStiffness_n_per_m, 1e-6);
 }
 
@@ -123,10 +124,10 @@ TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
   PartnerSurroundings around;
   around.has_common_body = true;
   around.pressing_W = Vec3::UnitX();
-  for (int k = 0; k < 1000; ++k) told.tick(at({0.02, 0, 0}), {}, around);
+  for (int k = 0; k < 1000; ++k) told.tick(moving_at({0.02, 0, 0}), {}, around);
   // The body is here 5 mm farther along and across than where it was when he was told of.
-  around.body = at({0.005, 0.005, 0});
-  const RigidState handle = told.tick(at({0.02, 0, 0}), {}, around);
+  around.body = moving_at({0.005, 0.005, 0});
+  const RigidState handle = told.tick(moving_at({0.02, 0, 0}), {}, around);
   EXPECT_NEAR(handle.X.p.x(), 0.02, 1e-6);
   EXPECT_GT(handle.X.p.y(), 0.001);
   EXPECT_LT(handle.X.p.y(), 0.005);
@@ -134,7 +135,7 @@ TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
 
 TEST(Partner, ForgetsHisHandleWhenNothingPullsHisTool) {
   Told told;
-  told.tick(at(Vec3::Zero()), {}, {});
+  told.tick(moving_at(Vec3::Zero()), {}, {});
   EXPECT_TRUE(told.partner.has_handle());
   proto::ServerUpdate update;
   update.step.value = 2;
@@ -162,12 +163,12 @@ TEST(Partner, IsFiniteForFiniteInput) {
     if (k % 3 == 0) {
       const Pose X_there{any(1e3), quaternion_of(any(3))};
       around.has_common_body = true;
-      around.body = at(any(1e3), any(1e3));
+      around.body = moving_at(any(1e3), any(1e3));
       around.X_WB_then = X_there;
       around.pressing_W = any(1).normalized();
       around.is_held = k % 2 == 0;
     }
-    const RigidState handle = told.tick(at(any(1e3), any(1e3)), {any(1e4), any(1e4)}, around);
+    const RigidState handle = told.tick(moving_at(any(1e3), any(1e3)), {any(1e4), any(1e4)}, around);
     ASSERT_TRUE(is_finite(handle)) << k;
     ASSERT_NEAR(handle.X.q.norm(), 1, 1e-9);
   }

@@ -10,7 +10,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
+constexpr double kReconcilerPeriod_s = 1e-3;
 
 RigidState at_x(double x_m) {
   RigidState state;
@@ -36,7 +36,7 @@ Course corrected(double offset_m, int delay, const ReconcilerSettings& settings,
       const auto then = static_cast<std::size_t>(answered);
       reconciler.observe(at_x(0), at_x(was[then]), given[then]);
     }
-    const Shift shift = reconciler.step(kPeriod_s, 0);
+    const Shift shift = reconciler.step(kReconcilerPeriod_s, 0);
     model_m += shift.p.x();
     run.lowest_m = std::min(run.lowest_m, model_m);
     run.fastest_m_per_tick = std::max(run.fastest_m_per_tick, shift.p.norm());
@@ -60,7 +60,7 @@ TEST_P(ReconcilerDelay, TakesAnOffsetOutOnceWhateverTheDelay) {
 TEST_P(ReconcilerDelay, NeverMovesFasterThanItsLimit) {
   const ReconcilerSettings settings{.time_constant_s = 0.01, .speed_limit_m_per_s = 0.05};
   const Course run = corrected(0.020, GetParam(), settings, GetParam() + 1000);
-  EXPECT_LE(run.fastest_m_per_tick, 0.05 * kPeriod_s * (1 + 1e-12));
+  EXPECT_LE(run.fastest_m_per_tick, 0.05 * kReconcilerPeriod_s * (1 + 1e-12));
   EXPECT_NEAR(run.end_m, 0, 1e-9);
 }
 
@@ -80,7 +80,7 @@ TEST(Reconciler, TurnsTheShortWay) {
   model.X.q = quaternion_of(Vec3(0, 0, -3.0));
   Reconciler reconciler{ReconcilerSettings{}};
   reconciler.observe(server, model, Shift{});
-  EXPECT_LT(reconciler.step(kPeriod_s, 0).theta.z(), 0);
+  EXPECT_LT(reconciler.step(kReconcilerPeriod_s, 0).theta.z(), 0);
 }
 
 TEST(Reconciler, IgnoresAStateThatIsNotFinite) {
@@ -88,7 +88,7 @@ TEST(Reconciler, IgnoresAStateThatIsNotFinite) {
   RigidState broken;
   broken.X.p.x() = std::numeric_limits<double>::quiet_NaN();
   reconciler.observe(broken, at_x(0), Shift{});
-  EXPECT_EQ(reconciler.step(kPeriod_s, 0).p.norm(), 0);
+  EXPECT_EQ(reconciler.step(kReconcilerPeriod_s, 0).p.norm(), 0);
 }
 
 TEST(InputHistory, KnowsAnInputUntilItsPlaceIsTakenAgain) {

@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kPeriod_s = 0.001;
+constexpr double kSoftFollowerPeriod_s = 0.001;
 
 /// A spring along z that is `depth_m` deep for a thing at `height_m`.
 SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
@@ -28,23 +28,23 @@ Pose at_height(double z_m) {
 TEST(SoftFollower, FeelsTheSpringAtOnceAsTheToolMoves) {
   SoftFollower follower;
   follower.take(spring(200, 0.003, -0.003), at_height(0.02));
-  for (int k = 0; k < 500; ++k) follower.step(at_height(0.02), kPeriod_s);
+  for (int k = 0; k < 500; ++k) follower.step(at_height(0.02), kSoftFollowerPeriod_s);
   for (const double depth_m : {0.001, 0.003, 0.02}) {
-    EXPECT_NEAR(follower.step(at_height(-depth_m), kPeriod_s).f.z(), 200 * depth_m, 1e-3) << depth_m;
+    EXPECT_NEAR(follower.step(at_height(-depth_m), kSoftFollowerPeriod_s).f.z(), 200 * depth_m, 1e-3) << depth_m;
   }
-  EXPECT_EQ(follower.step(at_height(0.001), kPeriod_s).f.z(), 0) << "out of it";
+  EXPECT_EQ(follower.step(at_height(0.001), kSoftFollowerPeriod_s).f.z(), 0) << "out of it";
 }
 
 TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
   SoftFollower follower;
   const Pose X_WT = at_height(-0.01);
   follower.take(spring(100, 0.01, -0.01), X_WT);
-  for (int k = 0; k < 1000; ++k) follower.step(X_WT, kPeriod_s);
-  double before_n = follower.step(X_WT, kPeriod_s).f.z(), rise_before_n = 0;
+  for (int k = 0; k < 1000; ++k) follower.step(X_WT, kSoftFollowerPeriod_s);
+  double before_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z(), rise_before_n = 0;
   ASSERT_NEAR(before_n, 1, 1e-6);
   follower.take(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
-    const double force_n = follower.step(X_WT, kPeriod_s).f.z();
+    const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
     // One newton, critically damped with 50 ms: 1 / (e · 50 ms), 1 / (50 ms)².
     EXPECT_LT(force_n - before_n, 0.0075) << k;
     EXPECT_LT(std::abs(force_n - before_n - rise_before_n), 4.1e-4) << k;
@@ -61,7 +61,7 @@ TEST(SoftFollower, SameContactToldAgainChangesNothing) {
   for (int k = 0; k < 100; ++k) {
     const Pose X_WT = at_height(-1e-4 * k);
     often.take(contact, X_WT);
-    EXPECT_EQ(once.step(X_WT, kPeriod_s).f.z(), often.step(X_WT, kPeriod_s).f.z()) << k;
+    EXPECT_EQ(once.step(X_WT, kSoftFollowerPeriod_s).f.z(), often.step(X_WT, kSoftFollowerPeriod_s).f.z()) << k;
   }
 }
 

@@ -20,7 +20,7 @@ using Place = std::array<float, 3>;
 constexpr Rgba kYellow{1, 1, 0, 1};
 constexpr double kCarbonRadius = 1.70;
 
-Vec3 vector_of(const Place& a) {
+Vec3 in_space(const Place& a) {
   return {a[0], a[1], a[2]};
 }
 
@@ -86,8 +86,8 @@ struct Welded {
 double volume_of(const DrawnMesh& mesh) {
   double sum = 0;
   for (std::size_t i = 0; i < mesh.size(); i += 3) {
-    const Vec3 a = vector_of(mesh[i].position_m), b = vector_of(mesh[i + 1].position_m);
-    sum += a.dot(b.cross(vector_of(mesh[i + 2].position_m))) / 6;
+    const Vec3 a = in_space(mesh[i].position_m), b = in_space(mesh[i + 1].position_m);
+    sum += a.dot(b.cross(in_space(mesh[i + 2].position_m))) / 6;
   }
   return sum;
 }
@@ -113,7 +113,7 @@ TEST(MolecularSurface, OfAnAtomThatIsAloneIsABallOfItsRadius) {
     const Welded welded(mesh);
     const double rounding = at.norm() * 1e-6;
     for (const Vertex& vertex : mesh) {
-      EXPECT_NEAR((vector_of(vertex.position_m) - at).norm(), kCarbonRadius, 0.02 + rounding);
+      EXPECT_NEAR((in_space(vertex.position_m) - at).norm(), kCarbonRadius, 0.02 + rounding);
     }
     if (rounding > 0.01) continue;
     EXPECT_TRUE(welded.is_manifold());
@@ -128,16 +128,16 @@ TEST(MolecularSurface, OfAnAtomThatIsAloneIsABallOfItsRadius) {
 TEST(MolecularSurface, HasNormalsThatPointOutwards) {
   const Vec3 at(0.3, 0.1, 0.2);
   for (const Vertex& vertex : surface_of(carbons({at}))) {
-    const Vec3 outwards = (vector_of(vertex.position_m) - at).normalized();
-    EXPECT_GT(vector_of(vertex.normal).dot(outwards), 0.9999);
+    const Vec3 outwards = (in_space(vertex.position_m) - at).normalized();
+    EXPECT_GT(in_space(vertex.normal).dot(outwards), 0.9999);
   }
   std::mt19937 random(test::test_seed(15));
   const DrawnMesh mesh = surface_of(crowd(200, random));
   std::size_t agreeing = 0;
   for (std::size_t i = 0; i < mesh.size(); i += 3) {
-    const Vec3 a = vector_of(mesh[i].position_m);
-    const Vec3 face = (vector_of(mesh[i + 1].position_m) - a).cross(vector_of(mesh[i + 2].position_m) - a);
-    const Vec3 sum = vector_of(mesh[i].normal) + vector_of(mesh[i + 1].normal) + vector_of(mesh[i + 2].normal);
+    const Vec3 a = in_space(mesh[i].position_m);
+    const Vec3 face = (in_space(mesh[i + 1].position_m) - a).cross(in_space(mesh[i + 2].position_m) - a);
+    const Vec3 sum = in_space(mesh[i].normal) + in_space(mesh[i + 1].normal) + in_space(mesh[i + 2].normal);
     if (face.dot(sum) > 0) ++agreeing;
   }
   EXPECT_GT(static_cast<double>(agreeing), 0.99 * static_cast<double>(mesh.size() / 3)) << "of triangles that count";
@@ -160,7 +160,7 @@ TEST(MolecularSurface, IsOutsideOfAllAtomsAndNearThem) {
   for (const Vertex& vertex : surface_of(molecule)) {
     double nearest = 1e9;
     for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
-      const double apart = (vector_of(vertex.position_m) - molecule.positions_angstrom[atom]).norm();
+      const double apart = (in_space(vertex.position_m) - molecule.positions_angstrom[atom]).norm();
       nearest = std::min(nearest, apart - van_der_waals_radius_angstrom(molecule, atom));
     }
     EXPECT_GT(nearest, -0.05);
@@ -205,8 +205,8 @@ TEST(MolecularSurface, IsScaledToMetres) {
   DrawnMesh out;
   append_surface(out, carbons({{1, 0, 0}}), 0.01, std::vector<Rgba>{kYellow});
   for (const Vertex& vertex : out) {
-    EXPECT_NEAR((vector_of(vertex.position_m) - Vec3(0.01, 0, 0)).norm(), 0.01 * kCarbonRadius, 2e-4);
-    EXPECT_NEAR(vector_of(vertex.normal).norm(), 1, 1e-5);
+    EXPECT_NEAR((in_space(vertex.position_m) - Vec3(0.01, 0, 0)).norm(), 0.01 * kCarbonRadius, 2e-4);
+    EXPECT_NEAR(in_space(vertex.normal).norm(), 1, 1e-5);
   }
 }
 

@@ -14,9 +14,9 @@
 namespace tandem::client {
 namespace {
 
-constexpr Rgba kYellow{1, 1, 0, 1}, kGrey{0.5F, 0.5F, 0.5F, 1};
+constexpr Rgba kRibbonYellow{1, 1, 0, 1}, kGrey{0.5F, 0.5F, 0.5F, 1};
 
-Vec3 vector_of(const std::array<float, 3>& a) {
+Vec3 in_eigen(const std::array<float, 3>& a) {
   return {a[0], a[1], a[2]};
 }
 
@@ -59,7 +59,7 @@ docking::Molecule strand(int residues) {
 /// In Å.
 DrawnMesh ribbon_of(const docking::Molecule& molecule) {
   DrawnMesh out;
-  append_ribbon(out, molecule, 1, std::vector<Rgba>(molecule.size(), kYellow));
+  append_ribbon(out, molecule, 1, std::vector<Rgba>(molecule.size(), kRibbonYellow));
   return out;
 }
 
@@ -67,7 +67,7 @@ DrawnMesh ribbon_of(const docking::Molecule& molecule) {
 Eigen::Vector2d half_size_at(const DrawnMesh& mesh, double x) {
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
   for (const Vertex& vertex : mesh) {
-    const Vec3 at = vector_of(vertex.position_m);
+    const Vec3 at = in_eigen(vertex.position_m);
     if (std::abs(at.x() - x) > 0.5) continue;
     low = low.cwiseMin(at.tail<2>());
     high = high.cwiseMax(at.tail<2>());
@@ -80,7 +80,7 @@ TEST(Ribbon, GoesAlongAHelixAndIsWide) {
   ASSERT_FALSE(mesh.empty());
   double nearest = 1e9, farthest = 0, upward = 0;
   for (const Vertex& vertex : mesh) {
-    const Vec3 at = vector_of(vertex.position_m);
+    const Vec3 at = in_eigen(vertex.position_m);
     const double radius = at.head<2>().norm();
     nearest = std::min(nearest, radius);
     farthest = std::max(farthest, radius);
@@ -120,10 +120,10 @@ TEST(Ribbon, IsClosedAndOutwardIsOut) {
     };
     for (std::size_t i = 0; i < mesh.size(); i += 3) {
       for (std::size_t k = 0; k < 3; ++k) ++edges[{place(i + k), place(i + (k + 1) % 3)}];
-      const auto at = [&](std::size_t k) { return vector_of(mesh[i + k].position_m); };
+      const auto at = [&](std::size_t k) { return in_eigen(mesh[i + k].position_m); };
       const Vec3 face = (at(1) - at(0)).cross(at(2) - at(0));
       if (face.norm() < 1e-6) continue;
-      EXPECT_GT(face.normalized().dot(vector_of(mesh[i].normal)), 0) << i;
+      EXPECT_GT(face.normalized().dot(in_eigen(mesh[i].normal)), 0) << i;
     }
     for (const auto& [edge, count] : edges) {
       if (edge.first == edge.second) continue;
@@ -136,11 +136,11 @@ TEST(Ribbon, IsClosedAndOutwardIsOut) {
 
 TEST(Ribbon, HasItsResiduesColours) {
   const docking::Molecule molecule = helix(6);
-  std::vector<Rgba> colors(molecule.size(), kYellow);
+  std::vector<Rgba> colors(molecule.size(), kRibbonYellow);
   for (std::size_t atom = 6; atom < colors.size(); ++atom) colors[atom] = kGrey;
   DrawnMesh mesh;
   append_ribbon(mesh, molecule, 1, colors);
-  const auto yellow = std::ranges::count(mesh, bytes_of(kYellow), &Vertex::color);
+  const auto yellow = std::ranges::count(mesh, bytes_of(kRibbonYellow), &Vertex::color);
   const auto grey = std::ranges::count(mesh, bytes_of(kGrey), &Vertex::color);
   EXPECT_EQ(static_cast<std::size_t>(yellow + grey), mesh.size());
   EXPECT_NEAR(static_cast<double>(yellow), static_cast<double>(grey), 0.1 * static_cast<double>(yellow));
@@ -156,10 +156,10 @@ TEST(Ribbon, LeavesTheRestAsSticks) {
   rest.positions_angstrom = {{30, 0, 0}, {40, 0, 0}, {41.5, 0, 0}};
   rest.mass_u = {40, 12, 12};
   DrawnMesh sticks;
-  append_sticks(sticks, rest, 1, std::vector<Rgba>(3, kYellow));
+  append_sticks(sticks, rest, 1, std::vector<Rgba>(3, kRibbonYellow));
   EXPECT_EQ(ribbon_of(molecule).size(), ribbon + sticks.size());
   DrawnMesh nameless;
-  append_ribbon(nameless, rest, 1, std::vector<Rgba>(3, kYellow));
+  append_ribbon(nameless, rest, 1, std::vector<Rgba>(3, kRibbonYellow));
   EXPECT_EQ(nameless.size(), sticks.size());
 }
 
@@ -199,8 +199,8 @@ TEST(Ribbon, OfAtomsAtOnePlaceIsFinite) {
   for (int i = 0; i < 6; ++i) add_atom(molecule, "CA", "C", {1, 2, 3}, i);
   for (int i = 6; i < 12; ++i) add_atom(molecule, "CA", "C", {4.0 * (i % 2), 2, 3}, i);
   for (const Vertex& vertex : ribbon_of(molecule)) {
-    EXPECT_TRUE(vector_of(vertex.position_m).allFinite());
-    EXPECT_TRUE(vector_of(vertex.normal).allFinite());
+    EXPECT_TRUE(in_eigen(vertex.position_m).allFinite());
+    EXPECT_TRUE(in_eigen(vertex.normal).allFinite());
   }
   EXPECT_TRUE(ribbon_of({}).empty());
 }

@@ -17,9 +17,9 @@ namespace {
 constexpr double kStiffness_n_per_m3 = 5e9;
 using Patch = std::vector<ContactPoint>;
 
-class Random {
+class Numbers {
  public:
-  explicit Random(unsigned seed) : engine_(seed) {}
+  explicit Numbers(unsigned seed) : engine_(seed) {}
   double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
   Vec3 vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
   Quat rotation() { return quaternion_of(vector(3)); }
@@ -45,7 +45,7 @@ Patch turned(Patch patch, const Quat& turn) {
   return patch;
 }
 
-Patch on_plane(Random& random) {
+Patch on_plane(Numbers& random) {
   Patch patch;
   const double width = random.between(0.2, 1);
   const double tilt = random.between(-1, 1);
@@ -56,7 +56,7 @@ Patch on_plane(Random& random) {
   return patch;
 }
 
-Patch on_sphere(Random& random) {
+Patch on_sphere(Numbers& random) {
   Patch patch;
   const double rim = random.between(0.2, 0.999);
   for (int i = 0; i < 300; ++i) {
@@ -70,7 +70,7 @@ Patch on_sphere(Random& random) {
 }
 
 // Two walls at any angle, one with any share of the contacts.
-Patch in_groove(Random& random) {
+Patch in_groove(Numbers& random) {
   Patch patch;
   const double length = random.between(0.3, 2);
   const double share = random.between(0.1, 0.5);
@@ -84,7 +84,7 @@ Patch in_groove(Random& random) {
   return patch;
 }
 
-Patch in_corner(Random& random) {
+Patch in_corner(Numbers& random) {
   Patch patch;
   const double share = random.between(0.1, 0.8);
   for (int i = 0; i < 300; ++i) {
@@ -96,7 +96,7 @@ Patch in_corner(Random& random) {
   return patch;
 }
 
-Patch around_peg(Random& random) {
+Patch around_peg(Numbers& random) {
   Patch patch;
   const double arc = random.between(2, 6.28);
   for (int i = 0; i < 300; ++i) {
@@ -144,7 +144,7 @@ double wrench_error(const Wrench& a, const Wrench& b, const Middle& middle) {
 
 struct Kind {
   std::string name;
-  Patch (*make)(Random&);
+  Patch (*make)(Numbers&);
   double derivative_error;  ///< a little over the worst of 2,000 random patches
 };
 
@@ -152,7 +152,7 @@ class Reduction : public testing::TestWithParam<Kind> {};
 
 TEST_P(Reduction, KeepsTheNetWrenchAndNearlyItsDerivative) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    Random random(seed);
+    Numbers random(seed);
     const Patch patch = turned(GetParam().make(random), random.rotation());
     const Middle middle = middle_of(patch);
     std::array<ReducedContact, kReducedContacts> out;
@@ -168,7 +168,7 @@ TEST_P(Reduction, KeepsTheNetWrenchAndNearlyItsDerivative) {
 
 TEST_P(Reduction, PushesWithinThePatch) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    Random random(seed);
+    Numbers random(seed);
     const Patch patch = turned(GetParam().make(random), random.rotation());
     const Middle middle = middle_of(patch);
     std::array<ReducedContact, kReducedContacts> out;
@@ -226,7 +226,7 @@ Mat6 differences(const std::function<Wrench(const Vec3&, const Vec3&)>& wrench) 
 
 TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    Random random(seed);
+    Numbers random(seed);
     Patch patch;
     std::vector<ReducedContact> reduced;
     for (int i = 0; i < 20; ++i) {
@@ -312,7 +312,7 @@ TEST(ContactReduction, ChangesNoMoreAtOnceThanThePatchDoes) {
 }
 
 TEST(ContactReduction, GivesFewContactsAsTheyAre) {
-  Random random(1);
+  Numbers random(1);
   Patch patch = on_plane(random);
   patch.resize(16);
   patch[3].depth_m = -1e-5;
@@ -325,7 +325,7 @@ TEST(ContactReduction, GivesFewContactsAsTheyAre) {
 
 TEST(ContactReduction, EightSlotsKeepTheWrenchToo) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
-    Random random(seed);
+    Numbers random(seed);
     const Patch patch = turned(in_groove(random), random.rotation());
     const Middle middle = middle_of(patch);
     std::array<ReducedContact, 15> out;
@@ -340,7 +340,7 @@ TEST(ContactReduction, EightSlotsKeepTheWrenchToo) {
 }
 
 TEST(ContactReduction, GivesNothingWhereNothingPressesOrNothingFits) {
-  Random random(1);
+  Numbers random(1);
   Patch patch = on_plane(random);
   std::array<ReducedContact, 7> out;
   EXPECT_EQ(reduce_contacts(patch, kStiffness_n_per_m3, out), 0U);
@@ -370,7 +370,7 @@ TEST(ContactReduction, StandsPatchesWithoutExtent) {
 }
 
 TEST(ContactReduction, AllocatesNothing) {
-  Random random(1);
+  Numbers random(1);
   const Patch patch = in_groove(random);
   std::array<ReducedContact, kReducedContacts> out;
   const std::uint64_t before = test::allocation_count();

@@ -13,15 +13,15 @@ namespace {
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 
-Vec3 random_vector(Random& random, double scale) {
+Vec3 random_push(Random& random, double scale) {
   return {random.uniform(-scale, scale), random.uniform(-scale, scale), random.uniform(-scale, scale)};
 }
 
 std::vector<ContactPoint> contacts_about(Random& random, const Vec3& p_W, const Vec3& normal_W, int count) {
   std::vector<ContactPoint> contacts;
   for (int i = 0; i < count; ++i) {
-    contacts.push_back({p_W + random_vector(random, 0.005), normal_W, random.uniform(-1e-4, 2e-4), 1e-6,
-                        random_vector(random, 1e-5), static_cast<std::uint32_t>(i)});
+    contacts.push_back({p_W + random_push(random, 0.005), normal_W, random.uniform(-1e-4, 2e-4), 1e-6,
+                        random_push(random, 1e-5), static_cast<std::uint32_t>(i)});
   }
   return contacts;
 }
@@ -31,7 +31,7 @@ SolverBody body_at(Random& random, double mass_kg, const Vec3& p_WC) {
   body.mass_kg = mass_kg;
   body.inertia_W = box_inertia(mass_kg, {0.02, 0.03, 0.01});
   body.p_WC = p_WC;
-  body.V_WC = {random_vector(random, 0.1), random_vector(random, 1)};
+  body.V_WC = {random_push(random, 0.1), random_push(random, 1)};
   return body;
 }
 

@@ -14,14 +14,14 @@
 namespace tandem::contact {
 namespace {
 
-constexpr double kBand_m = 1e-4;
+constexpr double kShellCutBand_m = 1e-4;
 
-ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
+ContactShape fine_box(const Vec3& size_m, double spacing_m = 4.5e-4) {
   return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
                          PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
 }
 
-ContactShape without_flat_parts(ContactShape shape) {
+ContactShape pointwise(ContactShape shape) {
   shape.shells.surface.flat_nodes.clear();
   for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
   return shape;
@@ -46,17 +46,17 @@ class LinedTable final : public DistanceField {
 
 TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const Vec3 table_m(0.4, 0.1, 0.02);
-  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
-  ContactShape table = box_shape(table_m, 4e-3);
+  const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
+  ContactShape table = fine_box(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
   const auto at = [](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), Quat::Identity()}; };
   ContactPair pair;
   pair.bind(&block, &table);
-  pair.find(at(-0.05), {}, kBand_m);
+  pair.find(at(-0.05), {}, kShellCutBand_m);
   const std::size_t of_a_face = pair.contacts().size();
   std::size_t most = 0, last = 0, points = 0;
   for (double x_m = -0.05; x_m < 0.05; x_m += 1e-4) {
-    points = pair.find(at(x_m), {}, kBand_m).points;
+    points = pair.find(at(x_m), {}, kShellCutBand_m).points;
     last = pair.contacts().size();
     most = std::max(most, last);
   }
@@ -66,21 +66,21 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
 }
 
 TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
-  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
-  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
+  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
   const auto at = [](double gap_m) { return Pose{Vec3(0, 0, 0.02 + gap_m), Quat::Identity()}; };
   ContactPair pair;
   pair.bind(&block, &table);
-  pair.find(at(1.3e-3), {}, kBand_m);
+  pair.find(at(1.3e-3), {}, kShellCutBand_m);
   EXPECT_TRUE(pair.contacts().empty());
-  EXPECT_FALSE(pair.find(at(1.29e-3), {}, kBand_m).is_refreshed) << "until the gap is used up";
-  pair.find(at(-1e-5), {}, kBand_m);
+  EXPECT_FALSE(pair.find(at(1.29e-3), {}, kShellCutBand_m).is_refreshed) << "until the gap is used up";
+  pair.find(at(-1e-5), {}, kShellCutBand_m);
   EXPECT_FALSE(pair.contacts().empty());
 }
 
 TEST(ShellCut, IsFineSoonAfterAHardLanding) {
-  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
-  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
   for (const bool does_move : {true, false}) {
     ContactPair pair(512);
     pair.bind(&block, &table);
@@ -91,15 +91,15 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
       ASSERT_TRUE(pair.find(tilted(1e-4, i), {}, 5e-4).is_coarse) << "a face of 8,000 points";
     }
     bool is_coarse = true;
-    for (int i = 0; i < 20; ++i) is_coarse = pair.find(tilted(0.1, does_move ? i : 0), {}, kBand_m).is_coarse;
+    for (int i = 0; i < 20; ++i) is_coarse = pair.find(tilted(0.1, does_move ? i : 0), {}, kShellCutBand_m).is_coarse;
     EXPECT_FALSE(is_coarse) << "an edge of some dozen; moves: " << does_move;
   }
 }
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
   // Of large nodes only some points are asked. When most have left, each point counts again.
-  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
-  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);
   pair.bind(&block, &table);
   all.bind(&block, &table);
@@ -110,8 +110,8 @@ TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
   for (const ShellPoint& point : block.shells.surface.points) {
     lowest_m = std::min(lowest_m, (q * point.p_S.cast<double>()).z());
   }
-  for (int i = 0; i < 20; ++i) pair.find({Vec3(1e-6 * i, 0, 0.01 - lowest_m - 1e-5), q}, {}, kBand_m);
-  all.find({Vec3(19e-6, 0, 0.01 - lowest_m - 1e-5), q}, {}, kBand_m);
+  for (int i = 0; i < 20; ++i) pair.find({Vec3(1e-6 * i, 0, 0.01 - lowest_m - 1e-5), q}, {}, kShellCutBand_m);
+  all.find({Vec3(19e-6, 0, 0.01 - lowest_m - 1e-5), q}, {}, kShellCutBand_m);
   ASSERT_FALSE(all.contacts().empty());
   double deepest_m = -1, deepest_of_all_m = -1;
   for (const ContactPoint& contact : pair.contacts()) deepest_m = std::max(deepest_m, contact.depth_m);
@@ -120,14 +120,14 @@ TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
 }
 
 TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
-  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
-  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64);
   pair.bind(&block, &table);
   std::uint32_t most = 0;
   for (int i = 0; i < 40; ++i) {
     const double gap_m = i % 2 == 0 ? 1.5e-4 : 4e-4;
-    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kBand_m).looks());
+    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kShellCutBand_m).looks());
     EXPECT_TRUE(pair.contacts().empty());
   }
   EXPECT_LT(most, 6'000U) << "of some 8,000 points on each of six sides";
@@ -135,7 +135,7 @@ TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
 
 TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
   const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::of(sphere_points(0.01, 6000), 4.5e-4));
-  const ContactShape table = without_flat_parts(box_shape(Vec3(0.1, 0.1, 0.02), 4e-3));
+  const ContactShape table = pointwise(fine_box(Vec3(0.1, 0.1, 0.02), 4e-3));
   ContactPair kept(8192), fresh(8192);
   kept.bind(&ball, &table);
   for (int i = 0; i < 600; ++i) {
@@ -149,13 +149,13 @@ TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
 }
 
 TEST(ShellCut, PosesAtTheEndOfNumbersHaveNoContacts) {
-  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
-  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
+  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair;
   pair.bind(&block, &table);
-  pair.find({Vec3(1e308, 0, 0), Quat::Identity()}, {Vec3(-1e308, 0, 0), Quat::Identity()}, kBand_m);
+  pair.find({Vec3(1e308, 0, 0), Quat::Identity()}, {Vec3(-1e308, 0, 0), Quat::Identity()}, kShellCutBand_m);
   EXPECT_TRUE(pair.contacts().empty());
-  pair.find({Vec3(0, 0, 0.02 - 1e-5), Quat::Identity()}, {}, kBand_m);
+  pair.find({Vec3(0, 0, 0.02 - 1e-5), Quat::Identity()}, {}, kShellCutBand_m);
   EXPECT_FALSE(pair.contacts().empty());
 }
 

@@ -9,7 +9,7 @@
 namespace tandem::contact {
 namespace {
 
-constexpr double kStiffness = 5e9;
+constexpr double kTouchClosedFormStiffness = 5e9;
 constexpr double kBand_m = 2e-4;
 const double kOneDegree = std::numbers::pi / 180;
 
@@ -39,7 +39,7 @@ void expect_depth_and_direction(const Touch& touch, const std::string& what) {
   double deepest_m = -1;
   for (const ContactPoint& c : contacts) deepest_m = std::max(deepest_m, c.depth_m);
   EXPECT_NEAR(deepest_m, touch.depth_m, 0.02 * touch.a->shells.surface.spacing_m + touch.error_m) << what;
-  const Vec3 force = contact_wrench(contacts, kStiffness, touch.X_WA.p).on_a_W.f;
+  const Vec3 force = contact_wrench(contacts, kTouchClosedFormStiffness, touch.X_WA.p).on_a_W.f;
   EXPECT_LT(angle_between(force, touch.direction_W), touch.angle_rad) << what;
 }
 
@@ -51,7 +51,7 @@ const std::vector<Vec3>& turns() {
 
 /// Of a ball's cap under a plane: ∫ k (d − r²/2R) 2πr dr.
 double cap_force_n(double radius_m, double depth_m) {
-  return kStiffness * std::numbers::pi * radius_m * depth_m * depth_m;
+  return kTouchClosedFormStiffness * std::numbers::pi * radius_m * depth_m * depth_m;
 }
 
 void expect_ball_on_floor(const ShapePointer& ball, const ShapePointer& floor, double floor_top_m, double error_m,
@@ -63,7 +63,7 @@ void expect_ball_on_floor(const ShapePointer& ball, const ShapePointer& floor, d
       const std::string at = what + " at depth " + std::to_string(depth_m * 1e3) + " mm";
       expect_depth_and_direction({ball, floor, X_WA, Vec3::UnitZ(), depth_m, kOneDegree, error_m}, at);
       const auto contacts = contacts_of(*ball, *floor, X_WA);
-      const double force_n = contact_wrench(contacts, kStiffness, Vec3::Zero()).on_a_W.f.norm();
+      const double force_n = contact_wrench(contacts, kTouchClosedFormStiffness, Vec3::Zero()).on_a_W.f.norm();
       const double formula_n = cap_force_n(radius_m, depth_m);
       EXPECT_NEAR(force_n, formula_n, (0.03 + 2 * field_error_m / depth_m) * formula_n) << at;
     }
@@ -170,7 +170,7 @@ Mat6 searched_derivative(const ContactShape& a, const ContactShape& b, const Pos
       Pose moved = X_WA;
       if (axis < 3) moved.p[axis] += sign * step;
       if (axis >= 3) moved.q = quaternion_of(sign * step * Vec3::Unit(axis - 3)) * X_WA.q;
-      const Wrench wrench = contact_wrench(contacts_of(a, b, moved), kStiffness, X_WA.p).on_a_W;
+      const Wrench wrench = contact_wrench(contacts_of(a, b, moved), kTouchClosedFormStiffness, X_WA.p).on_a_W;
       change.head<3>() += sign * wrench.f;
       change.tail<3>() += sign * wrench.t;
     }
@@ -184,7 +184,7 @@ double derivative_error(const ContactShape& a, const ContactShape& b, const Pose
                         const Vec3& moved_along = Vec3::Ones()) {
   Vec6 scale;
   scale << moved_along, 1 / unit_m, 1 / unit_m, 1 / unit_m;
-  const Mat6 stated = contact_wrench(contacts_of(a, b, X_WA), kStiffness, X_WA.p).derivative;
+  const Mat6 stated = contact_wrench(contacts_of(a, b, X_WA), kTouchClosedFormStiffness, X_WA.p).derivative;
   const Mat6 searched = searched_derivative(a, b, X_WA);
   return (scale.asDiagonal() * (stated - searched) * scale.asDiagonal()).norm() /
          (scale.asDiagonal() * searched * scale.asDiagonal()).norm();

@@ -16,7 +16,7 @@
 namespace tandem::docking {
 namespace {
 
-constexpr unsigned kSeed = 20261123;
+constexpr unsigned kClusterTreeSeed = 20261123;
 
 using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< of A and of B
 
@@ -40,7 +40,7 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
 }
 
 TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kClusterTreeSeed);
   std::uniform_real_distribution<double> offset(-45, 45);
   const std::vector<Vec3> a = test::random_molecule(1500, random).positions_angstrom;
   const std::vector<Vec3> b = test::random_molecule(333, random).positions_angstrom;
@@ -57,8 +57,10 @@ TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
       count += near.size();
       for (const std::uint32_t leaf_a : near) found.insert({leaf_a, leaf_b});
     });
-    EXPECT_EQ(count, found.size()) << "a pair of leaves was found twice, pose " << pose << ", seed " << kSeed;
-    EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end())) << pose << " " << kSeed;
+    EXPECT_EQ(count, found.size()) << "a pair of leaves was found twice, pose " << pose << ", seed "
+                                   << kClusterTreeSeed;
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end()))
+        << pose << " " << kClusterTreeSeed;
     needed_in_all += needed.size();
     found_in_all += found.size();
   }
@@ -67,7 +69,7 @@ TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
 }
 
 TEST(ClusterTree, BoxesHoldTheirPointsAndLeavesAllOfThem) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kClusterTreeSeed);
   for (const std::size_t count : {1UL, 16UL, 17UL, 500UL}) {
     const std::vector<Vec3> points = test::random_molecule(count, random).positions_angstrom;
     const ClusterTree tree(points);

@@ -15,7 +15,7 @@
 namespace tandem::docking {
 namespace {
 
-constexpr unsigned kSeed = 20250611;
+constexpr unsigned kFarGridSeed = 20250611;
 
 FieldModel model_of(Dielectric dielectric, double cutoff_angstrom, bool has_far_grid) {
   FieldModel model;
@@ -27,7 +27,7 @@ FieldModel model_of(Dielectric dielectric, double cutoff_angstrom, bool has_far_
 }
 
 /// As dense as a protein, around the origin; charges of ±0.6 e at most and a net charge.
-Molecule charged_molecule(std::size_t count, std::mt19937& random) {
+Molecule random_charges(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.5, 0.6);
   const Vec3 centre = molecule.centre_of_mass_angstrom();
@@ -38,8 +38,8 @@ Molecule charged_molecule(std::size_t count, std::mt19937& random) {
 
 class FarGridOf : public testing::TestWithParam<Dielectric> {
  protected:
-  std::mt19937 random_{kSeed};
-  const Molecule a_ = charged_molecule(150, random_), b_ = charged_molecule(60, random_);
+  std::mt19937 random_{kFarGridSeed};
+  const Molecule a_ = random_charges(150, random_), b_ = random_charges(60, random_);
 };
 
 INSTANTIATE_TEST_SUITE_P(Every, FarGridOf,

@@ -64,7 +64,7 @@ class AgainstLammps : public testing::Test {
   std::vector<Golden> poses_;
 };
 
-double largest_norm(const std::vector<Vec3>& vectors) {
+double largest_of(const std::vector<Vec3>& vectors) {
   double largest = 0;
   for (const Vec3& v : vectors) largest = std::max(largest, v.norm());
   return largest;
@@ -78,7 +78,7 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
     forces.insert(forces.end(), on_b.begin(), on_b.end());
     EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
     // Below 1e-6 of the largest force pair forces cancel, and with them the digits of the text file.
-    const double floor = 1e-6 * largest_norm(golden.forces);
+    const double floor = 1e-6 * largest_of(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {
       EXPECT_LE((forces[i] - golden.forces[i]).norm(), 1e-8 * std::max(golden.forces[i].norm(), floor))
           << "atom " << i << ", pose " << golden.name;
@@ -88,7 +88,7 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
 
 TEST_F(AgainstLammps, TheFloatKernelsAgreeTo1e5OfTheLargestAtomForce) {
   for (const Golden& golden : poses_) {
-    const double largest = largest_norm(golden.forces);
+    const double largest = largest_of(golden.forces);
     Vec3 force = Vec3::Zero();
     Vec3 torque = Vec3::Zero();
     double reach = 0;
@@ -121,7 +121,7 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
 // The kernels give the sum over B, so an atom's own force is that of a molecule of one atom in B's place.
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
-    const double largest = largest_norm(golden.forces);
+    const double largest = largest_of(golden.forces);
     for (const std::string_view kernel : MolecularField::available_kernels()) {
       for (std::size_t j = 0; j < b_.size(); ++j) {
         const FieldResult result = MolecularField(a_, only_atom(b_, j), {}, kernel).evaluate(golden.X_AB);

@@ -21,9 +21,9 @@ using test::one_atom;
 using test::random_molecule;
 using test::random_rotation;
 
-constexpr unsigned kSeed = 20240607;
+constexpr unsigned kMoleculeSeed = 20240607;
 
-struct Pair {
+struct MoleculePair {
   Molecule a;
   Molecule b;
   Pose X_AB;
@@ -36,8 +36,8 @@ Vec3 centroid(const std::vector<Vec3>& points) {
 }
 
 /// Two random molecules side by side, the outermost atoms `gap_angstrom` apart along x, B turned about its origin.
-Pair random_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, std::mt19937& random) {
-  Pair pair = {test::random_molecule(count_a, random), test::random_molecule(count_b, random), {}};
+MoleculePair random_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, std::mt19937& random) {
+  MoleculePair pair = {test::random_molecule(count_a, random), test::random_molecule(count_b, random), {}};
   pair.X_AB.q = test::random_rotation(random);
   pair.X_AB.p = centroid(pair.a.positions_angstrom) - pair.X_AB.q * centroid(pair.b.positions_angstrom);
   double a_end = -1e9;
@@ -48,19 +48,19 @@ Pair random_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, 
   return pair;
 }
 
-double largest_norm(const std::vector<Vec3>& vectors) {
+double longest(const std::vector<Vec3>& vectors) {
   double largest = 0;
   for (const Vec3& v : vectors) largest = std::max(largest, v.norm());
   return largest;
 }
 
-double energy_at(const Pair& pair, const Pose& X_AB) {
+double energy_at(const MoleculePair& pair, const Pose& X_AB) {
   return exact_field(pair.a, pair.b, X_AB).energy_kj_per_mol();
 }
 
 /// Five-point central difference: the error is of order h⁴ and stays below 1e-8 for h = 1e-3 Å.
 template <typename Function>
-double derivative(const Function& f) {
+double numerical_derivative(const Function& f) {
   const double h = 1e-3;
   return (8.0 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12.0 * h);
 }
@@ -109,14 +109,16 @@ TEST(LennardJones, MixesArithmeticallyWhereEitherMoleculeDoes) {
 }
 
 TEST(LennardJones, ForceAndTorqueAreTheGradientOfTheEnergy) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kMoleculeSeed);
   for (const double gap : {1.5, 2.5, 6.0}) {
-    const Pair pair = random_pair(40, 30, gap, random);
+    const MoleculePair pair = random_pair(40, 30, gap, random);
     const FieldResult result = exact_field(pair.a, pair.b, pair.X_AB);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 e = Vec3::Unit(axis);
-      const double force = -derivative([&](double s) { return energy_at(pair, {pair.X_AB.p + s * e, pair.X_AB.q}); });
-      const double torque = -derivative([&](double s) {
+      const double force = -numerical_derivative([&](double s) {
+        return energy_at(pair, {pair.X_AB.p + s * e, pair.X_AB.q});
+      });
+      const double torque = -numerical_derivative([&](double s) {
         return energy_at(pair, {pair.X_AB.p, quaternion_of(0.1 * s * e) * pair.X_AB.q});
       });
       EXPECT_NEAR(result.force_on_b[axis], force, 1e-7 * result.force_on_b.norm()) << "gap " << gap;
@@ -126,11 +128,11 @@ TEST(LennardJones, ForceAndTorqueAreTheGradientOfTheEnergy) {
 }
 
 TEST(LennardJones, DoesNotDependOnTheCommonPose) {
-  std::mt19937 random(kSeed);
-  const Pair pair = random_pair(50, 40, 2.5, random);
+  std::mt19937 random(kMoleculeSeed);
+  const MoleculePair pair = random_pair(50, 40, 2.5, random);
   const FieldResult before = exact_field(pair.a, pair.b, pair.X_AB);
   const Pose moved = {{12, -7, 30}, test::random_rotation(random)};
-  Pair other = pair;
+  MoleculePair other = pair;
   for (Vec3& p : other.a.positions_angstrom) p = moved * p;
   const FieldResult after = exact_field(other.a, other.b, moved * pair.X_AB);
   EXPECT_NEAR(after.energy_kj_per_mol(), before.energy_kj_per_mol(), 1e-10 * std::abs(before.energy_kj_per_mol()));
@@ -139,12 +141,12 @@ TEST(LennardJones, DoesNotDependOnTheCommonPose) {
 }
 
 TEST(LennardJones, ForcesAndTorquesOfBothMoleculesSumToZero) {
-  std::mt19937 random(kSeed);
-  const Pair pair = random_pair(60, 45, 2.0, random);
+  std::mt19937 random(kMoleculeSeed);
+  const MoleculePair pair = random_pair(60, 45, 2.0, random);
   std::vector<Vec3> on_a;
   std::vector<Vec3> on_b;
   exact_field(pair.a, pair.b, pair.X_AB, {}, {&on_a, &on_b});
-  const double scale = std::max(largest_norm(on_a), largest_norm(on_b));
+  const double scale = std::max(longest(on_a), longest(on_b));
   Vec3 force = Vec3::Zero();
   Vec3 torque = Vec3::Zero();
   for (std::size_t i = 0; i < on_a.size(); ++i) {
@@ -161,8 +163,8 @@ TEST(LennardJones, ForcesAndTorquesOfBothMoleculesSumToZero) {
 }
 
 TEST(LennardJones, ExchangingTheMoleculesTurnsTheForceRound) {
-  std::mt19937 random(kSeed);
-  const Pair pair = random_pair(30, 50, 2.0, random);
+  std::mt19937 random(kMoleculeSeed);
+  const MoleculePair pair = random_pair(30, 50, 2.0, random);
   const FieldResult ab = exact_field(pair.a, pair.b, pair.X_AB);
   const FieldResult ba = exact_field(pair.b, pair.a, pair.X_AB.inverse());
   EXPECT_NEAR(ba.energy_kj_per_mol(), ab.energy_kj_per_mol(), 1e-11 * std::abs(ab.energy_kj_per_mol()));
@@ -183,10 +185,10 @@ TEST(LennardJones, AtomsWithoutParametersAreNotFelt) {
 TEST(LennardJones, OverlapGivesAHugeFiniteForceThatStaysTheGradient) {
   const double sigma = 3.0;
   const double core = sigma / 4;
-  const Pair pair = {test::one_atom(sigma, 1.0), test::one_atom(sigma, 1.0), {}};
+  const MoleculePair pair = {test::one_atom(sigma, 1.0), test::one_atom(sigma, 1.0), {}};
   const auto at = [&](double r) { return exact_field(pair.a, pair.b, {{r, 0, 0}, Quat::Identity()}); };
   for (const double r : {0.01, 0.3, core - 0.01, core + 0.01}) {
-    const double gradient = -derivative([&](double s) { return at(r + s).energy_kj_per_mol(); });
+    const double gradient = -numerical_derivative([&](double s) { return at(r + s).energy_kj_per_mol(); });
     EXPECT_NEAR(at(r).force_on_b.x(), gradient, 1e-7 * gradient) << "r = " << r;
     EXPECT_GT(at(r).force_on_b.x(), 1e6) << "r = " << r;
   }
@@ -246,29 +248,30 @@ INSTANTIATE_TEST_SUITE_P(LennardJones, Kernel, testing::ValuesIn(MolecularField:
                          [](const auto& kernel) { return std::string(kernel.param); });
 
 TEST_P(Kernel, AgreesWithDoubleAtomByAtom) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kMoleculeSeed);
   for (const double gap : {1.0, 2.0, 4.0, 20.0}) {
-    const Pair pair = random_pair(301, 37, gap, random);
+    const MoleculePair pair = random_pair(301, 37, gap, random);
     std::vector<Vec3> exact;
     exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &exact});
-    const double largest = largest_norm(exact);
+    const double largest = longest(exact);
     for (std::size_t j = 0; j < pair.b.size(); ++j) {
       const Molecule atom =
           test::one_atom(pair.b.sigma_angstrom[j], pair.b.epsilon_kj_per_mol[j], pair.b.positions_angstrom[j]);
       const Vec3 force = MolecularField(pair.a, atom, {}, GetParam()).evaluate(pair.X_AB).force_on_b;
-      EXPECT_LT((force - exact[j]).norm(), 1e-5 * largest) << "atom " << j << ", gap " << gap << ", seed " << kSeed;
+      EXPECT_LT((force - exact[j]).norm(), 1e-5 * largest)
+          << "atom " << j << ", gap " << gap << ", seed " << kMoleculeSeed;
     }
   }
 }
 
 TEST_P(Kernel, AgreesWithDoubleForEveryPaddingAndBeyondOneDrain) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kMoleculeSeed);
   for (const std::size_t count : {1, 15, 16, 17, 63, 64, 65, 1023, 1025, 2100}) {
-    const Pair pair = random_pair(count, 23, 2.0, random);
+    const MoleculePair pair = random_pair(count, 23, 2.0, random);
     std::vector<Vec3> on_b;
     const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
     const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
-    const double largest = std::max(largest_norm(on_b), 1e-6);
+    const double largest = std::max(longest(on_b), 1e-6);
     // Repulsion and attraction cancel in the energy; what an error in position makes of it is force times error.
     const double energy_scale = std::max(std::abs(exact.energy_kj_per_mol()), largest);
     double reach = 0;
@@ -280,21 +283,21 @@ TEST_P(Kernel, AgreesWithDoubleForEveryPaddingAndBeyondOneDrain) {
 }
 
 TEST_P(Kernel, LosesNothingFarFromTheOrigin) {
-  std::mt19937 random(kSeed);
-  Pair pair = random_pair(200, 60, 2.0, random);
+  std::mt19937 random(kMoleculeSeed);
+  MoleculePair pair = random_pair(200, 60, 2.0, random);
   const Vec3 away(4000, -3000, 5000);
   for (Vec3& p : pair.a.positions_angstrom) p += away;
   pair.X_AB.p += away;
   std::vector<Vec3> on_b;
   const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
   const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
-  EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-5 * largest_norm(on_b));
+  EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-5 * longest(on_b));
   EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(), 1e-5 * std::abs(exact.energy_kj_per_mol()));
 }
 
 TEST_P(Kernel, StaysFiniteAndCloseToDoubleInOverlap) {
-  std::mt19937 random(kSeed);
-  const Pair pair = random_pair(100, 100, -8.0, random);
+  std::mt19937 random(kMoleculeSeed);
+  const MoleculePair pair = random_pair(100, 100, -8.0, random);
   const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB);
   MolecularField field(pair.a, pair.b, {}, GetParam());
   const FieldResult result = field.evaluate(pair.X_AB);
@@ -316,8 +319,8 @@ TEST_P(Kernel, StaysFiniteForCoincidentAndForFarAwayAtoms) {
 }
 
 TEST_P(Kernel, RepeatsItselfToTheBit) {
-  std::mt19937 random(kSeed);
-  const Pair pair = random_pair(333, 77, 2.0, random);
+  std::mt19937 random(kMoleculeSeed);
+  const MoleculePair pair = random_pair(333, 77, 2.0, random);
   MolecularField one(pair.a, pair.b, {}, GetParam());
   MolecularField other(pair.a, pair.b, {}, GetParam());
   const FieldResult first = one.evaluate(pair.X_AB);

@@ -13,7 +13,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint64_t kSeed = 11;
+constexpr std::uint64_t kTriangleTreeSeed = 11;
 
 double distance_to_segment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
   const double along = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
@@ -53,27 +53,27 @@ double winding_number(const TriangleMesh& mesh, const Vec3& p) {
   return sum / (4 * std::numbers::pi);
 }
 
-Vec3 random_point(Random& random, double reach_m) {
+Vec3 random_place(Random& random, double reach_m) {
   return {random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m)};
 }
 
 TriangleMesh rough_sphere(Random& random) {
   TriangleMesh mesh = contact::sphere_mesh(0.02, 4);
-  for (Vec3& vertex : mesh.vertices) vertex += random_point(random, 3e-4);
+  for (Vec3& vertex : mesh.vertices) vertex += random_place(random, 3e-4);
   return mesh;
 }
 
-double signed_distance_to_box_m(const Vec3& p, const Vec3& size_m) {
+double distance_to_box_m(const Vec3& p, const Vec3& size_m) {
   const Vec3 beyond = p.cwiseAbs() - 0.5 * size_m;
   return beyond.cwiseMax(0.0).norm() + std::min(beyond.maxCoeff(), 0.0);
 }
 
 TEST(TriangleTree, FindsTheDistanceThatTryingEveryTriangleFinds) {
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);
   for (int i = 0; i < 300; ++i) {
-    const Vec3 p = random_point(random, 0.03);
+    const Vec3 p = random_place(random, 0.03);
     const TriangleTree::Closest closest = tree.closest(p);
     EXPECT_NEAR(closest.distance_m, distance_by_trying_all_m(mesh, p), 1e-15) << p.transpose();
     EXPECT_NEAR((p - closest.point_S).norm(), closest.distance_m, 1e-15);
@@ -81,12 +81,12 @@ TEST(TriangleTree, FindsTheDistanceThatTryingEveryTriangleFinds) {
 }
 
 TEST(TriangleTree, AHintChangesTheCostNotTheDistance) {
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);
   const auto count = static_cast<int>(tree.triangle_count());
   for (int i = 0; i < 300; ++i) {
-    const Vec3 p = random_point(random, 0.03);
+    const Vec3 p = random_place(random, 0.03);
     const double distance = tree.closest(p).distance_m;
     for (const int hint : {static_cast<int>(random.next_u32() % mesh.triangles.size()), 0, count, -7}) {
       EXPECT_NEAR(tree.closest(p, 1.0, hint).distance_m, distance, 1e-15);
@@ -103,12 +103,12 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
 }
 
 TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
   const TriangleTree tree(mesh);
   std::vector<TriangleTree::Near> found(mesh.triangles.size());
   for (int i = 0; i < 100; ++i) {
-    const Vec3 p = random_point(random, 0.025);
+    const Vec3 p = random_place(random, 0.025);
     const double limit = random.uniform(1e-3, 0.02);
     std::vector<int> expected;
     for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
@@ -132,12 +132,12 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
 }
 
 TEST(TriangleTree, SignedDistanceToABoxIsTheFormula) {
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   const Vec3 size(0.02, 0.03, 0.05);
   const TriangleTree tree(contact::subdivided(contact::box_mesh(size), 2));
   for (int i = 0; i < 3000; ++i) {
-    const Vec3 p = random_point(random, 0.04);
-    EXPECT_NEAR(tree.signed_distance_m(p), signed_distance_to_box_m(p, size), 1e-15) << p.transpose();
+    const Vec3 p = random_place(random, 0.04);
+    EXPECT_NEAR(tree.signed_distance_m(p), distance_to_box_m(p, size), 1e-15) << p.transpose();
   }
 }
 
@@ -155,11 +155,11 @@ TEST(TriangleTree, InsideOfTheBunnyIsWhereItWindsAroundAPoint) {
   const std::optional<TriangleMesh> bunny = contact::bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
   const TriangleTree tree(*bunny);
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   int inside = 0;
   for (int i = 0; i < 100; ++i) {
     const std::size_t vertex = random.next_u32() % bunny->vertices.size();
-    const Vec3 p = bunny->vertices[vertex] + random_point(random, 2e-3);
+    const Vec3 p = bunny->vertices[vertex] + random_place(random, 2e-3);
     const double distance = tree.signed_distance_m(p);
     EXPECT_EQ(distance<0, winding_number(*bunny, p)> 0.5) << p.transpose() << ", distance " << distance;
     inside += distance < 0 ? 1 : 0;
@@ -172,10 +172,10 @@ TEST(TriangleTree, TrianglesWithoutAreaDoNotSpoilTheRest) {
   mesh.triangles.push_back({0, 0, 1});
   mesh.triangles.push_back({2, 2, 2});
   const TriangleTree tree(mesh);
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   for (int i = 0; i < 300; ++i) {
-    const Vec3 p = random_point(random, 0.03);
-    EXPECT_NEAR(tree.closest(p).distance_m, std::abs(signed_distance_to_box_m(p, {0.02, 0.02, 0.02})), 1e-15);
+    const Vec3 p = random_place(random, 0.03);
+    EXPECT_NEAR(tree.closest(p).distance_m, std::abs(distance_to_box_m(p, {0.02, 0.02, 0.02})), 1e-15);
   }
 }
 
@@ -191,10 +191,10 @@ TEST(TriangleTree, RefusesAMeshWithoutTriangles) {
 
 TEST(TriangleTree, AQueryAllocatesNothing) {
   const TriangleTree tree(contact::sphere_mesh(0.02, 4));
-  Random random(kSeed);
+  Random random(kTriangleTreeSeed);
   const std::uint64_t before = test::allocation_count();
   double sum = 0;
-  for (int i = 0; i < 100; ++i) sum += tree.signed_distance_m(random_point(random, 0.03));
+  for (int i = 0; i < 100; ++i) sum += tree.signed_distance_m(random_place(random, 0.03));
   EXPECT_EQ(test::allocation_count(), before) << sum;
 }
 

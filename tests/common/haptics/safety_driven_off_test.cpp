@@ -8,7 +8,7 @@
 namespace tandem::haptics {
 namespace {
 
-SafetyInput good_input(const Vec3& force) {
+SafetyInput input_with(const Vec3& force) {
   SafetyInput input;
   input.wrench.f = force;
   input.has_state = true;
@@ -33,7 +33,7 @@ struct Rig {
 TEST(SafetyDrivenOff, AHandleThatNobodyHoldsIsLetGoWithinTwentyMillisecondsOfRunningOffAndReArmed) {
   for (const double mass_kg : {0.035, 0.15, 0.35}) {
     Rig rig;
-    SafetyInput input = good_input(Vec3(0, 0, 5));
+    SafetyInput input = input_with(Vec3(0, 0, 5));
     rig.run(input, 600);
     int fast_ticks = 0;
     double v = 0;
@@ -61,7 +61,7 @@ TEST(SafetyDrivenOff, AHandleThatNobodyHoldsIsLetGoWithinTwentyMillisecondsOfRun
 
 TEST(SafetyDrivenOff, AFastHandThatNoForceDrivesKeepsItsForce) {
   Rig rig;
-  SafetyInput input = good_input(Vec3(0, 0, 3));
+  SafetyInput input = input_with(Vec3(0, 0, 3));
   for (const Vec3& v : {Vec3(2, 0, 0), Vec3(0, 0, -2), Vec3(0, 0, 0.9)}) {
     input.handle_v = v;
     input.handle_speed_m_per_s = v.norm();

@@ -14,9 +14,9 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr Duration kTick{std::chrono::milliseconds(1)};
+constexpr Duration kSafetyTick{std::chrono::milliseconds(1)};
 // Rounding of a handful of operations on numbers of order 10.
-constexpr double kRounding = 1e-12;
+constexpr double kSafetyRounding = 1e-12;
 
 SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
   SafetyInput input;
@@ -27,11 +27,11 @@ SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
 }
 
 /// A chain with a virtual clock that ticks at 1 kHz.
-struct Rig {
-  explicit Rig(const SafetySettings& settings = {}) : chain(settings) {}
+struct SafetyRig {
+  explicit SafetyRig(const SafetySettings& settings = {}) : chain(settings) {}
 
   Wrench tick(const SafetyInput& input) {
-    now += kTick;
+    now += kSafetyTick;
     out = chain.apply(now, input);
     return out;
   }
@@ -60,7 +60,7 @@ SafetySettings slow_slew() {
 }
 
 TEST(Safety, RampReachesFullForceAfterItsTimeAndIsLinear) {
-  Rig rig;
+  SafetyRig rig;
   const SafetyInput input = good_input();
   rig.tick(input);
   EXPECT_EQ(rig.out.f.norm(), 0) << "the first tick has no time behind it";
@@ -74,7 +74,7 @@ TEST(Safety, RampReachesFullForceAfterItsTimeAndIsLinear) {
 }
 
 TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
-  Rig rig;
+  SafetyRig rig;
   SafetyInput input = good_input();
   input.has_state = false;
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(rig.tick(input).f.isZero(0));
@@ -83,7 +83,7 @@ TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
 }
 
 TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
-  Rig rig;
+  SafetyRig rig;
   SafetyInput input = good_input();
   rig.run(input, 600);
   input.is_displaying = false;
@@ -97,7 +97,7 @@ TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
 
 TEST(Safety, ALoopOrARoomThatDoesNotKeepItsRateLetsTheForceGo) {
   for (const bool is_room : {false, true}) {
-    Rig rig;
+    SafetyRig rig;
     SafetyInput input = good_input();
     rig.run(input, 600);
     ASSERT_EQ(rig.out.f.z(), 3.0);
@@ -105,13 +105,13 @@ TEST(Safety, ALoopOrARoomThatDoesNotKeepItsRateLetsTheForceGo) {
     double largest_step_n = 0;
     for (int i = 0; i < 200; ++i) {
       const double before_n = rig.out.f.z();
-      if (!is_room) rig.now += kTick / 4;
+      if (!is_room) rig.now += kSafetyTick / 4;
       rig.tick(input);
       largest_step_n = std::max(largest_step_n, std::abs(rig.out.f.z() - before_n));
     }
     EXPECT_TRUE(rig.chain.is_quiet());
     EXPECT_EQ(describe_safety_faults(rig.chain.faults()), "slow");
-    EXPECT_LE(largest_step_n, 3.0 / 15 * 1.25 + kRounding) << "in 15 ms, as after any fault";
+    EXPECT_LE(largest_step_n, 3.0 / 15 * 1.25 + kSafetyRounding) << "in 15 ms, as after any fault";
     input.is_room_slow = false;
     rig.run(input, 150);
     EXPECT_TRUE(rig.chain.faults() & kSafetyRamping) << "back by the ramp";
@@ -123,22 +123,22 @@ TEST(Safety, SlewBoundsEachChangeOfForceAndTorque) {
   SafetySettings settings;
   settings.slew_n_per_s = 100;
   settings.slew_n_m_per_s = 1;
-  Rig rig(settings);
+  SafetyRig rig(settings);
   rig.run(good_input(Vec3::Zero()), 600);
   SafetyInput input = good_input();
   input.wrench.t = Vec3(0.5, 0, 0);
   rig.tick(input);
-  EXPECT_NEAR(rig.out.f.norm(), 0.1, kRounding);
-  EXPECT_NEAR(rig.out.t.norm(), 0.001, kRounding);
+  EXPECT_NEAR(rig.out.f.norm(), 0.1, kSafetyRounding);
+  EXPECT_NEAR(rig.out.t.norm(), 0.001, kSafetyRounding);
   EXPECT_TRUE(rig.chain.faults() & kSafetySlewed);
   rig.run(input, 600);
-  EXPECT_NEAR(rig.out.f.z(), 3.0, kRounding);
+  EXPECT_NEAR(rig.out.f.z(), 3.0, kSafetyRounding);
   EXPECT_FALSE(rig.chain.faults() & kSafetySlewed);
 }
 
 TEST(Safety, SilenceDecaysBetweenItsTwoAgesWhateverTheSlewLimitIs) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
-    Rig rig(settings);
+    SafetyRig rig(settings);
     rig.run(good_input(), 5000);
     ASSERT_NEAR(rig.out.f.z(), 3.0, 1e-9);
     SafetyInput input = good_input();
@@ -157,7 +157,7 @@ TEST(Safety, SilenceDecaysBetweenItsTwoAgesWhateverTheSlewLimitIs) {
 
 TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
-    Rig rig(settings);
+    SafetyRig rig(settings);
     rig.run(good_input(), 5000);
     SafetyInput gone;  // no state, and nothing computed from it
     for (int i = 1; i <= 20; ++i) {
@@ -169,7 +169,7 @@ TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
 }
 
 TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(), 600);
   SafetyInput silent = good_input();
   silent.state_age = std::chrono::seconds(1);
@@ -183,7 +183,7 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
 class ShortSilence : public testing::TestWithParam<int> {};
 
 TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(), 600);
   double steepest_n = 0, sharpest_n = 0, most_missing_n = 0;
   double before_n = 3, rise_before_n = 0;
@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(Safety, ShortSilence, testing::Values(125, 132, 139, 14
 
 TEST(Safety, AStateAgainIsNoStepHoweverStrongTheForceIs) {
   for (const int silent_ms : {125, 132, 139, 146}) {
-    Rig rig;
+    SafetyRig rig;
     rig.run(good_input(Vec3(0, 0, 9)), 600);
     double steepest_n = 0, least_n = 9, before_n = 9;
     for (int ms = 1; ms <= 800; ++ms) {
@@ -226,7 +226,7 @@ TEST(Safety, AStateAgainIsNoStepHoweverStrongTheForceIs) {
 }
 
 TEST(Safety, WhatASilenceHidComesInSlowly) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 1)), 600);
   SafetyInput silent = good_input(Vec3(0, 0, 1));
   silent.state_age = std::chrono::milliseconds(118);
@@ -246,7 +246,7 @@ TEST(Safety, WhatASilenceHidComesInSlowly) {
 
 TEST(Safety, ContactThatEndsInASilenceNeitherPullsNorStays) {
   for (const int silent_ms : {120, 130, 140}) {
-    Rig rig;
+    SafetyRig rig;
     rig.run(good_input(), 600);
     for (int ms = 1; ms <= 300; ++ms) {
       SafetyInput input = good_input(Vec3(0, 0, ms < silent_ms ? 3 + 0.02 * ms : 0));
@@ -274,7 +274,7 @@ TEST(Safety, EachFaultReachesZeroWithinTwentyMillisecondsAndStaysNamedUntilThen)
   cases[3].input.wrench.t.x() = 1e300;
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     for (const Case& one : cases) {
-      Rig rig(settings);
+      SafetyRig rig(settings);
       rig.run(good_input(), 5000);
       rig.tick(one.input);  // a single bad tick
       EXPECT_LT(rig.out.f.norm(), 3.0);
@@ -290,7 +290,7 @@ TEST(Safety, EachFaultReachesZeroWithinTwentyMillisecondsAndStaysNamedUntilThen)
 }
 
 TEST(Safety, LastingFaultKeepsZero) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(), 600);
   SafetyInput lost = good_input();
   lost.sample_is_valid = false;
@@ -299,7 +299,7 @@ TEST(Safety, LastingFaultKeepsZero) {
 }
 
 TEST(Safety, NotANumberAsSpeedCountsAsTooFast) {
-  Rig rig;
+  SafetyRig rig;
   SafetyInput input = good_input();
   input.handle_speed_m_per_s = std::numeric_limits<double>::quiet_NaN();
   rig.tick(input);
@@ -308,7 +308,7 @@ TEST(Safety, NotANumberAsSpeedCountsAsTooFast) {
 
 TEST(Safety, ShutdownIsQuietWithinTwentyMillisecondsForGood) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
-    Rig rig(settings);
+    SafetyRig rig(settings);
     rig.run(good_input(), 5000);
     EXPECT_FALSE(rig.chain.is_quiet());
     rig.chain.begin_shutdown();
@@ -319,7 +319,7 @@ TEST(Safety, ShutdownIsQuietWithinTwentyMillisecondsForGood) {
 }
 
 TEST(Safety, RearmGoesThroughZeroWithoutAStep) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(), 600);
   rig.chain.rearm();
   rig.tick(good_input());
@@ -331,7 +331,7 @@ TEST(Safety, RearmGoesThroughZeroWithoutAStep) {
 
 TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBounces) {
   for (const int pressed_ticks : {1, 5, 1000}) {
-    Rig rig;
+    SafetyRig rig;
     rig.run(good_input(), 600);
     for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
       SafetyInput input = good_input(Vec3(0, 0, -5));  // the other way at once: a damper whose speed jumped
@@ -339,7 +339,7 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
       const double before_n = rig.out.f.z();
       rig.tick(input);
       // 3 N by 0.1 N a millisecond.
-      ASSERT_LE(std::abs(rig.out.f.z() - before_n), 0.1 + kRounding) << i << " ms, of " << pressed_ticks;
+      ASSERT_LE(std::abs(rig.out.f.z() - before_n), 0.1 + kSafetyRounding) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i > 30 || rig.out.f.z() >= 0) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i < 35 || i > pressed_ticks || rig.out.f.isZero(0));
       const bool is_named = (rig.chain.faults() & kSafetyClutched) != 0;
@@ -351,7 +351,7 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
 }
 
 TEST(Safety, AFaultUnderTheClutchIsNotLetGoGently) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 7)), 600);
   SafetyInput input = good_input(Vec3(0, 0, 7));
   input.is_clutched = true;
@@ -361,7 +361,7 @@ TEST(Safety, AFaultUnderTheClutchIsNotLetGoGently) {
 }
 
 TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(), 600);
   rig.chain.rearm();
   const Wrench stuck = rig.out;
@@ -381,7 +381,7 @@ class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
   const auto [stall_ms, state_is_old] = GetParam();
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(Vec3(0, 0, 6)), 600);
   rig.now += std::chrono::milliseconds(stall_ms);
   double before_n = rig.out.f.z(), rose_n = 0;
@@ -394,7 +394,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
     const bool is_named = (rig.chain.faults() & kSafetyLate) != 0;
     EXPECT_TRUE(k > 15 || is_named) << k;
     EXPECT_FALSE(k > 18 && is_named) << k;
-    ASSERT_LE(std::abs(rig.out.f.z() - before_n), 4 + kRounding) << k;
+    ASSERT_LE(std::abs(rig.out.f.z() - before_n), 4 + kSafetyRounding) << k;
     ASSERT_TRUE(zero_at > 0 || rig.out.f.z() <= before_n) << "it rises before it was zero, tick " << k;
     if (zero_at == 0 && rig.out.f.isZero(0)) zero_at = k;
     if (zero_at > 0) rose_n = std::max(rose_n, rig.out.f.z() - before_n);
@@ -409,26 +409,27 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
 INSTANTIATE_TEST_SUITE_P(Safety, Stall, testing::Combine(testing::Values(22, 70, 200, 500, 100000), testing::Bool()));
 
 TEST(Safety, ATickThatIsALittleLateCostsNothing) {
-  Rig rig;
+  SafetyRig rig;
   rig.run(good_input(), 600);
   rig.now += std::chrono::milliseconds(19);
   rig.tick(good_input());
   EXPECT_EQ(rig.chain.faults(), 0U);
   EXPECT_EQ(rig.out.f.z(), 3);
   rig.now += std::chrono::milliseconds(19);
-  EXPECT_LE(rig.tick(good_input(Vec3(0, 0, 30))).f.z(), 3 + 4 + kRounding) << "slew counts a tick, whatever the gap";
+  EXPECT_LE(rig.tick(good_input(Vec3(0, 0, 30))).f.z(), 3 + 4 + kSafetyRounding)
+      << "slew counts a tick, whatever the gap";
 }
 
 TEST(Safety, ClampedForceDoesNotWindUp) {
   SafetySettings settings;
   settings.slew_n_per_s = 1000;
-  Rig rig(settings);
+  SafetyRig rig(settings);
   for (int i = 0; i < 2000; ++i) {
     rig.tick(good_input(Vec3(0, 0, 100)));
     rig.chain.set_displayed({clamped_to_length(rig.out.f, 5.0), Vec3::Zero()});
   }
   rig.tick(good_input(Vec3::Zero()));
-  EXPECT_NEAR(rig.out.f.z(), 4.0, kRounding) << "one tick below what the hand felt, not below 100 N";
+  EXPECT_NEAR(rig.out.f.z(), 4.0, kSafetyRounding) << "one tick below what the hand felt, not below 100 N";
 }
 
 TEST(Safety, SettingsThatBreakAPromiseAreRefused) {

@@ -17,8 +17,8 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr double kStep = 3e-5;  // m: a mid-range desktop device
-constexpr double kPeriod = 1e-3;
+constexpr double kVelocityEstimatorStep = 3e-5;  // m: a mid-range desktop device
+constexpr double kVelocityEstimatorPeriod = 1e-3;
 
 double rounded(double a, double step) {
   return std::round(a / step) * step;
@@ -33,7 +33,7 @@ LocalTime tick(int k) {
   return LocalTime(milliseconds(k));
 }
 VelocityEstimator quantised() {
-  return VelocityEstimator(kStep, 1e-3);
+  return VelocityEstimator(kVelocityEstimatorStep, 1e-3);
 }
 
 TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
@@ -47,11 +47,12 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
   // A full window of 20 periods of a line with errors up to half a step: the fitted slope errs by at most
   // Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
-  const double bound = 110 * kStep / 2 / (770 * kPeriod);
+  const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();
     for (int k = 0; k < 300; ++k) {
-      const Twist found = estimator.add(tick(k), at_x(rounded(0.1234 + speed * k * kPeriod, kStep)));
+      const Twist found =
+          estimator.add(tick(k), at_x(rounded(0.1234 + speed * k * kVelocityEstimatorPeriod, kVelocityEstimatorStep)));
       if (k < 20) continue;
       ASSERT_NEAR(found.v.x(), speed, bound) << speed << " m/s, tick " << k;
       ASSERT_EQ(estimator.linear_delay(), Duration(milliseconds(10)));
@@ -61,11 +62,11 @@ TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
 
 TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
   const double step = 1e-3;
-  const double bound = 110 * step / 2 / (770 * kPeriod);
+  const double bound = 110 * step / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.05, 1.0, 7.0, -40.0}) {
     VelocityEstimator estimator = quantised();
     for (int k = 0; k < 300; ++k) {
-      const Twist found = estimator.add(tick(k), turned_z(rounded(0.2 + speed * k * kPeriod, step)));
+      const Twist found = estimator.add(tick(k), turned_z(rounded(0.2 + speed * k * kVelocityEstimatorPeriod, step)));
       if (k >= 20) {
         ASSERT_NEAR(found.w.z(), speed, bound + 1e-9) << speed << " rad/s, tick " << k;
       }
@@ -80,15 +81,15 @@ TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
   double square = 0, largest = 0;
   constexpr int kTicks = 5000;
   for (int k = 0; k < kTicks; ++k) {
-    const double speed = estimator.add(tick(k), at_x(random.uniform() < 0.5 ? 0 : kStep)).v.x();
+    const double speed = estimator.add(tick(k), at_x(random.uniform() < 0.5 ? 0 : kVelocityEstimatorStep)).v.x();
     if (k < 20) continue;
     square += speed * speed;
     largest = std::max(largest, std::abs(speed));
   }
   // Independent ±step/2 over the window: standard deviation step/2 / (T √770) = 0.54 mm/s.
-  const double deviation = kStep / 2 / (kPeriod * std::sqrt(770.0));
+  const double deviation = kVelocityEstimatorStep / 2 / (kVelocityEstimatorPeriod * std::sqrt(770.0));
   EXPECT_NEAR(std::sqrt(square / (kTicks - 20)), deviation, 0.15 * deviation) << "seed 11";
-  EXPECT_LT(largest, 110 * kStep / 2 / (770 * kPeriod) + 1e-12);
+  EXPECT_LT(largest, 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod) + 1e-12);
 }
 
 TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
@@ -96,12 +97,13 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
   const double acceleration = 20;
   for (int k = 0; k < 100; ++k) estimator.add(tick(k), at_x(0));
   for (int k = 1; k <= 40; ++k) {
-    const double t = k * kPeriod;
-    const double found = estimator.add(tick(100 + k), at_x(rounded(acceleration * t * t / 2, kStep))).v.x();
+    const double t = k * kVelocityEstimatorPeriod;
+    const double found =
+        estimator.add(tick(100 + k), at_x(rounded(acceleration * t * t / 2, kVelocityEstimatorStep))).v.x();
     // The velocity a delay ago, but for what a step at either end of the window hides.
     const double delay = to_seconds(estimator.linear_delay());
     const double then = acceleration * std::max(0.0, t - delay);
-    ASSERT_NEAR(found, then, 1.5 * kStep / (2 * delay) + acceleration * kPeriod) << k;
+    ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
   // Windows shrink to √(12 step / a) and less: 4 mm of deviation make a long one impossible.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
@@ -132,15 +134,17 @@ TEST(VelocityEstimator, IsAsLateAsItSays) {
       std::vector<double> real, found;
       double delay = 0, weight = 0;
       for (int k = 0; k < 4000; ++k) {
-        const double t = k * kPeriod;
-        found.push_back(estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kStep))).v.x());
+        const double t = k * kVelocityEstimatorPeriod;
+        found.push_back(
+            estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kVelocityEstimatorStep))).v.x());
         real.push_back(amplitude * omega * std::cos(omega * t));
         // The lag shows where the velocity changes most: weighted by its slope.
         const double slope = std::abs(std::sin(omega * t));
         delay += slope * slope * to_seconds(estimator.linear_delay());
         weight += slope * slope;
       }
-      EXPECT_NEAR(lag_of(real, found), delay / weight / kPeriod, 1.0) << frequency << " Hz, " << amplitude << " m";
+      EXPECT_NEAR(lag_of(real, found), delay / weight / kVelocityEstimatorPeriod, 1.0)
+          << frequency << " Hz, " << amplitude << " m";
     }
   }
 }
@@ -151,7 +155,7 @@ TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
   double t = 0;
   for (int k = 0; k < 200; ++k) {
     t += random.uniform(2e-4, 3e-3);
-    const Twist found = estimator.add(LocalTime{} + from_seconds(t), at_x(rounded(0.2 * t, kStep)));
+    const Twist found = estimator.add(LocalTime{} + from_seconds(t), at_x(rounded(0.2 * t, kVelocityEstimatorStep)));
     if (k > 20) {
       ASSERT_NEAR(found.v.x(), 0.2, 0.003) << "seed 13, sample " << k;
     }
@@ -161,7 +165,7 @@ TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
 TEST(VelocityEstimator, IgnoresSamplesThatAreNotNewerOrNotFinite) {
   VelocityEstimator estimator = quantised();
   Twist last;
-  for (int k = 0; k < 50; ++k) last = estimator.add(tick(k), at_x(k * kStep));
+  for (int k = 0; k < 50; ++k) last = estimator.add(tick(k), at_x(k * kVelocityEstimatorStep));
   const Duration delay = estimator.linear_delay();
   const auto unchanged = [&](LocalTime taken, const Pose& X) {
     const Twist found = estimator.add(taken, X);
@@ -172,7 +176,8 @@ TEST(VelocityEstimator, IgnoresSamplesThatAreNotNewerOrNotFinite) {
   EXPECT_TRUE(unchanged(tick(51), at_x(std::nan(""))));
   EXPECT_TRUE(unchanged(tick(51), at_x(std::numeric_limits<double>::infinity())));
   EXPECT_TRUE(unchanged(tick(51), {Vec3::Zero(), Quat(std::nan(""), 0, 0, 1)}));
-  EXPECT_NEAR(estimator.add(tick(50), at_x(50 * kStep)).v.x(), kStep / kPeriod, 1e-9);
+  EXPECT_NEAR(estimator.add(tick(50), at_x(50 * kVelocityEstimatorStep)).v.x(),
+              kVelocityEstimatorStep / kVelocityEstimatorPeriod, 1e-9);
 }
 
 TEST(VelocityEstimator, IsFiniteForPositionsAtTheEndOfTheNumberRange) {

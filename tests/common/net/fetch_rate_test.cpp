@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Duration kSlot = std::chrono::microseconds(250);
+constexpr Duration kFetchSlot = std::chrono::microseconds(250);
 constexpr std::size_t kStateBytes = 300;
 
 struct Line {
@@ -36,7 +36,7 @@ class Fetching {
   }
 
   void run(Duration duration) {
-    for (const LocalTime end = now_ + duration; now_ < end; now_ += kSlot) slot();
+    for (const LocalTime end = now_ + duration; now_ < end; now_ += kFetchSlot) slot();
   }
   void set_rate(double bytes_per_s) {
     line_.bytes_per_s = bytes_per_s;

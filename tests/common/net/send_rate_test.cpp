@@ -17,7 +17,7 @@ constexpr double kMost_hz = 1000;
 
 /// A sender of 1 kHz, a link that carries `carried_hz` messages a second one after the other, and reports of each that
 /// come back `way` after it arrived. The receiver's clock is an hour ahead.
-struct Line {
+struct SendRateLine {
   void run(Duration length) {
     for (const Duration end = now + length; now < end; now += milliseconds(1)) {
       while (!under_way.empty() && under_way.front().heard <= now) {
@@ -57,19 +57,19 @@ struct Line {
 };
 
 TEST(SendRate, IsNoLimitOnALinkThatCarriesAll) {
-  Line line;
+  SendRateLine line;
   EXPECT_EQ(line.sent_per_s(std::chrono::seconds(20)), 1000);
   EXPECT_FALSE(line.rate.is_limited());
 }
 
 TEST(SendRate, TakesJitterForNoQueue) {
-  Line jittered;
+  SendRateLine jittered;
   jittered.jitter_s = 0.010;
   EXPECT_EQ(jittered.sent_per_s(std::chrono::seconds(60)), 1000);
 }
 
 TEST(SendRate, TakesALongerWayForAQueueForThreeSecondsOnly) {
-  Line line;
+  SendRateLine line;
   line.run(std::chrono::seconds(20));
   line.way += milliseconds(80);
   EXPECT_LT(line.sent_per_s(std::chrono::seconds(2)), 500);
@@ -80,7 +80,7 @@ TEST(SendRate, TakesALongerWayForAQueueForThreeSecondsOnly) {
 class NarrowLink : public testing::TestWithParam<double> {};
 
 TEST_P(NarrowLink, IsFilledButForShortQueues) {
-  Line line;
+  SendRateLine line;
   line.carried_hz = GetParam();
   line.run(std::chrono::seconds(10));
   EXPECT_GE(line.sent_per_s(std::chrono::seconds(60)), 0.7 * GetParam());
@@ -92,7 +92,7 @@ TEST_P(NarrowLink, IsFilledButForShortQueues) {
 INSTANTIATE_TEST_SUITE_P(Carries, NarrowLink, testing::Values(150.0, 300.0, 600.0, 900.0));
 
 TEST(SendRate, GoesBackToAllWhenTheLinkDoes) {
-  Line line;
+  SendRateLine line;
   line.carried_hz = 400;
   line.run(std::chrono::seconds(10));
   line.carried_hz = 1e6;
@@ -102,14 +102,14 @@ TEST(SendRate, GoesBackToAllWhenTheLinkDoes) {
 }
 
 TEST(SendRate, NeverFallsBelowTheFloor) {
-  Line line;
+  SendRateLine line;
   line.carried_hz = 20;
   line.run(std::chrono::seconds(10));
   EXPECT_GE(line.sent_per_s(std::chrono::seconds(10)), 99);
 }
 
 TEST(SendRate, OfASlowSenderThereIsNothingToLeaveOut) {
-  Line line;
+  SendRateLine line;
   line.rate = SendRate(kFloor, 60);
   line.carried_hz = 20;
   line.run(std::chrono::seconds(5));
@@ -117,7 +117,7 @@ TEST(SendRate, OfASlowSenderThereIsNothingToLeaveOut) {
 }
 
 TEST(SendRate, ReportsOfWhatWasNeverSentAreNotHeard) {
-  Line line;
+  SendRateLine line;
   line.run(std::chrono::seconds(1));
   for (int i = 1; i < 2000; ++i) line.rate.delivered(line.now + milliseconds(i), milliseconds(10 * i));
   line.run(std::chrono::seconds(1));

@@ -5,8 +5,8 @@
 namespace tandem::net {
 namespace {
 
-LocalTime at_ms(int milliseconds) {
-  return LocalTime(std::chrono::milliseconds(1000 + milliseconds));
+LocalTime at_ms(int ms) {
+  return LocalTime(std::chrono::milliseconds(1000 + ms));
 }
 
 TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {

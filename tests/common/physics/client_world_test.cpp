@@ -9,7 +9,7 @@
 namespace tandem::physics {
 namespace {
 
-constexpr BodyId kA{1};
+constexpr BodyId kClientWorldA{1};
 constexpr BodyId kB{2};
 
 TEST(FollowedBodies, KeepTheVelocityTheyWereToldWhateverActsOnThem) {
@@ -17,9 +17,9 @@ TEST(FollowedBodies, KeepTheVelocityTheyWereToldWhateverActsOnThem) {
   description.gravity_m_per_s2 = {0, 0, -9.81};
   description.bodies[0].anchor = Joint{300, 3, 1, 0.01};
   World world = client_world(description);
-  world.set_body(kA, {{{0, 0, 1}, Quat::Identity()}, {{0.1, 0, 0}, {0, 0, 2}}});
+  world.set_body(kClientWorldA, {{{0, 0, 1}, Quat::Identity()}, {{0.1, 0, 0}, {0, 0, 2}}});
   EXPECT_EQ(run(world, 500), 0U);
-  const RigidState a = world.body(kA);
+  const RigidState a = world.body(kClientWorldA);
   EXPECT_LT((a.X.p - Vec3(0.05, 0, 1)).norm(), 1e-12);
   EXPECT_LT((rotation_vector(a.X.q) - Vec3(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((a.V.v - Vec3(0.1, 0, 0)).norm(), 1e-15);
@@ -36,21 +36,21 @@ TEST(ClientWorld, ATouchedBodyIsMovedByTheToolAndThenFollowsAgain) {
     world.step();
   }
   EXPECT_FALSE(external.contains(0));
-  EXPECT_GT(world.body(kA).X.p.x(), 0.005);
+  EXPECT_GT(world.body(kClientWorldA).X.p.x(), 0.005);
   for (int i = 0; i < 2000; ++i) {
     world.set_handle(0, at({-0.1, 0, 0}));
     world.step();
   }
   EXPECT_TRUE(external.contains(0));
-  world.set_body(kA, at({0.5, 0, 0}));
+  world.set_body(kClientWorldA, at({0.5, 0, 0}));
   run(world, 10);
-  EXPECT_EQ(world.body(kA).X.p, Vec3(0.5, 0, 0));
+  EXPECT_EQ(world.body(kClientWorldA).X.p, Vec3(0.5, 0, 0));
 }
 
 TEST(ClientWorld, KeepsABodyImplicitForAsLongAsAskedAndNoLonger) {
   ExternalBodies external;
   World world = client_world(world_of({cube(Vec3::Zero(), 0.3), table()}, {ball_tool({0, 0, 1})}), &external);
-  world.keep_implicit(kA, 0.1);
+  world.keep_implicit(kClientWorldA, 0.1);
   world.keep_implicit(kB, 0.1);
   EXPECT_EQ(external, ExternalBodies{1}) << "the static one is never implicit";
   run(world, 99);
@@ -67,10 +67,11 @@ TEST(ClientWorld, ShiftsAreAboutTheCentreOfMassAndSeenByNoAccount) {
   world.set_handle(0, at({0, 0, 1}));
   world.step();
   const Quat turn = quaternion_of({0, 0, 0.2});
-  world.shift_body(kA, {{0, 0, 0.001}, turn}, {{0.5, 0, 0}, {0, 0, 1}});
+  world.shift_body(kClientWorldA, {{0, 0, 0.001}, turn}, {{0.5, 0, 0}, {0, 0, 1}});
   const Vec3 centre(1.01, 0, 0.001);
-  EXPECT_LT((world.body(kA).X.p - (centre + turn * Vec3(-0.01, 0, 0))).norm(), 1e-15);
-  EXPECT_LT((world.body(kA).V.v - Vec3(0.5, 0, 0) - Vec3(0, 0, 1).cross(turn * Vec3(-0.01, 0, 0))).norm(), 1e-15);
+  EXPECT_LT((world.body(kClientWorldA).X.p - (centre + turn * Vec3(-0.01, 0, 0))).norm(), 1e-15);
+  EXPECT_LT((world.body(kClientWorldA).V.v - Vec3(0.5, 0, 0) - Vec3(0, 0, 1).cross(turn * Vec3(-0.01, 0, 0))).norm(),
+            1e-15);
   world.shift_tool(0, {{0.002, 0, 0}, Quat::Identity()}, {});
   EXPECT_LT((world.tool(0).tool.X.p - Vec3(0.002, 0, 1)).norm(), 1e-15);
   EXPECT_EQ(world.tool(0).energy_into_world_j, 0);
@@ -80,15 +81,15 @@ TEST(ClientWorld, ShiftsAreAboutTheCentreOfMassAndSeenByNoAccount) {
 TEST(ClientWorld, AToolHoldsABodyOutOfReachWhenSomebodyElseDecidedThat) {
   World world = client_world(world_of({cube({1, 0, 0}, 0.3), table()}, {ball_tool({0, 0, 1})}));
   world.activate_tool(0);
-  EXPECT_EQ(world.grab(0, kA), GrabResult::kOutOfReach);
+  EXPECT_EQ(world.grab(0, kClientWorldA), GrabResult::kOutOfReach);
   world.hold(0, kB, Pose{});
   EXPECT_FALSE(world.tool(0).held.is_valid()) << "static";
-  world.hold(0, kA, {{0, 0.02, 0}, Quat::Identity()});
-  EXPECT_EQ(world.tool(0).held, kA);
+  world.hold(0, kClientWorldA, {{0, 0.02, 0}, Quat::Identity()});
+  EXPECT_EQ(world.tool(0).held, kClientWorldA);
   EXPECT_LT((world.tool(0).tool.X.p - Vec3(1, 0.02, 0)).norm(), 1e-15);
-  EXPECT_EQ(world.hands_on(kA), 1U);
+  EXPECT_EQ(world.hands_on(kClientWorldA), 1U);
   world.release(0);
-  EXPECT_EQ(world.hands_on(kA), 0U);
+  EXPECT_EQ(world.hands_on(kClientWorldA), 0U);
 }
 
 /// A row of two cubes, one tool at its left end, one above the right cube, one far away.
@@ -108,13 +109,13 @@ TEST(HandsOn, PassThroughWhatMovesAndThroughNothingElse) {
     world.set_handle(2, at({0, 0, 2}));
     world.step();
   }
-  EXPECT_EQ(world.hands_on(kA), 1U);
+  EXPECT_EQ(world.hands_on(kClientWorldA), 1U);
   EXPECT_EQ(world.hands_on(kB), 1U) << "through the first cube";
   EXPECT_EQ(world.hands_on(BodyId{3}), 0U) << "the table does not move";
   EXPECT_EQ(world.hands_on(BodyId{4}), 2U);
   world.hold(2, kB, Pose{});
   world.step();
-  EXPECT_EQ(world.hands_on(kA) & 4U, 4U);
+  EXPECT_EQ(world.hands_on(kClientWorldA) & 4U, 4U);
   EXPECT_EQ(world.hands_on(BodyId{9}), 0U) << "not there";
 }
 
@@ -145,7 +146,7 @@ TEST(StoredEnergy, OfAFreeTiedWorldNeverRises) {
   description.bodies[0].anchor = Joint{300, 0, 1, 0};
   World world = falling_world(description);
   world.activate_tool(0);
-  world.hold(0, kA, {{0, 0.02, 0}, Quat::Identity()});
+  world.hold(0, kClientWorldA, {{0, 0.02, 0}, Quat::Identity()});
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 2000; ++i) {
     world.set_handle(0, at({1.01, 0.03, 0.01}));
@@ -203,11 +204,11 @@ TEST(ClientWorld, AllocatesNothingWhateverIsAskedOfAStep) {
   const auto step = [&world](int i) {
     world.set_handle(0, at({-0.03 + 5e-5 * i, 0, 0.02}));
     world.brake(0, i % 100 < 50 ? 3 : 0);
-    world.shift_body(kA, {{1e-6, 0, 0}, Quat::Identity()}, {});
+    world.shift_body(kClientWorldA, {{1e-6, 0, 0}, Quat::Identity()}, {});
     world.keep_implicit(kB, 0.01);
     world.set_soft_contact(0, {});
     world.step();
-    return world.hands_on(kA) + (world.stored_energy_j() > 1e9 ? 1U : 0U);
+    return world.hands_on(kClientWorldA) + (world.stored_energy_j() > 1e9 ? 1U : 0U);
   };
   for (int i = 0; i < 50; ++i) step(i);
   const std::uint64_t before = test::allocation_count();

@@ -15,12 +15,12 @@ namespace tandem::physics {
 namespace {
 
 constexpr double kG = 9.81;
-constexpr double kStep_s = 1e-3;
+constexpr double kCouplingStep_s = 1e-3;
 
 RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, Twist{v, Vec3::Zero()}};
 }
-void run(World& world, int steps) {
+void run_coupled(World& world, int steps) {
   for (int i = 0; i < steps; ++i) world.step();
 }
 std::string law(const std::string& name, const std::string& more = "") {
@@ -52,12 +52,12 @@ TEST(World, AToolIsPulledNoHarderThanItsUsersDeviceBearsUntilHeLeaves) {
   haptics::CouplingParameters strong;
   strong.stiffness_n_per_m = 900;
   world.set_coupling(strong);
-  run(world, 1000);
+  run_coupled(world, 1000);
   EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 100) << "a coupling set later is bounded alike";
   EXPECT_EQ(world.coupling(1).stiffness_n_per_m, 900);
   weak.force_limit_n = std::numeric_limits<double>::quiet_NaN();
   world.set_coupling_bounds(0, weak);
-  run(world, 1000);
+  run_coupled(world, 1000);
   EXPECT_EQ(world.coupling(0).force_limit_n, 2);
   world.deactivate_tool(0);
   world.activate_tool(0);
@@ -84,7 +84,7 @@ std::unique_ptr<World> pressed(std::string_view law_from_the_start, std::string_
     world.activate_tool(tool);
     world.set_handle(tool, at({0.05 * static_cast<double>(tool), 0, kRadius_m - 0.008}));
   }
-  run(world, 300);
+  run_coupled(world, 300);
   return pressed;
 }
 Vec3 on_hand_n(const World& world, std::size_t tool) {
@@ -122,11 +122,11 @@ TEST(World, WhoTakesAToolWhileALawFadesHasTheNewOneAtOnce) {
   const auto made = pressed("spring-damper");
   World& world = *made;
   world.set_coupling(named("stable-dynamic"), {});
-  run(world, 100);
+  run_coupled(world, 100);
   world.deactivate_tool(0);
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, kRadius_m - 0.008}));
-  run(world, 150);
+  run_coupled(world, 150);
   EXPECT_NEAR(on_hand_n(world, 0).z(), on_hand_n(*pressed("stable-dynamic"), 0).z(), 1e-3);
 }
 
@@ -137,7 +137,7 @@ TEST(World, ALawWhoseToolIsAnotherIsIgnored) {
     World& world = *made;
     const Vec3 before = on_hand_n(world, 0);
     world.set_coupling(named(wanted), {.stiffness_n_per_m = 900});
-    run(world, 500);
+    run_coupled(world, 500);
     EXPECT_LT((on_hand_n(world, 0) - before).norm(), 1e-6) << of_scene << " to " << wanted;
   }
 }
@@ -147,7 +147,8 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
   world.activate_tool(0);
   for (int i = 0; i < 300; ++i) {
     // 0.6 m/s at most, turning back each 50 ms.
-    const RigidState handle = at({0.01 * std::sin(60 * i * kStep_s), 0, 2}, {0.6 * std::cos(60 * i * kStep_s), 0, 0});
+    const RigidState handle =
+        at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
     // Of the way of a step, 0.6 mm, the stand-in for no mass leaves a ten thousandth.
@@ -161,7 +162,7 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
       load_parts({.bodies = block(), .tools = ball_at(kRadius_m + 5e-4), .coupling = law("qsa-static")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, kRadius_m + 5e-4}));
-  run(world, 3);
+  run_coupled(world, 3);
   const double inside_m = 0.005;
   world.set_handle(0, at({0, 0, kRadius_m - inside_m}));
   EXPECT_EQ(world.step(), 0U);
@@ -178,7 +179,7 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   }
   EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
   const double rest_z = world.tool(0).tool.X.p.z();
-  run(world, 100);
+  run_coupled(world, 100);
   EXPECT_NEAR(world.tool(0).tool.X.p.z(), rest_z, 1e-9) << "no ringing";
 }
 
@@ -186,13 +187,13 @@ TEST(MasslessTool, StaysWithoutAHandleAndWithoutASpring) {
   for (const char* spring : {"", R"(, "stiffness_n_per_m": 0, "stiffness_n_m_per_rad": 0)"}) {
     World world(server::make_server_world(load_parts({.coupling = law("qsa-static", spring)})));
     world.activate_tool(0);
-    run(world, 100);
+    run_coupled(world, 100);
     EXPECT_EQ(world.tool(0).tool.X.p, Vec3(0, 0, 2)) << "no weight";
     world.set_handle(0, at({0.005, 0, 2}));
     for (int i = 0; i < 100; ++i) ASSERT_EQ(world.step(), 0U);
     world.clear_handle(0);
     const Vec3 p = world.tool(0).tool.X.p;
-    run(world, 100);
+    run_coupled(world, 100);
     EXPECT_EQ(world.tool(0).tool.X.p, p) << "no memory of its velocity";
   }
 }
@@ -208,7 +209,7 @@ TEST(MasslessTool, LeavesTheBodyThatItHoldsItsMass) {
   world.step();
   const Vec3 impulse = 0.1 * (world.body(BodyId{1}).V.v - before);
   EXPECT_GT(impulse.x(), 1e-3);
-  EXPECT_LT((impulse + kStep_s * world.tool(0).wrench_on_hand_W.f).norm(), 1e-12);
+  EXPECT_LT((impulse + kCouplingStep_s * world.tool(0).wrench_on_hand_W.f).norm(), 1e-12);
 }
 
 /// A cube of 1 cm pressed on a block, both soft: 5e6 N/m³ in a row.
@@ -226,7 +227,7 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
   world.activate_tool(0);
   for (const double depth_m : {0.001, 0.003}) {
     world.set_handle(0, at({0, 0, 0.005 - depth_m}));
-    run(world, 3);
+    run_coupled(world, 3);
     EXPECT_NEAR(world.tool(0).tool.X.p.z(), 0.005 - depth_m, 1e-12) << "the tool is where the handle is";
     // Face and sides: every bit of surface inside presses by its depth.
     const double expected_n = 5e6 * (1e-4 * depth_m + 0.04 * depth_m * depth_m / 2);
@@ -234,7 +235,7 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
     EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-3);
   }
   world.set_handle(0, at({0, 0, 0.006}));
-  run(world, 1);
+  run_coupled(world, 1);
   EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "nothing but contact is felt";
 }
 
@@ -261,9 +262,9 @@ TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
   world.activate_tool(0);
   Vec3 given = Vec3::Zero();
   for (int i = 0; i < 300; ++i) {
-    world.set_handle(0, at({-0.026 + 0.1 * i * kStep_s, 0.004, 0.003}));
+    world.set_handle(0, at({-0.026 + 0.1 * i * kCouplingStep_s, 0.004, 0.003}));
     EXPECT_EQ(world.step(), 0U);
-    given -= kStep_s * world.tool(0).wrench_on_hand_W.f;
+    given -= kCouplingStep_s * world.tool(0).wrench_on_hand_W.f;
   }
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
   // What the solver may leave of each step's equation, see ContactIsland.
@@ -281,7 +282,7 @@ TEST(DirectRendering, AHeldBodyIsAtTheHandleAndItsWeightIsShared) {
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   world.set_handle(0, at({-0.02, 0, 0.005}));
   world.set_handle(1, at({0.02, 0, 0.005}));
-  run(world, 10);
+  run_coupled(world, 10);
   EXPECT_NEAR(world.body(BodyId{1}).X.p.z(), 0.005, 1e-12);
   for (const std::size_t tool : {0U, 1U}) {
     EXPECT_NEAR(world.tool(tool).wrench_on_hand_W.f.z(), -0.1 * kG, 1e-9) << tool;
@@ -307,7 +308,7 @@ TEST(AdaptiveCoupling, AHeldMassSagsByItsWeightOverItsOwnStiffness) {
         {.bodies = cube, .tools = R"({"name": "t", "holds": "a"})", .coupling = law("adaptive", fit("4"))})));
     world.activate_tool(0);
     world.set_handle(0, at({0, 0, 0}));
-    run(world, 3000);
+    run_coupled(world, 3000);
     const double sag_m = mass_kg * kG / fitted_n_per_m(mass_kg);
     EXPECT_NEAR(-world.body(BodyId{1}).X.p.z(), sag_m, 0.02 * sag_m) << mass_kg << " kg";
   }
@@ -321,7 +322,7 @@ TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
       load_parts({.bodies = block() + "," + cube, .tools = ball_at(0.046), .coupling = law("adaptive", fit("0.4"))})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.045 - stretch_m}));
-  run(world, 2000);
+  run_coupled(world, 2000);
   const auto force_n = [&] { return world.tool(0).wrench_on_hand_W.f.z(); };
   EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01) << "the tool's own mass";
   double last = force_n(), largest_step_n = 0;

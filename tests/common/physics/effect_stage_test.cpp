@@ -13,7 +13,7 @@
 namespace tandem::physics {
 namespace {
 
-constexpr double kStep_s = 1e-3;
+constexpr double kEffectStep_s = 1e-3;
 constexpr double kStiffness = 300;
 constexpr const char* kCoupling =
     R"({"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 5, "force_limit_n": 100})";
@@ -22,7 +22,7 @@ constexpr const char* kToolAtOrigin = R"({"name": "t"})";
 constexpr const char* kGround =
     R"({"name": "ground", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -9]}})";
 
-RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+RigidState resting_at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
@@ -41,7 +41,7 @@ std::string floating_body(const std::string& name, double x_m, double mass_kg, c
 }
 
 void hold(World& world, std::size_t tool, const Vec3& p, int steps) {
-  world.set_handle(tool, at(p));
+  world.set_handle(tool, resting_at(p));
   for (int i = 0; i < steps; ++i) ASSERT_EQ(world.step(), 0U);
 }
 
@@ -50,7 +50,7 @@ TEST(EffectStage, ATubOfFluidDragsAToolBehindTheHandByItsClosedForm) {
   world.activate_tool(0);
   constexpr double kSpeed = 0.1;
   for (int i = 1; i <= 1000; ++i) {
-    world.set_handle(0, at({kSpeed * kStep_s * i, 0, 0}, {kSpeed, 0, 0}));
+    world.set_handle(0, resting_at({kSpeed * kEffectStep_s * i, 0, 0}, {kSpeed, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
   // Steady: k (x_hand − x_tool) = b v; the coupling's damper sees no difference of speeds.
@@ -64,7 +64,7 @@ TEST(EffectStage, OverlappingFluidsNeverTurnAToolBack) {
   for (int i = 0; i < 20; ++i) many += std::string(i > 0 ? ", " : "") + R"({"viscosity": {"damping_n_s_per_m": 1000}})";
   World world = world_in(many);
   world.activate_tool(0);
-  world.set_handle(0, at({0.05, 0, 0}));
+  world.set_handle(0, resting_at({0.05, 0, 0}));
   double last = 0;
   for (int i = 0; i < 2000; ++i) {
     ASSERT_EQ(world.step(), 0U);
@@ -106,7 +106,7 @@ TEST(EffectStage, AMagnetHoldsAToolAgainstTheHandUpToItsPeak) {
 double amplitude_at(const std::vector<double>& samples, double hz) {
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    sum += samples[i] * std::polar(1.0, -2 * std::numbers::pi * hz * kStep_s * static_cast<double>(i));
+    sum += samples[i] * std::polar(1.0, -2 * std::numbers::pi * hz * kEffectStep_s * static_cast<double>(i));
   }
   return 2 * std::abs(sum) / static_cast<double>(samples.size());
 }
@@ -159,7 +159,7 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
     hold(world, 0, {0, 0, -0.004}, 500);
     std::vector<double> force;
     for (int i = 0; i < 1000; ++i) {
-      world.set_handle(0, at({3e-5 * i, 0, -0.004}, {0.03, 0, 0}));
+      world.set_handle(0, resting_at({3e-5 * i, 0, -0.004}, {0.03, 0, 0}));
       world.step();
       force.push_back(world.tool(0).wrench_on_hand_W.f.x());
     }
@@ -225,7 +225,7 @@ TEST(EffectStage, FluidsDragAMasslessToolByWhatTheySay) {
   constexpr double kSpeed = 0.1;
   double last_x = 0;
   for (int i = 1; i <= 1000; ++i) {
-    world.set_handle(0, at({kSpeed * kStep_s * i, 0, 0}, {kSpeed, 0, 0}));
+    world.set_handle(0, resting_at({kSpeed * kEffectStep_s * i, 0, 0}, {kSpeed, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
     ASSERT_GE(world.tool(0).tool.X.p.x(), last_x) << "never turned back";
     last_x = world.tool(0).tool.X.p.x();
@@ -258,9 +258,9 @@ TEST(EffectStage, AFluidThatMovesDragsAMasslessToolAlongAndIsDraggedBack) {
        .coupling = R"({"law": "qsa-static", "stiffness_n_m_per_rad": 300})"})));
   world.activate_tool(0);
   world.activate_tool(1);
-  world.set_handle(0, at({0, 0, 0.1}));
+  world.set_handle(0, resting_at({0, 0, 0.1}));
   for (int i = 1; i <= 2000; ++i) {
-    world.set_handle(1, at({5e-5 * i, 0, 0}, {0.05, 0, 0}));
+    world.set_handle(1, resting_at({5e-5 * i, 0, 0}, {0.05, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
   const double drag_n = 0.6 * 0.05;
@@ -280,7 +280,7 @@ TEST(EffectStage, ABodyInTwoHandsFeelsAnEffectOnce) {
                     .rest = R"("effects": [{"constant_field": {"force_n": [0, 0.9, 0]}}])"})));
     world.activate_tool(0);
     world.activate_tool(1);
-    world.set_handle(1, at({0.02, 0, 0}));
+    world.set_handle(1, resting_at({0.02, 0, 0}));
     hold(world, 0, {-0.02, 0, 0}, 3000);
     const double felt_n = world.tool(0).wrench_on_hand_W.f.y() + world.tool(1).wrench_on_hand_W.f.y();
     EXPECT_NEAR(felt_n, 0.9, 1e-3) << law;
@@ -299,11 +299,11 @@ TEST(EffectStage, AnEffectTravelsWithItsBody) {
                                           "stiffness_n_m_per_rad": 300, "damping_n_m_s_per_rad": 0.5})"})));
   world.activate_tool(0);
   world.activate_tool(1);
-  world.set_handle(1, at({0.3, 0, 0}));
+  world.set_handle(1, resting_at({0.3, 0, 0}));
   hold(world, 0, Vec3::Zero(), 1000);
   EXPECT_LT(world.tool(0).tool.X.p.norm(), 1e-9) << "far away";
   for (int i = 0; i < 2500; ++i) {
-    world.set_handle(1, at({0.3 - 1e-4 * i, 0, 0}));
+    world.set_handle(1, resting_at({0.3 - 1e-4 * i, 0, 0}));
     world.step();
   }
   hold(world, 0, Vec3::Zero(), 4000);
@@ -322,9 +322,9 @@ TEST(EffectStage, AFluidThatMovesDragsAToolAlong) {
        .coupling = kCoupling})));
   world.activate_tool(0);
   world.activate_tool(1);
-  world.set_handle(0, at({0, 0, 0.1}));
+  world.set_handle(0, resting_at({0, 0, 0.1}));
   for (int i = 1; i <= 2000; ++i) {
-    world.set_handle(1, at({1e-4 * i, 0, 0}, {0.1, 0, 0}));
+    world.set_handle(1, resting_at({1e-4 * i, 0, 0}, {0.1, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
   EXPECT_NEAR(world.tool(0).tool.X.p.x(), 0.6 * 0.1 / kStiffness, 1e-6);
@@ -337,7 +337,7 @@ TEST(EffectStage, WhatPullsAToolPullsTheFreeBodyBackAsMuch) {
                                                     .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0,
                                      "damping_n_s_per_m": 0})"})));
   world.activate_tool(0);
-  world.set_handle(0, at(Vec3::Zero()));
+  world.set_handle(0, resting_at(Vec3::Zero()));
   for (int i = 0; i < 100; ++i) {
     ASSERT_EQ(world.step(), 0U);
     const Vec3 momentum = 0.05 * world.tool(0).tool.V.v + 0.2 * world.body(BodyId{1}).V.v;
@@ -356,11 +356,11 @@ TEST(EffectStage, ShippedSceneStepsWithoutAFaultOrAnAllocationAndTwiceAlike) {
     std::uint64_t allocations = 0;
     for (int i = 0; i < 6000; ++i) {
       // Down onto the plates and across all of them, over their edges; the other through the bath and the wind.
-      const double t = kStep_s * i;
+      const double t = kEffectStep_s * i;
       const Vec3 left(-0.2 + 0.05 * std::max(0.0, t - 1), 0, std::max(0.007, 0.05 - 0.045 * t));
       const Vec3 right(0.2 - 0.02 * t, -0.05 * t, 0.05);
-      world.set_handle(0, at(left));
-      world.set_handle(1, at(right));
+      world.set_handle(0, resting_at(left));
+      world.set_handle(1, resting_at(right));
       const std::uint64_t before = test::allocation_count();
       faults |= world.step();
       allocations += test::allocation_count() - before;

@@ -15,7 +15,7 @@
 namespace tandem::physics {
 namespace {
 
-RigidState at(const Vec3& p) {
+RigidState pose_at(const Vec3& p) {
   return {{p, Quat::Identity()}, Twist{}};
 }
 
@@ -44,7 +44,7 @@ std::uint64_t hash_of_session(const std::shared_ptr<const server::LoadedScene>& 
   for (int i = 0; i < 3000; ++i) {
     for (const std::size_t tool : {0U, 1U}) {
       hands[tool] += 2e-4 * Vec3(random.normal(), random.normal(), random.normal() - 0.2 * (hands[tool].z() > 0.05));
-      world.set_handle(tool, at(hands[tool]));
+      world.set_handle(tool, pose_at(hands[tool]));
       if (i % 700 == 600) world.grab(tool, BodyId{});
       if (i % 700 == 100) world.release(tool);
     }
@@ -63,8 +63,8 @@ TEST(ShippedScenes, PegGoesIntoTheHoleInTwoHands) {
   TANDEM_LOAD_OR_SKIP(scene, "peg_in_hole");
   World world(server::make_server_world(scene));
   const auto lead = [&world](const Vec3& offset) {
-    world.set_handle(0, at(Vec3(-0.04, -0.01, 0.12) + offset));
-    world.set_handle(1, at(Vec3(-0.04, 0.01, 0.12) + offset));
+    world.set_handle(0, pose_at(Vec3(-0.04, -0.01, 0.12) + offset));
+    world.set_handle(1, pose_at(Vec3(-0.04, 0.01, 0.12) + offset));
     world.step();
   };
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
@@ -106,7 +106,7 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
   double nearest = 1, strongest_n = 0;
   for (int i = 0; i <= 1500; ++i) {
     // From the left into the middle of the bunny.
-    world.set_handle(0, at({-0.1 + 1e-4 * std::min(i, 1000), 0, 0.05}));
+    world.set_handle(0, pose_at({-0.1 + 1e-4 * std::min(i, 1000), 0, 0.05}));
     world.step();
     strongest_n = std::max(strongest_n, world.tool(0).wrench_on_hand_W.f.norm());
     if (i % 50 == 0) nearest = std::min(nearest, distance_to_mesh(X_SW * world.tool(0).tool.X.p, *bunny.mesh));
@@ -122,8 +122,8 @@ TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
   World world(server::make_server_world(scene));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i <= 4000; ++i) {
-    world.set_handle(0, at({0, 0, 0.05}));
-    world.set_handle(1, at({0.03, 0, 0.15 - 2e-5 * std::min(i, 2500)}));
+    world.set_handle(0, pose_at({0, 0, 0.05}));
+    world.set_handle(1, pose_at({0.03, 0, 0.15 - 2e-5 * std::min(i, 2500)}));
     world.step();
   }
   EXPECT_GT(world.touch(0).contacts, 3U);
@@ -142,7 +142,7 @@ TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
   for (std::size_t level = 0; level < force_n.size(); ++level) {
     const double z = 0.055 - 0.008 * static_cast<double>(level);
     for (int i = 0; i < 1500; ++i) {
-      world.set_handle(0, at({-0.02, 0, z}));
+      world.set_handle(0, pose_at({-0.02, 0, z}));
       world.step();
     }
     force_n[level] = world.tool(0).wrench_on_hand_W.f.z();

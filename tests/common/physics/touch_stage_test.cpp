@@ -13,7 +13,7 @@ namespace tandem::physics {
 namespace {
 
 constexpr double kG = 9.81;
-constexpr double kStep_s = 1e-3;
+constexpr double kTouchStageStep_s = 1e-3;
 constexpr double kEdge_m = 0.04;
 constexpr const char* kNoGravity = R"("gravity_m_per_s2": [0, 0, 0])";
 
@@ -60,9 +60,9 @@ TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   const int steps = 400;
   std::uint32_t contacts = 0;
   for (int i = 0; i < steps; ++i) {
-    world.set_handle(0, at({-0.03 + 0.1 * i * kStep_s, 0.006, 0.004}));
+    world.set_handle(0, at({-0.03 + 0.1 * i * kTouchStageStep_s, 0.006, 0.004}));
     world.step();
-    given -= kStep_s * world.tool(0).wrench_on_hand_W.f;
+    given -= kTouchStageStep_s * world.tool(0).wrench_on_hand_W.f;
     contacts += world.touch(0).contacts;
   }
   EXPECT_GT(contacts, 0U);
@@ -320,7 +320,7 @@ TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAft
   for (int i = 0; i < 200; ++i) {
     const double before = world.tool(0).tool.X.p.z();
     faults |= world.step();
-    ASSERT_LE(before - world.tool(0).tool.X.p.z(), 10 * kStep_s * (1 + 1e-9));
+    ASSERT_LE(before - world.tool(0).tool.X.p.z(), 10 * kTouchStageStep_s * (1 + 1e-9));
     ASSERT_GT(world.tool(0).tool.X.p.z(), 0.005);
   }
   EXPECT_TRUE(faults & kFaultSpeedLimited);
@@ -337,7 +337,7 @@ TEST(TouchStage, AllocatesNeitherAtFirstContactNorLater) {
   std::uint32_t contacts = 0;
   const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 600; ++i) {
-    world.set_handle(0, at({0.001 * i * kStep_s, 0, std::max(0.0, 0.02 - 0.1 * i * kStep_s)}));
+    world.set_handle(0, at({0.001 * i * kTouchStageStep_s, 0, std::max(0.0, 0.02 - 0.1 * i * kTouchStageStep_s)}));
     world.step();
     contacts += world.touch(0).contacts;
   }

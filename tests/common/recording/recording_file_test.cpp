@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Bytes bytes_of(const std::string& text) {
+Bytes octets_of_text(const std::string& text) {
   return {text.begin(), text.end()};
 }
 
@@ -30,7 +30,7 @@ class RecordingFileTest : public ::testing::Test {
 
   RecordingFile open(const RotationSettings& rotation = {}) {
     return RecordingFile(folder_ / "r.mcap", McapWriter({{"/head", "H", {}}, {"/m", "M", {}}}, "test"), rotation,
-                         [](std::uint32_t part) { return bytes_of("part " + std::to_string(part)); });
+                         [](std::uint32_t part) { return octets_of_text("part " + std::to_string(part)); });
   }
   static std::vector<std::string> messages_in(const fs::path& file, bool expects_end = true) {
     std::ifstream in(file, std::ios::binary);
@@ -46,9 +46,9 @@ class RecordingFileTest : public ::testing::Test {
 
 TEST_F(RecordingFileTest, WhatWasFlushedIsThereBeforeTheEnd) {
   RecordingFile file = open();
-  file.add(1, 10, bytes_of("first"));
+  file.add(1, 10, octets_of_text("first"));
   file.flush(10);
-  file.add(1, 11, bytes_of("not yet"));
+  file.add(1, 11, octets_of_text("not yet"));
   EXPECT_EQ(messages_in(folder_ / "r.mcap", false), (std::vector<std::string>{"part 1", "first"}));
   file.finish();
   EXPECT_EQ(messages_in(folder_ / "r.mcap").back(), "not yet");
@@ -60,7 +60,7 @@ TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
   for (std::uint64_t i = 1; i <= 20; ++i) {
     std::string noise;  // that does not get smaller when packed
     for (int k = 0; k < 300; ++k) noise += static_cast<char>((state = state * 6364136223846793005U + 1) >> 56U);
-    file.add(1, i, bytes_of(noise));
+    file.add(1, i, octets_of_text(noise));
     file.flush(i);
   }
   file.finish();
@@ -80,7 +80,7 @@ TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
 TEST_F(RecordingFileTest, RotatesByAge) {
   RecordingFile file = open({.max_bytes = 0, .max_age = std::chrono::seconds(1)});
   for (const std::uint64_t s : {100, 101, 102, 103}) {
-    file.add(1, s * 1'000'000'000U, bytes_of("at " + std::to_string(s)));
+    file.add(1, s * 1'000'000'000U, octets_of_text("at " + std::to_string(s)));
     file.flush(s * 1'000'000'000U);
   }
   file.finish();
@@ -94,9 +94,9 @@ TEST_F(RecordingFileTest, OverwritesNothing) {
   fs::remove(folder_ / "r.mcap");
   std::ofstream(folder_ / "r-002.mcap") << "somebody else's";
   RecordingFile file = open({.max_bytes = 1, .max_age = Duration(0)});
-  file.add(1, 1, bytes_of("one"));
+  file.add(1, 1, octets_of_text("one"));
   file.flush(1);
-  file.add(1, 2, bytes_of("two"));
+  file.add(1, 2, octets_of_text("two"));
   file.finish();
   EXPECT_EQ(fs::file_size(folder_ / "r-002.mcap"), 15U);
   EXPECT_EQ(messages_in(folder_ / "r-003.mcap"), (std::vector<std::string>{"part 2", "two"}));
@@ -125,13 +125,13 @@ class SmallDisk {
 
 TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
   RecordingFile file = open();
-  file.add(1, 1, bytes_of("before"));
+  file.add(1, 1, octets_of_text("before"));
   file.flush(1);
   EXPECT_EQ(file.take_news(), "");
   {
     const SmallDisk small(file.bytes_written() + 20);  // so that a part of the chunk gets there
     for (const std::uint64_t i : {2, 3}) {
-      file.add(1, i, bytes_of("lost"));
+      file.add(1, i, octets_of_text("lost"));
       file.flush(i);
     }
     const std::string news = file.take_news();
@@ -139,7 +139,7 @@ TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
     EXPECT_EQ(file.take_news(), "");
     EXPECT_EQ(messages_in(folder_ / "r.mcap", false).back(), "before") << "whole chunks alone stay";
   }
-  file.add(1, 4, bytes_of("after"));
+  file.add(1, 4, octets_of_text("after"));
   file.flush(4);
   EXPECT_NE(file.take_news().find("again"), std::string::npos);
   EXPECT_EQ(file.messages_lost(), 2U);

@@ -19,16 +19,16 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 /// A folder with a scene file in it, so that experiments have something to point at.
-class ExperimentFile : public testing::Test {
+class ReadExperiment : public testing::Test {
  protected:
-  ExperimentFile()
+  ReadExperiment()
       : folder_(std::filesystem::path(testing::TempDir()) /
                 (std::string("experiment_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "scene.json") << "{}";
     std::ofstream(folder_ / "hand.json") << R"({"points": [{"t_s": 1, "phase": "wave"}]})";
   }
-  ~ExperimentFile() override { std::filesystem::remove_all(folder_); }
+  ~ReadExperiment() override { std::filesystem::remove_all(folder_); }
 
   Experiment parse(const std::string& json) const { return parse_experiment(json, "e.json", folder_); }
   std::string complaint(const std::string& json) const {
@@ -43,7 +43,7 @@ class ExperimentFile : public testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(ExperimentFile, EveryFieldArrives) {
+TEST_F(ReadExperiment, EveryFieldArrives) {
   const Experiment experiment = parse(R"({
       "name": "n", "description": "d", "scene": "./scene.json", "duration_s": 2.5, "seed": 9, "server_phase_ms": 0.5,
       "sample_period_ms": 2, "link": {"rtt_ms": 9, "queue_limit": 12}, "deadband": 0.1, "passivity": false,
@@ -114,7 +114,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.down.distribution, net::JitterDistribution::kPareto);
 }
 
-TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
+TEST_F(ReadExperiment, LeavesOutWhatItDoesNotSay) {
   const Experiment experiment = parse(
       R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"rtt_ms": 14}}, {"name": "b"}]})");
   EXPECT_EQ(experiment.duration, seconds(10));
@@ -131,7 +131,7 @@ std::string one_user(const std::string& fields) {
   return R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", )" + fields + "}]}";
 }
 
-TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
+TEST_F(ReadExperiment, AStreamMayBeSlowButLosesNothing) {
   const Experiment experiment = parse(one_user(R"("transport": "tcp", "link": {"rtt_ms": 14, "jitter_ms": 1})"));
   EXPECT_TRUE(experiment.users[0].state_over_tcp);
   for (const char* spoilt :
@@ -142,7 +142,7 @@ TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
   }
 }
 
-TEST_F(ExperimentFile, ADelayPathIsAFileBesideItOrAShippedOne) {
+TEST_F(ReadExperiment, ADelayPathIsAFileBesideItOrAShippedOne) {
   std::ofstream(folder_ / "ramp.json") << R"({"times_s": [0, 2], "delays_ms": [0, 30], "starts_anywhere": false})";
   const Experiment own = parse(one_user(R"("link": {"delay_path": "ramp.json"})"));
   const net::DelayPath& path = own.users.at(0).up.delay_path;
@@ -160,7 +160,7 @@ TEST_F(ExperimentFile, ADelayPathIsAFileBesideItOrAShippedOne) {
               testing::HasSubstr("must have the same number of values"));
 }
 
-TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
+TEST_F(ReadExperiment, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
   const std::pair<std::string, std::string> cases[] = {
       {"{", "e.json: line 1, column 2: incomplete JSON; it must be one valid JSON value"},
       {"{}", "e.json: name is missing; it must be a text in quotes"},
@@ -257,7 +257,7 @@ TEST(ExperimentLibrary, FindsShippedOnesByNameAndAllWithout) {
                   testing::HasSubstr("\"wal\" is neither a file nor shipped"), testing::HasSubstr("wall"))));
 }
 
-TEST_F(ExperimentFile, MayHaveTheOlderNameOfPassivity) {
+TEST_F(ReadExperiment, MayHaveTheOlderNameOfPassivity) {
   const Experiment experiment = parse(R"({"name": "n", "scene": "./scene.json", "guard": false,
       "users": [{"name": "a"}, {"name": "b", "guard": true}]})");
   EXPECT_FALSE(experiment.pipeline.passivity);

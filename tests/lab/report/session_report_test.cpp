@@ -94,16 +94,16 @@ struct Fault {
 };
 
 TEST(SessionChecks, EachFailsAloneForItsOwnFault) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Fault> faults = {
       {"shared body felt", [](ClientRun& u) { u.phases[1].settled_force_mean_n = 0.29; }},
-      {"shared body felt", [](ClientRun& u) { u.phases[1].settled_force_mean_n = kNan; }},
+      {"shared body felt", [](ClientRun& u) { u.phases[1].settled_force_mean_n = kNotANumber; }},
       {"shared body moved", [](ClientRun& u) { u.body_displacement_m = 0.0019; }},
-      {"shared body moved", [](ClientRun& u) { u.body_displacement_m = kNan; }},
+      {"shared body moved", [](ClientRun& u) { u.body_displacement_m = kNotANumber; }},
       {"hand at rest", [](ClientRun& u) { u.phases[1].settled_hand_speed_max_m_per_s = 0.021; }},
-      {"hand at rest", [](ClientRun& u) { u.phases[1].settled_hand_speed_max_m_per_s = kNan; }},
+      {"hand at rest", [](ClientRun& u) { u.phases[1].settled_hand_speed_max_m_per_s = kNotANumber; }},
       {"forces that are not finite", [](ClientRun& u) { u.all_forces_finite = false; }},
-      {"forces that are not finite", [](ClientRun& u) { u.trace.force_n[1] = kNan; }},
+      {"forces that are not finite", [](ClientRun& u) { u.trace.force_n[1] = kNotANumber; }},
       {"forces that are not finite", [](ClientRun& u) { u.trace.torque_n_m[1] = -1 / 0.0; }},
       {"largest force", [](ClientRun& u) { u.force_max_n = 8.01; }},
       {"largest force", [](ClientRun& u) { u.trace.force_n[2] = 8.01; }},

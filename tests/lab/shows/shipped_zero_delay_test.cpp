@@ -20,7 +20,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGravity = 9.81;
+constexpr double kShippedZeroDelayGravity = 9.81;
 
 /// The shipped experiment's hands with a baseline stage and a perfect link.
 SessionTrace run(const std::string& name, const std::string& stage = "late-pose", double round_trip_ms = 0) {
@@ -33,7 +33,7 @@ SessionTrace run(const std::string& name, const std::string& stage = "late-pose"
   return run_virtual_session(experiment, load_experiment_scene(experiment));
 }
 
-Vec3 place(const SessionTrace& trace, const std::string& body, double at_s) {
+Vec3 place_then(const SessionTrace& trace, const std::string& body, double at_s) {
   const auto index = std::find(trace.body_names.begin(), trace.body_names.end(), body) - trace.body_names.begin();
   const auto sample = std::find_if(trace.bodies.begin(), trace.bodies.end(),
                                    [&](const BodiesSample& each) { return each.time >= from_seconds(at_s); });
@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(Experiments, WithoutDelay, testing::ValuesIn(kHoldForce
 std::pair<double, double> heights(const SessionTrace& trace, const std::string& body, double from_s, double to_s) {
   std::pair<double, double> result{1e9, -1e9};
   for (double t = from_s; t <= to_s; t += 0.05) {
-    const double height = (place(trace, body, t) - place(trace, body, 0)).z();
+    const double height = (place_then(trace, body, t) - place_then(trace, body, 0)).z();
     result = {std::min(result.first, height), std::max(result.second, height)};
   }
   return result;
@@ -97,11 +97,11 @@ TEST(Squeeze, IsLiftedByFrictionCarriedAndSetDownWithoutDelay) {
   const auto [least, greatest] = heights(trace, "cube", 7.8, 11.3);
   EXPECT_GE(least, 0.04);
   EXPECT_LE(greatest - least, 0.0005) << "it slips";
-  EXPECT_NEAR((place(trace, "cube", 15.4) - place(trace, "cube", 0) - Vec3(0.1, 0, 0)).norm(), 0, 0.001);
+  EXPECT_NEAR((place_then(trace, "cube", 15.4) - place_then(trace, "cube", 0) - Vec3(0.1, 0, 0)).norm(), 0, 0.001);
   for (const UserTrace& user : trace.users) {
     for (const TickSample* tick : settled_hold_ticks(user)) {
       ASSERT_NEAR(std::abs(tick->displayed_D.f.y()), 3.6, 0.2) << user.user.name;
-      ASSERT_NEAR(-tick->displayed_D.f.z(), 0.3 * kGravity / 2, 0.05) << user.user.name;
+      ASSERT_NEAR(-tick->displayed_D.f.z(), 0.3 * kShippedZeroDelayGravity / 2, 0.05) << user.user.name;
     }
   }
 }
@@ -136,7 +136,7 @@ TEST(Peg, IsHandedOverAndStandsInTheHoleAtTheEnd) {
   EXPECT_TRUE(!holds(0, 9.7) && holds(1, 9.7)) << "ben alone";
   EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "nobody";
   // Hole: centre x = 60 mm, 0.75 mm of play; the peg stands on the table, its centre 30 mm above it.
-  const Vec3 p = place(trace, "peg", 19.5);
+  const Vec3 p = place_then(trace, "peg", 19.5);
   EXPECT_NEAR(p.x(), 0.060, 0.001);
   EXPECT_NEAR(p.y(), 0, 0.001);
   EXPECT_NEAR(p.z(), 0.030, 0.0005);

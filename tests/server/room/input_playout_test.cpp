@@ -16,9 +16,9 @@
 namespace tandem::server {
 namespace {
 
-constexpr double kStep_s = 1e-3;
+constexpr double kInputPlayoutStep_s = 1e-3;
 /// A stirring hand: 5 cm, 2 Hz, and 0.4 rad at 1.5 Hz about a fixed axis.
-constexpr double kReach_m = 0.05;
+constexpr double kHandReach_m = 0.05;
 constexpr double kRate = 2 * std::numbers::pi * 2;
 constexpr double kTurn_rad = 0.4;
 constexpr double kTurnRate = 2 * std::numbers::pi * 1.5;
@@ -26,8 +26,8 @@ const Vec3 kAxis = Vec3(1, 2, -2) / 3;
 
 RigidState stirring(double t) {
   RigidState state;
-  state.X.p = kReach_m * Vec3(std::sin(kRate * t), std::cos(kRate * t), 0);
-  state.V.v = kReach_m * kRate * Vec3(std::cos(kRate * t), -std::sin(kRate * t), 0);
+  state.X.p = kHandReach_m * Vec3(std::sin(kRate * t), std::cos(kRate * t), 0);
+  state.V.v = kHandReach_m * kRate * Vec3(std::cos(kRate * t), -std::sin(kRate * t), 0);
   state.X.q = quaternion_of(kTurn_rad * std::sin(kTurnRate * t) * kAxis);
   state.V.w = kTurn_rad * kTurnRate * std::cos(kTurnRate * t) * kAxis;
   return state;
@@ -43,7 +43,7 @@ proto::ClientUpdate input_of(std::uint64_t tick, double client_s) {
   input.sent = LocalTime(from_seconds(client_s));
   input.handle_valid = true;
   input.mode = proto::ClientMode::kLocalModel;
-  input.handle = stirring(static_cast<double>(tick) * kStep_s);
+  input.handle = stirring(static_cast<double>(tick) * kInputPlayoutStep_s);
   input.energy_from_hand_j = from_hand_j(tick);
   input.energy_to_hand_j = from_hand_j(tick) / 4;
   return input;
@@ -59,10 +59,10 @@ struct Line {
     ++steps;
     const LocalTime now{std::chrono::milliseconds(steps)};
     // The client ticks in the middle of the room's steps, at its own rate.
-    const double client_now_s = (static_cast<double>(steps) + 0.5) * kStep_s * (1 + drift);
-    while (static_cast<double>(sent.size() + 1) * kStep_s <= client_now_s) {
+    const double client_now_s = (static_cast<double>(steps) + 0.5) * kInputPlayoutStep_s * (1 + drift);
+    while (static_cast<double>(sent.size() + 1) * kInputPlayoutStep_s <= client_now_s) {
       const std::uint64_t tick = sent.size() + 1;
-      sent.push_back(input_of(tick, 1000 + static_cast<double>(tick) * kStep_s));
+      sent.push_back(input_of(tick, 1000 + static_cast<double>(tick) * kInputPlayoutStep_s));
       std::array<std::byte, 8> packet{};
       std::memcpy(packet.data(), &tick, sizeof tick);
       link.send(now, packet);
@@ -84,7 +84,7 @@ struct Line {
 
   net::SimulatedLink link;
   double drift;
-  InputPlayout playout{kStep_s};
+  InputPlayout playout{kInputPlayoutStep_s};
   std::deque<proto::ClientUpdate> sent;
   std::uint64_t steps = 0;
   std::uint64_t taken = 0;        ///< the last tick that came
@@ -111,7 +111,7 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
     const PlayedInput played = *line.step();
     EXPECT_EQ(played.tick.value, before.value + 1);
     before = played.tick;
-    const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
+    const RigidState truth = stirring(static_cast<double>(played.tick.value) * kInputPlayoutStep_s);
     EXPECT_EQ(played.handle.X.p, truth.X.p);
     EXPECT_EQ(played.energy_from_hand_j, from_hand_j(played.tick.value));
   }
@@ -131,7 +131,7 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
   for (int i = 0; i < steps; ++i) {
     const PlayedInput played = *line.step();
     underruns += played.has_underrun;
-    const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
+    const RigidState truth = stirring(static_cast<double>(played.tick.value) * kInputPlayoutStep_s);
     EXPECT_NEAR(played.energy_from_hand_j, from_hand_j(played.tick.value), 1e-9) << "evenly, whatever was lost";
     EXPECT_NEAR(played.energy_to_hand_j, from_hand_j(played.tick.value) / 4, 1e-9);
     largest_m = std::max(largest_m, difference_m(played.handle, truth));
@@ -146,8 +146,8 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
   }
   RecordProperty("largest_um", static_cast<int>(1e6 * largest_m));
   // The cubic errs by T⁴/384 max|x⁗| on each of the two axes, with T the longest gap between two inputs that came.
-  const double gap_s = static_cast<double>(line.longest_gap) * kStep_s;
-  const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kReach_m * std::pow(kRate, 4);
+  const double gap_s = static_cast<double>(line.longest_gap) * kInputPlayoutStep_s;
+  const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kHandReach_m * std::pow(kRate, 4);
   EXPECT_LE(gap_s, 0.1) << "a longer one is no gap but a silence";
   EXPECT_LE(largest_m, bound_m);
   EXPECT_LE(largest_turn, 1e-3);
@@ -174,21 +174,23 @@ TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
     link.send(now, packet);
     while (const auto received = link.receive(now)) std::memcpy(&newest, received->data(), sizeof newest);
     if (step < 200) continue;
-    const double truth_s = static_cast<double>(step) * kStep_s - 0.060;
-    largest_m = std::max(largest_m, difference_m(stirring(static_cast<double>(newest) * kStep_s), stirring(truth_s)));
+    const double truth_s = static_cast<double>(step) * kInputPlayoutStep_s - 0.060;
+    largest_m = std::max(largest_m,
+                         difference_m(stirring(static_cast<double>(newest) * kInputPlayoutStep_s), stirring(truth_s)));
   }
   EXPECT_GT(largest_m, 5e-3);
   EXPECT_LT(delay_s, 0.120);
 }
 
 TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
-  InputPlayout playout(kStep_s);
+  InputPlayout playout(kInputPlayoutStep_s);
   std::uint64_t steps = 0;
   const auto step = [&](std::uint64_t late) {
     ++steps;
-    const double now_s = static_cast<double>(steps) * kStep_s;
+    const double now_s = static_cast<double>(steps) * kInputPlayoutStep_s;
     if (steps > late)
-      playout.take(input_of(steps - late, now_s - static_cast<double>(late) * kStep_s), from_seconds(now_s));
+      playout.take(input_of(steps - late, now_s - static_cast<double>(late) * kInputPlayoutStep_s),
+                   from_seconds(now_s));
     return playout.play(from_seconds(now_s));
   };
   for (int i = 0; i < 4000; ++i) step(10);
@@ -197,7 +199,7 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
   double last_s = before_s;
   for (int i = 0; i < 1000; ++i) {
     step(40);
-    ASSERT_LE(to_seconds(playout.delay()) - last_s, InputPlayout::kDelay.slew * kStep_s + 1e-12);
+    ASSERT_LE(to_seconds(playout.delay()) - last_s, InputPlayout::kDelay.slew * kInputPlayoutStep_s + 1e-12);
     last_s = to_seconds(playout.delay());
   }
   EXPECT_NEAR(last_s - before_s, 0.030, 0.001);
@@ -218,7 +220,7 @@ TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
       odd += stride != 1;
       before = played.tick;
       // Where two came in one step, the first is put between its neighbours.
-      EXPECT_LE(difference_m(played.handle, stirring(static_cast<double>(before.value) * kStep_s)), 1e-9);
+      EXPECT_LE(difference_m(played.handle, stirring(static_cast<double>(before.value) * kInputPlayoutStep_s)), 1e-9);
     }
     // Four are due; the delay's own bins add a few.
     EXPECT_LE(odd, 40);
@@ -227,9 +229,9 @@ TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
 }
 
 TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
-  InputPlayout playout(kStep_s);
+  InputPlayout playout(kInputPlayoutStep_s);
   for (std::uint64_t tick = 1; tick <= 100; ++tick) {
-    playout.take(input_of(tick, static_cast<double>(tick) * kStep_s), std::chrono::milliseconds(tick));
+    playout.take(input_of(tick, static_cast<double>(tick) * kInputPlayoutStep_s), std::chrono::milliseconds(tick));
     playout.play(std::chrono::milliseconds(tick));
   }
   const RigidState last = stirring(0.1);
@@ -260,9 +262,11 @@ struct Gap {
       behind_m.push_back(place_m(now) - played_m.back());
     }
   }
-  double place_m(std::uint64_t tick) const { return 0.15 * kStep_s * static_cast<double>(std::min(tick, stops)); }
+  double place_m(std::uint64_t tick) const {
+    return 0.15 * kInputPlayoutStep_s * static_cast<double>(std::min(tick, stops));
+  }
   proto::ClientUpdate input(std::uint64_t tick) const {
-    proto::ClientUpdate update = input_of(tick, static_cast<double>(tick) * kStep_s);
+    proto::ClientUpdate update = input_of(tick, static_cast<double>(tick) * kInputPlayoutStep_s);
     update.handle = {};
     update.handle.X.p.x() = place_m(tick);
     update.handle.V.v.x() = tick < stops ? 0.15 : 0;
@@ -270,7 +274,7 @@ struct Gap {
   }
 
   std::uint64_t stops;
-  InputPlayout playout{kStep_s};
+  InputPlayout playout{kInputPlayoutStep_s};
   std::vector<double> played_m, behind_m;
   std::vector<std::uint64_t> ticks;
 };
@@ -281,9 +285,9 @@ TEST(InputPlayout, RunsOnThroughAGapWithTheHandThatGoesOn) {
   for (std::size_t i = 1; i < gap.played_m.size(); ++i) {
     const double moved_m = gap.played_m[i] - gap.played_m[i - 1];
     ASSERT_GE(moved_m, -1e-9) << i << ": not back";
-    ASSERT_LE(moved_m, 2 * 0.15 * kStep_s + 1e-9) << i << ": no jump";
+    ASSERT_LE(moved_m, 2 * 0.15 * kInputPlayoutStep_s + 1e-9) << i << ": no jump";
   }
-  EXPECT_NEAR(gap.behind_m.back(), 0.15 * to_seconds(gap.playout.delay()), 2 * 0.15 * kStep_s)
+  EXPECT_NEAR(gap.behind_m.back(), 0.15 * to_seconds(gap.playout.delay()), 2 * 0.15 * kInputPlayoutStep_s)
       << "nothing is left of it";
 }
 
@@ -304,12 +308,13 @@ TEST(InputPlayout, RunningOnWithAHandThatStoppedEndsWhereItStopped) {
   EXPECT_LE(farthest_m, InputPlayout::kRunOnMost_m);
   EXPECT_NEAR(gap.behind_m.back(), 0, 2e-4);
   for (std::size_t i = 1; i < gap.played_m.size(); ++i) {
-    ASSERT_LE(std::abs(gap.played_m[i] - gap.played_m[i - 1]), 2 * 0.15 * kStep_s + 1e-9) << i << ": no jump";
+    ASSERT_LE(std::abs(gap.played_m[i] - gap.played_m[i - 1]), 2 * 0.15 * kInputPlayoutStep_s + 1e-9)
+        << i << ": no jump";
   }
 }
 
 TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
-  InputPlayout playout(kStep_s);
+  InputPlayout playout(kInputPlayoutStep_s);
   EXPECT_FALSE(playout.play(Duration{0}));
   playout.take(input_of(7, 5.0), std::chrono::milliseconds(1));
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
@@ -325,10 +330,10 @@ TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
 
 TEST(InputPlayout, HostileTimesAndTicksGiveFiniteStatesWithinTheLimits) {
   Random random(3);
-  InputPlayout playout(kStep_s);
+  InputPlayout playout(kInputPlayoutStep_s);
   std::uint64_t tick = 1;
   for (std::uint64_t step = 1; step < 20000; ++step) {
-    const double now_s = static_cast<double>(step) * kStep_s;
+    const double now_s = static_cast<double>(step) * kInputPlayoutStep_s;
     if (random.uniform() < 0.8) {
       tick += random.uniform() < 0.02 ? random.next_u64() : random.next_u32() % 4;
       proto::ClientUpdate input = input_of(tick, random.uniform() < 0.5 ? now_s : random.uniform(0, 2.3e9));

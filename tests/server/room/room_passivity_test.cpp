@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr const char* kFloatingBox =
+constexpr const char* kRoomPassivityFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
@@ -23,7 +23,7 @@ class Flung {
  public:
   explicit Flung(bool controls_tool_passivity, proto::ClientMode mode = proto::ClientMode::kHandle)
       : mode_(mode),
-        room_(RoomId{1}, "test", physics::load_parts({.bodies = kFloatingBox, .tools = kTool}),
+        room_(RoomId{1}, "test", physics::load_parts({.bodies = kRoomPassivityFloatingBox, .tools = kTool}),
               {.controls_tool_passivity = controls_tool_passivity}) {
     EXPECT_TRUE(room_.post({.seat = {0, UserId{1}, UserRole::kManipulator}}));
   }

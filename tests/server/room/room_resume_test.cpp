@@ -19,7 +19,7 @@ constexpr const char* kTwoCubes =
         "placement": {"position_m": [0, 0, 0.02]}},
        {"name": "b", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
         "placement": {"position_m": [0.2, 0, 0.02]}})";
-constexpr const char* kTwoTools =
+constexpr const char* kRoomResumeTwoTools =
     R"({"name": "l", "placement": {"position_m": [0, 0, 0.05]}}, {"name": "r", "placement": {"position_m": [0.5, 0, 0.3]}})";
 
 constexpr const char* kTwoPads =
@@ -34,7 +34,8 @@ constexpr double kFallOfAStep_m = 1.01 * 9.81e-6;
 
 class RoomResumeTest : public ::testing::Test {
  protected:
-  RoomResumeTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
+  RoomResumeTest()
+      : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kRoomResumeTwoTools})) {}
 
   void join(std::uint8_t seat, std::uint32_t user, std::uint8_t tool) {
     ASSERT_TRUE(room_.post({.seat = {seat, UserId{user}, UserRole::kManipulator, tool}}));
@@ -87,7 +88,7 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
 }
 
 TEST(RoomCheckpoint, IsOfTheSameSceneHoweverThatIsDrawn) {
-  const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools});
+  const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kRoomResumeTwoTools});
   const wire::RoomCheckpoint kept = checkpoint_of(Room(RoomId{1}, "test", scene));
   LoadedScene other = *scene;
   other.assets.emplace_back().kind = "drawing";
@@ -97,7 +98,7 @@ TEST(RoomCheckpoint, IsOfTheSameSceneHoweverThatIsDrawn) {
 }
 
 TEST_F(RoomResumeTest, SoftBodiesGoOnWhereTheyWere) {
-  const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools, .rest = kTwoPads});
+  const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kRoomResumeTwoTools, .rest = kTwoPads});
   Room room(RoomId{1}, "test", scene), next(RoomId{1}, "test", scene);
   RoomState at_start;
   room.describe(at_start);

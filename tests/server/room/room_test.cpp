@@ -17,18 +17,18 @@
 namespace tandem::server {
 namespace {
 
-constexpr const char* kTwoCubes =
+constexpr const char* kRoomTwoCubes =
     R"({"name": "floor", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}},
        {"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
         "placement": {"position_m": [0, 0, 0.02]}},
        {"name": "b", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
         "placement": {"position_m": [0.2, 0, 0.02]}})";
-constexpr const char* kTwoTools =
+constexpr const char* kRoomTwoTools =
     R"({"name": "l", "placement": {"position_m": [0, 0, 0.05]}}, {"name": "r", "placement": {"position_m": [0.5, 0, 0.3]}})";
 
 class RoomTest : public ::testing::Test {
  protected:
-  RoomTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
+  RoomTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kRoomTwoCubes, .tools = kRoomTwoTools})) {}
 
   void post(RoomCommand::Kind kind, std::uint8_t seat, std::uint32_t user, std::uint32_t request = 0,
             BodyId body = {}) {
@@ -325,7 +325,7 @@ class CountedBullet {
 
 TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
   const CountedBullet counted;
-  Room room(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools}));
+  Room room(RoomId{1}, "test", physics::load_parts({.bodies = kRoomTwoCubes, .tools = kRoomTwoTools}));
   RoomCommand join;
   join.seat.user = UserId{7};
   join.seat.role = UserRole::kManipulator;
@@ -407,9 +407,9 @@ TEST_F(RoomTest, StartsAnewWhenAllHaveBeenAwayForAWhile) {
 }
 
 TEST(RoomWithoutReset, StaysAsItWasLeftAndSleeps) {
-  Room room(
-      RoomId{1}, "test",
-      physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools, .rest = R"("limits": {"reset_after_s": 0})"}));
+  Room room(RoomId{1}, "test",
+            physics::load_parts(
+                {.bodies = kRoomTwoCubes, .tools = kRoomTwoTools, .rest = R"("limits": {"reset_after_s": 0})"}));
   ASSERT_TRUE(room.post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
   room.step(ServerTime{});
   ASSERT_TRUE(room.post({.kind = RoomCommand::Kind::kLeave, .seat = {0, UserId{7}}}));
@@ -421,7 +421,7 @@ TEST(RoomWithoutReset, StaysAsItWasLeftAndSleeps) {
 TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
   const std::string falling = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2})";
   Room room(RoomId{1}, "test",
-            physics::load_parts({.bodies = falling, .tools = kTwoTools, .rest = R"("limits": {"bounds_m": 0.8})"}));
+            physics::load_parts({.bodies = falling, .tools = kRoomTwoTools, .rest = R"("limits": {"bounds_m": 0.8})"}));
   RoomEvent event;
   int steps = 0;
   while (!room.next_event(event) && steps < 1000) {

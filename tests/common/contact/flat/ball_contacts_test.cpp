@@ -18,8 +18,8 @@ namespace tandem::contact {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kBand_m = 2e-4;
-constexpr double kStiffness_n_per_m3 = 5e9;
+constexpr double kBallContactsBand_m = 2e-4;
+constexpr double kBallContactsStiffness_n_per_m3 = 5e9;
 constexpr double kTangentialRatio = 0.8;  ///< of the solver
 const double kRadii_m[] = {1e-3, 5e-3, 2e-2, 1e-1};
 const double kDepths_m[] = {1e-6, 1e-5, 5e-5, 1.2e-4, 4e-4, 1e-3};
@@ -35,7 +35,8 @@ void for_all_sizes(const Check& check) {
   }
 }
 
-std::vector<ContactPoint> on_floor(double radius_m, double depth_m, double ball_share = 1, double band_m = kBand_m) {
+std::vector<ContactPoint> on_floor(double radius_m, double depth_m, double ball_share = 1,
+                                   double band_m = kBallContactsBand_m) {
   std::vector<ContactPoint> contacts;
   const Vec3 centre(0, 0, radius_m - depth_m);
   add_ball_on_plane(FieldPlane{}, {}, centre, radius_m, band_m, ball_share, 1, contacts);
@@ -94,10 +95,10 @@ TEST(BallContacts, HaveTheForceOfThePlanesPointsToo) {
     double force_n = 0;
     for (int i = 0; i < steps; ++i) {
       const double s = height_m + depth_m * (i + 0.5) / steps;
-      force_n += kStiffness_n_per_m3 * (radius_m - s) * height_m / s * 2 * kPi * s * depth_m / steps;
+      force_n += kBallContactsStiffness_n_per_m3 * (radius_m - s) * height_m / s * 2 * kPi * s * depth_m / steps;
     }
     const auto force_of = [&](double ball_share) {
-      return kStiffness_n_per_m3 *
+      return kBallContactsStiffness_n_per_m3 *
              sum_of(on_floor(radius_m, depth_m, ball_share), [](const ContactPoint& c) { return c.depth_m; });
     };
     EXPECT_NEAR(force_of(0) / force_n, 1, 1e-7);
@@ -157,14 +158,14 @@ struct Touch {
     double weights = 0;
     for (const ContactPoint& c : pair.contacts()) {
       const double depth = std::max(0.0, c.depth_m);
-      force_W += kStiffness_n_per_m3 * c.area_m2 * depth * c.normal_W;
+      force_W += kBallContactsStiffness_n_per_m3 * c.area_m2 * depth * c.normal_W;
       centre += c.area_m2 * depth * c.p_W;
       weights += c.area_m2 * depth;
       is_closed_form = is_closed_form || (c.id & ContactPoint::kClosedForm) != 0;
     }
     if (weights > 0) centre /= weights;
     for (const ContactPoint& c : pair.contacts()) {
-      const Vec3 force = -kTangentialRatio * kStiffness_n_per_m3 * c.area_m2 * c.bristle_W;
+      const Vec3 force = -kTangentialRatio * kBallContactsStiffness_n_per_m3 * c.area_m2 * c.bristle_W;
       friction_W += force;
       moment_z += (c.p_W - centre).cross(force).z();
     }
@@ -173,7 +174,7 @@ struct Touch {
 
 TEST(BallContacts, OfAPairAreAsManyShellsOfBothWouldTendTo) {
   const double radius_m = 5e-3, depth_m = 1e-4, edge_m = 0.04;
-  const double of_ball_n = kStiffness_n_per_m3 * kPi * radius_m * depth_m * depth_m;
+  const double of_ball_n = kBallContactsStiffness_n_per_m3 * kPi * radius_m * depth_m * depth_m;
   const double of_plane_n = of_ball_n * (1 - depth_m / radius_m);
   const Pose X_WB{Vec3(0.3, -0.2, 0.1), quaternion_of(Vec3(0.4, 1.2, -0.7))};
   for (const auto& [of_ball, of_box, force_n] :
@@ -187,8 +188,8 @@ TEST(BallContacts, OfAPairAreAsManyShellsOfBothWouldTendTo) {
         ContactPair above, below;
         above.bind(&ball, &box);
         below.bind(&box, &ball);
-        above.find(X_WA, X_WB, kBand_m);
-        below.find(X_WB, X_WA, kBand_m);
+        above.find(X_WA, X_WB, kBallContactsBand_m);
+        below.find(X_WB, X_WA, kBallContactsBand_m);
         ASSERT_TRUE(Touch(above).is_closed_form);
         const Vec3 expected = force_n * side * (X_WB.q * Vec3::Unit(axis));
         EXPECT_LT((Touch(above).force_W - expected).norm(), 1e-9 * force_n);
@@ -211,8 +212,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
         return sum;
       };
       // Also what the solver expects of the motion to come. Changes are by at most depth × area, of all there is.
-      for (const double closed_m : {0.0, 5e-5, kBand_m}) {
-        const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBand_m + closed_m);
+      for (const double closed_m : {0.0, 5e-5, kBallContactsBand_m}) {
+        const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBallContactsBand_m + closed_m);
         ASSERT_NEAR(force_in(now, closed_m), force_in(before, closed_m), most) << radius_m << " " << depth_m;
       }
       before = now;
@@ -240,7 +241,7 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     bool was_closed_form = true;
     double most_n = 0;
     for (double inside_m = 3e-3; inside_m > 0; inside_m -= 1e-5) {
-      pair.find(beside_edge(inside_m), {}, kBand_m);
+      pair.find(beside_edge(inside_m), {}, kBallContactsBand_m);
       const Touch touch(pair);
       forces_n.push_back(touch.force_W.norm());
       if (touch.is_closed_form != was_closed_form) ++changes;
@@ -264,7 +265,7 @@ TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
     for (double x_m = 0.2e-3; x_m < 9e-3; x_m += 0.25e-3) {
       for (double z_m = 0.2e-3; z_m < 9e-3; z_m += 0.25e-3) {
         if (std::hypot(x_m, z_m) < radius_m + 0.3e-3) continue;
-        pair.find({Vec3(half_m + x_m, 0.0013, half_m + z_m), Quat::Identity()}, {}, kBand_m);
+        pair.find({Vec3(half_m + x_m, 0.0013, half_m + z_m), Quat::Identity()}, {}, kBallContactsBand_m);
         EXPECT_EQ(Touch(pair).force_W, Vec3(0, 0, 0)) << x_m << " " << z_m;
       }
     }
@@ -278,7 +279,7 @@ TEST(BallContacts, KeepFrictionWhenTheyGoOverIntoPointsAndBack) {
     for (const bool is_ball_a : {true, false}) {
       pair.bind(is_ball_a ? ball.get() : box.get(), is_ball_a ? box.get() : ball.get());
       const auto find = [&](const Pose& X_WS) {
-        pair.find(is_ball_a ? X_WS : Pose(), is_ball_a ? Pose() : X_WS, kBand_m);
+        pair.find(is_ball_a ? X_WS : Pose(), is_ball_a ? Pose() : X_WS, kBallContactsBand_m);
         return Touch(pair);
       };
       for (const auto& [from_m, to_m] : {std::pair(3e-3, 9e-4), std::pair(9e-4, 3e-3)}) {
@@ -306,7 +307,7 @@ TEST(BallContacts, KeepFrictionWhileTheBallRollsAndIsPressedDeeper) {
   ContactPair pair;
   pair.bind(&ball, &box);
   const auto find = [&](double x_m, double depth_m) {
-    pair.find({Vec3(x_m, 0, 0.025 - depth_m), quaternion_of(Vec3(0, x_m / 5e-3, 0))}, {}, kBand_m);
+    pair.find({Vec3(x_m, 0, 0.025 - depth_m), quaternion_of(Vec3(0, x_m / 5e-3, 0))}, {}, kBallContactsBand_m);
     return Touch(pair);
   };
   find(0, 5e-5);
@@ -324,7 +325,7 @@ TEST(BallContacts, KeepFrictionWhileTheBallRollsAndIsPressedDeeper) {
 double energy_j(TouchRig& rig) {
   double energy = rig.energy_j();
   for (const ContactPoint& c : rig.contacts()) {
-    energy += 0.5 * kTangentialRatio * kStiffness_n_per_m3 * c.area_m2 * c.bristle_W.squaredNorm();
+    energy += 0.5 * kTangentialRatio * kBallContactsStiffness_n_per_m3 * c.area_m2 * c.bristle_W.squaredNorm();
   }
   return energy;
 }

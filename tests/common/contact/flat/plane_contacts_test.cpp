@@ -17,8 +17,8 @@ namespace tandem::contact {
 namespace {
 
 constexpr double kEdge_m = 0.02;
-constexpr double kBand_m = 2e-4;
-constexpr double kStiffness_n_per_m3 = 5e9;
+constexpr double kPlaneContactsBand_m = 2e-4;
+constexpr double kPlaneContactsStiffness_n_per_m3 = 5e9;
 
 /// A cube as a mesh, at an angle to the lattice of its grid.
 std::shared_ptr<const ContactShape> oblique_cube(const Quat& q_SB) {
@@ -34,9 +34,9 @@ struct Pressure {
 
   void add(const Vec3& p_W, const Vec3& normal_W, double depth_m, double area_m2) {
     if (depth_m <= 0) return;
-    const Vec3 force = kStiffness_n_per_m3 * area_m2 * depth_m * normal_W;
+    const Vec3 force = kPlaneContactsStiffness_n_per_m3 * area_m2 * depth_m * normal_W;
     on_a_W += {force, p_W.cross(force)};
-    stiffness_n_per_m += kStiffness_n_per_m3 * area_m2;
+    stiffness_n_per_m += kPlaneContactsStiffness_n_per_m3 * area_m2;
   }
 };
 
@@ -264,7 +264,7 @@ TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
     for (const double depth_m : {2e-5, 5e-5, 2e-4}) {
       pair.bind(stack.shape.get(), stack.shape.get());
       const Pose X_WA = stack.X_WA(depth_m, tilt);
-      const ContactWork work = pair.find(X_WA, stack.X_WB(), kBand_m);
+      const ContactWork work = pair.find(X_WA, stack.X_WB(), kPlaneContactsBand_m);
       EXPECT_FALSE(work.is_coarse);
       const Pressure few = of_contacts(pair);
       const Pressure all = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB());
@@ -281,7 +281,7 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   const Stack stack = oblique_stack();
   ContactPair pair;
   pair.bind(stack.shape.get(), stack.shape.get());
-  pair.find(stack.X_WA(2e-5, 0), stack.X_WB(), kBand_m);
+  pair.find(stack.X_WA(2e-5, 0), stack.X_WB(), kPlaneContactsBand_m);
   std::size_t pressing = 0;
   for (const ShellPoint& point : stack.shape->shells.surface.points) {
     const Pose X_BA = stack.X_WB().inverse() * stack.X_WA(2e-5, 0);
@@ -300,7 +300,7 @@ TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
   for (int i = 0; i <= 400; ++i) {
     const double tilt = 2e-3 * i / 400;
     const Pose X_WA = stack.X_WA(2e-5, tilt);
-    pair.find(X_WA, stack.X_WB(), kBand_m);
+    pair.find(X_WA, stack.X_WB(), kPlaneContactsBand_m);
     const double few_now_n = of_contacts(pair).on_a_W.f.norm();
     if (i % 4 == 0) {
       const double all_now_n = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB()).on_a_W.f.norm();
@@ -325,7 +325,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
   double whole_n = 0, before_n = 0;
   for (int i = 0; i < 510; ++i) {
     const double x_m = i * step_m;
-    pair.find({Vec3(x_m, 0.001, 0.025 - depth_m), Quat::Identity()}, {}, kBand_m);
+    pair.find({Vec3(x_m, 0.001, 0.025 - depth_m), Quat::Identity()}, {}, kPlaneContactsBand_m);
     const double now_n = of_contacts(pair).on_a_W.f.z();
     if (i == 0) whole_n = before_n = now_n;
     const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
@@ -363,8 +363,9 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
       }
       const PlaneSet planes = (PlaneSet{1} << field->planes().size()) - 1;
       contacts.clear();
-      PlaneContacts{shell, field->planes(), X_FP, X_FP, Eigen::Matrix3d::Identity(), kBand_m, 0.01, 1, 1, 0, room}.add(
-          0, planes, contacts);
+      PlaneContacts{
+          shell, field->planes(), X_FP, X_FP, Eigen::Matrix3d::Identity(), kPlaneContactsBand_m, 0.01, 1, 1, 0, room}
+          .add(0, planes, contacts);
       double found_m = 0;
       for (const ContactPoint& contact : contacts) found_m = std::max(found_m, contact.depth_m);
       EXPECT_GT(found_m, 0) << "room " << room << ", at " << x_m;
@@ -378,14 +379,14 @@ TEST(PlaneContacts, BristlesStayWhileWhatStandsForThePointsChanges) {
   ContactPair pair;
   pair.bind(stack.shape.get(), stack.shape.get());
   const Vec3 bristle_W(1e-6, 2e-6, 0);
-  pair.find(stack.X_WA(1e-4, 0), stack.X_WB(), kBand_m);
+  pair.find(stack.X_WA(1e-4, 0), stack.X_WB(), kPlaneContactsBand_m);
   for (ContactPoint& contact : pair.contacts()) {
     if (contact.depth_m > 0) contact.bristle_W = bristle_W;
   }
   std::size_t size_before = pair.contacts().size();
   bool has_changed = false;
   for (const double tilt : {0.0, 1e-3, 4e-3, 1e-3, 0.0}) {
-    pair.find(stack.X_WA(1e-4 + 0.02 * tilt, tilt), stack.X_WB(), kBand_m);
+    pair.find(stack.X_WA(1e-4 + 0.02 * tilt, tilt), stack.X_WB(), kPlaneContactsBand_m);
     double weight = 0, weight_of_bristles = 0;
     for (ContactPoint& contact : pair.contacts()) {
       if (contact.depth_m <= 0 || contact.normal_W.z() < 0.99) continue;

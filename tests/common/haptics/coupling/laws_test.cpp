@@ -171,10 +171,12 @@ TEST(CouplingLaws, AreListedForMessagesInTheCatalogsOrder) {
 }
 
 // The published curves at the thesis's example: 4 N, 20 mm, 200 N/m.
-constexpr CouplingParameters kExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
+constexpr CouplingParameters kLawsExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
 
 double force_at(std::string_view law, double d_m, double handle_m_per_s) {
-  return make_coupling_law(law, kExample)->wrench_on_tool_W({.d_W = {d_m, 0, 0}, .v_WH = {handle_m_per_s, 0, 0}}).f.x();
+  return make_coupling_law(law, kLawsExample)
+      ->wrench_on_tool_W({.d_W = {d_m, 0, 0}, .v_WH = {handle_m_per_s, 0, 0}})
+      .f.x();
 }
 
 TEST(CouplingLaws, FollowTheirPublishedCurves) {

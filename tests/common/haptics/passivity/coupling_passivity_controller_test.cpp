@@ -13,10 +13,10 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kPeriod = 1e-3;
+constexpr double kCouplingPassivityControllerPeriod = 1e-3;
 constexpr double kMaxTaken_j = 1e-5;
 
-Pose at_x(double x) {
+Pose tool_at_x(double x) {
   return {Vec3(x, 0, 0), Quat::Identity()};
 }
 Wrench force_x(double f) {
@@ -31,7 +31,7 @@ struct SampledSpring {
   double last_x = 0;
 
   double force(double x) {
-    const double velocity = (x - last_x) / kPeriod;
+    const double velocity = (x - last_x) / kCouplingPassivityControllerPeriod;
     last_x = x;
     if (is_wall && x <= 0) return 0;
     return -stiffness * x - damping * velocity;
@@ -41,10 +41,13 @@ struct SampledSpring {
 /// Moves as far as it may along the force that it feels: what is taken out by such a driver is created by sampling.
 class GreedyDriver {
  public:
-  GreedyDriver(double speed_limit, Random random) : most_(speed_limit * kPeriod), random_(random) {}
+  GreedyDriver(double speed_limit, Random random)
+      : most_(speed_limit * kCouplingPassivityControllerPeriod), random_(random) {}
 
   double next_step(double force) {
-    size_ = std::min(size_ + PortLookAhead::kMaxAcceleration_m_per_s2 * kPeriod * kPeriod, most_);
+    size_ = std::min(size_ + PortLookAhead::kMaxAcceleration_m_per_s2 * kCouplingPassivityControllerPeriod *
+                                 kCouplingPassivityControllerPeriod,
+                     most_);
     // Without a force to follow, it stretches the spring again.
     const double direction = force != 0 ? std::copysign(1.0, force) : (random_.uniform() < 0.5 ? -1.0 : 1.0);
     return direction * size_;
@@ -70,7 +73,7 @@ Taken drive(double stiffness, double damping, double speed, bool is_controlled, 
   Taken result;
   for (int k = 0; k < 3000; ++k) {
     double f = spring.force(x);
-    if (is_controlled) f = controller.apply(at_x(x), force_x(f), 0, kPeriod).f.x();
+    if (is_controlled) f = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
     const double step = driver.next_step(f);
     x += step;
     taken += f * step;
@@ -88,7 +91,7 @@ TEST(CouplingPassivityController, AGreedyDriverGetsNoMoreThanTheInitialCredit) {
       for (const double speed : {0.02, 0.1, 0.5}) {
         SCOPED_TRACE("k " + std::to_string(stiffness) + ", b " + std::to_string(damping_of_kT) + " k T, speed " +
                      std::to_string(speed) + ", seed " + std::to_string(run));
-        const double damping = damping_of_kT * stiffness * kPeriod;
+        const double damping = damping_of_kT * stiffness * kCouplingPassivityControllerPeriod;
         EXPECT_LE(drive(stiffness, damping, speed, true, run).most_j, kMaxTaken_j);
         most_uncontrolled = std::max(most_uncontrolled, drive(stiffness, damping, speed, false, run).most_j);
         ++run;
@@ -113,7 +116,7 @@ TEST(CouplingPassivityController, ADriverInSixDimensionsGetsNoMoreThanTheInitial
   double step_m = 0, step_rad = 0;
   for (int k = 0; k < 5000; ++k) {
     const Wrench wanted{-2000 * X.p, -2 * rotation_vector(X.q)};
-    const Wrench shown = controller.apply(X, wanted, 0, kPeriod);
+    const Wrench shown = controller.apply(X, wanted, 0, kCouplingPassivityControllerPeriod);
     step_m = std::min(step_m + 1e-4, 4e-4);
     step_rad = std::min(step_rad + 5e-3, 2e-2);
     const auto along = [&](const Vec3& a) {
@@ -131,13 +134,14 @@ TEST(CouplingPassivityController, ADriverInSixDimensionsGetsNoMoreThanTheInitial
 
 TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMillimetreIn) {
   for (const double stiffness : {300.0, 1000.0, 3000.0}) {
-    SampledSpring wall{stiffness, stiffness * kPeriod, true};
+    SampledSpring wall{stiffness, stiffness * kCouplingPassivityControllerPeriod, true};
     CouplingPassivityController controller;
     for (int k = 0; k < 4000; ++k) {
       // From 10 mm off to 4 mm in and back, at 1 Hz.
-      const double x = -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kPeriod - std::numbers::pi / 2);
+      const double x =
+          -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kCouplingPassivityControllerPeriod - std::numbers::pi / 2);
       const double f = wall.force(x);
-      const double shown = controller.apply(at_x(x), force_x(f), 0, kPeriod).f.x();
+      const double shown = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
       // While scaled, sF = (E + credit) / δ with δ = |v| T + a T² = 0.14 mm, so that E + credit grows as
       // credit e^(d/δ); it has caught up with k d δ at 0.45 mm for 3000 N/m, sooner for less.
       if (x > 6e-4 || k > 1000) {
@@ -149,9 +153,10 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
 
 TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
   CouplingPassivityController controller;
-  controller.apply(at_x(0), force_x(-2), 0, kPeriod);
+  controller.apply(tool_at_x(0), force_x(-2), 0, kCouplingPassivityControllerPeriod);
   double x = 0;
-  for (int k = 0; k < 20; ++k) controller.apply(at_x(x += 1e-4), force_x(-2), 0, kPeriod);
+  for (int k = 0; k < 20; ++k)
+    controller.apply(tool_at_x(x += 1e-4), force_x(-2), 0, kCouplingPassivityControllerPeriod);
   const double stored = controller.balance_j();
   EXPECT_GT(stored, 0);
   // Back the way it came, with what is there.
@@ -160,7 +165,7 @@ TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
   for (int k = 0; k < 40; ++k) {
     x -= 1e-4;
     taken += -shown * 1e-4;
-    shown = controller.apply(at_x(x), force_x(-2), 0, kPeriod).f.x();
+    shown = controller.apply(tool_at_x(x), force_x(-2), 0, kCouplingPassivityControllerPeriod).f.x();
     EXPECT_LE(taken, stored + kMaxTaken_j);
   }
   EXPECT_GT(taken, stored - kMaxTaken_j);
@@ -169,13 +174,14 @@ TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
 
 TEST(CouplingPassivityController, TheHandMayTakeWhatTheToolGivesBeyondWhatItGot) {
   CouplingPassivityController controller;
-  controller.apply(at_x(0), {}, 0, kPeriod);
-  controller.apply(at_x(0), {}, 0.5, kPeriod);   // lifted
-  controller.apply(at_x(0), {}, -0.5, kPeriod);  // and back down: nothing new
+  controller.apply(tool_at_x(0), {}, 0, kCouplingPassivityControllerPeriod);
+  controller.apply(tool_at_x(0), {}, 0.5, kCouplingPassivityControllerPeriod);   // lifted
+  controller.apply(tool_at_x(0), {}, -0.5, kCouplingPassivityControllerPeriod);  // and back down: nothing new
   EXPECT_EQ(controller.balance_j(), 0);
-  controller.apply(at_x(0), {}, -0.25, kPeriod);  // fell further: weight, or another user, gave it
+  controller.apply(tool_at_x(0), {}, -0.25,
+                   kCouplingPassivityControllerPeriod);  // fell further: weight, or another user, gave it
   EXPECT_NEAR(controller.balance_j(), 0.25, 1e-12);
-  EXPECT_EQ(controller.apply(at_x(0), force_x(5), 0, kPeriod).f.x(), 5);
+  EXPECT_EQ(controller.apply(tool_at_x(0), force_x(5), 0, kCouplingPassivityControllerPeriod).f.x(), 5);
 }
 
 TEST(CouplingPassivityController, DoesNotStarveAHandThatDragsATool) {
@@ -185,34 +191,37 @@ TEST(CouplingPassivityController, DoesNotStarveAHandThatDragsATool) {
   const double drag = 1.0, speed = 0.3;
   double shown = 0;
   for (int k = 0; k < 100; ++k) {
-    shown = controller.apply(at_x(x), force_x(-drag), drag * speed * kPeriod, kPeriod).f.x();
-    x += speed * kPeriod;
+    shown = controller
+                .apply(tool_at_x(x), force_x(-drag), drag * speed * kCouplingPassivityControllerPeriod,
+                       kCouplingPassivityControllerPeriod)
+                .f.x();
+    x += speed * kCouplingPassivityControllerPeriod;
   }
   EXPECT_EQ(shown, -drag);
 }
 
 TEST(CouplingPassivityController, CountsWhatWasReallyDisplayed) {
   CouplingPassivityController controller;
-  controller.apply(at_x(0), force_x(-0.01), 0, kPeriod);
+  controller.apply(tool_at_x(0), force_x(-0.01), 0, kCouplingPassivityControllerPeriod);
   controller.set_displayed(force_x(-0.005));
-  controller.apply(at_x(0.1), {}, 0, kPeriod);
+  controller.apply(tool_at_x(0.1), {}, 0, kCouplingPassivityControllerPeriod);
   EXPECT_NEAR(controller.balance_j(), 0.005 * 0.1, 1e-15);
 }
 
 TEST(CouplingPassivityController, IsFiniteForAnyInputAndKeepsItsBalance) {
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
   CouplingPassivityController controller;
-  controller.apply(at_x(0), force_x(-0.01), 0, kPeriod);
-  controller.apply(at_x(0.01), {}, 0, kPeriod);
+  controller.apply(tool_at_x(0), force_x(-0.01), 0, kCouplingPassivityControllerPeriod);
+  controller.apply(tool_at_x(0.01), {}, 0, kCouplingPassivityControllerPeriod);
   const double balance = controller.balance_j();
   ASSERT_GT(balance, 0);
   for (const double odd : {nan, infinity, -infinity}) {
-    EXPECT_EQ(controller.apply(at_x(odd), force_x(1), 0, kPeriod).f.norm(), 0);
-    EXPECT_EQ(controller.apply(at_x(0.01), force_x(odd), 0, kPeriod).f.norm(), 0);
-    EXPECT_EQ(controller.apply(at_x(0.01), force_x(1), 0, odd).f.norm(), 0);
-    controller.apply(at_x(0.01), {}, odd, kPeriod);
+    EXPECT_EQ(controller.apply(tool_at_x(odd), force_x(1), 0, kCouplingPassivityControllerPeriod).f.norm(), 0);
+    EXPECT_EQ(controller.apply(tool_at_x(0.01), force_x(odd), 0, kCouplingPassivityControllerPeriod).f.norm(), 0);
+    EXPECT_EQ(controller.apply(tool_at_x(0.01), force_x(1), 0, odd).f.norm(), 0);
+    controller.apply(tool_at_x(0.01), {}, odd, kCouplingPassivityControllerPeriod);
     controller.set_displayed(force_x(odd));
-    controller.apply(at_x(0.01), {}, 0, kPeriod);
+    controller.apply(tool_at_x(0.01), {}, 0, kCouplingPassivityControllerPeriod);
     EXPECT_EQ(controller.balance_j(), balance);
   }
   Random random(test::test_seed(3), 0);
@@ -221,7 +230,7 @@ TEST(CouplingPassivityController, IsFiniteForAnyInputAndKeepsItsBalance) {
     const Pose X{Vec3(number(), number(), number()),
                  Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized()};
     const Wrench wanted{Vec3(number(), number(), number()), Vec3(number(), number(), number())};
-    const Wrench shown = controller.apply(X, wanted, number(), kPeriod);
+    const Wrench shown = controller.apply(X, wanted, number(), kCouplingPassivityControllerPeriod);
     ASSERT_TRUE(is_finite(shown) && std::isfinite(controller.balance_j()) && std::isfinite(controller.withheld_j()))
         << "input " << i;
     ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), wanted.f.cwiseAbs().maxCoeff());
@@ -230,21 +239,23 @@ TEST(CouplingPassivityController, IsFiniteForAnyInputAndKeepsItsBalance) {
 
 TEST(CouplingPassivityController, ForgetsAllOnReset) {
   CouplingPassivityController controller;
-  controller.apply(at_x(0), force_x(-0.01), 0, kPeriod);
-  controller.apply(at_x(0.05), force_x(-100), 0, kPeriod);
+  controller.apply(tool_at_x(0), force_x(-0.01), 0, kCouplingPassivityControllerPeriod);
+  controller.apply(tool_at_x(0.05), force_x(-100), 0, kCouplingPassivityControllerPeriod);
   EXPECT_NE(controller.balance_j(), 0);
   EXPECT_GT(controller.withheld_j(), 0);
   controller.reset();
   EXPECT_EQ(controller.balance_j(), 0);
   EXPECT_EQ(controller.withheld_j(), 0);
-  controller.apply(at_x(10), {}, 0, kPeriod);  // the jump from before the reset is no work
+  controller.apply(tool_at_x(10), {}, 0,
+                   kCouplingPassivityControllerPeriod);  // the jump from before the reset is no work
   EXPECT_EQ(controller.balance_j(), 0);
 }
 
 TEST(CouplingPassivityController, AllocatesNothing) {
   CouplingPassivityController controller;
   const std::uint64_t before = test::allocation_count();
-  for (int k = 0; k < 100; ++k) controller.apply(at_x(k * 1e-4), force_x(-k), 1e-6, kPeriod);
+  for (int k = 0; k < 100; ++k)
+    controller.apply(tool_at_x(k * 1e-4), force_x(-k), 1e-6, kCouplingPassivityControllerPeriod);
   EXPECT_EQ(test::allocation_count(), before);
 }
 

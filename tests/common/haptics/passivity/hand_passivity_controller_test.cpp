@@ -15,36 +15,36 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kPeriod = 1e-3;
+constexpr double kHandPassivityControllerPeriod = 1e-3;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Pose at_x(double x) {
+Pose hand_at_x(double x) {
   return {Vec3(x, 0, 0), Quat::Identity()};
 }
-Wrench force_x(double f) {
+Wrench hand_force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
 /// Most that a driver gets which moves along the force that it feels, of a spring that answers `delay` ticks late.
-struct Taken {
+struct HandPassivityControllerTaken {
   double most_j = 0;
   double withheld_j = 0;
   double force_step_max_n = 0;
 };
-Taken drive(int delay, bool is_controlled, std::uint64_t seed) {
+HandPassivityControllerTaken drive(int delay, bool is_controlled, std::uint64_t seed) {
   Random random(seed);
   HandPassivityController controller;
   std::deque<double> late(static_cast<std::size_t>(delay) + 1, 0.0);
   double x = 0, v = 0, taken_j = 0, f_before = 0;
-  Taken result;
+  HandPassivityControllerTaken result;
   for (int k = 0; k < 5000; ++k) {
     late.push_back(x);
     late.pop_front();
     double f = -500 * late.front();
-    if (is_controlled) f = controller.apply(at_x(x), force_x(f), kPeriod).f.x();
+    if (is_controlled) f = controller.apply(hand_at_x(x), hand_force_x(f), kHandPassivityControllerPeriod).f.x();
     const double wanted = f != 0 ? std::copysign(0.3, f) : (random.uniform() < 0.5 ? -0.1 : 0.1);
     v += std::clamp(wanted - v, -0.09, 0.09);
-    x = std::clamp(x + v * kPeriod, -0.01, 0.01);
+    x = std::clamp(x + v * kHandPassivityControllerPeriod, -0.01, 0.01);
     const double step = x - late.back();
     taken_j += f * step;
     result.most_j = std::max(result.most_j, taken_j);
@@ -80,12 +80,12 @@ TEST(HandPassivityController, LeavesASmoothHandInStiffContactAlone) {
     double x_before = 0;
     int acted = 0;
     for (int k = 0; k < 4000; ++k) {
-      const double x = 0.004 * std::sin(2 * std::numbers::pi * frequency_hz * k * kPeriod);
-      const double v = (x - x_before) / kPeriod;
+      const double x = 0.004 * std::sin(2 * std::numbers::pi * frequency_hz * k * kHandPassivityControllerPeriod);
+      const double v = (x - x_before) / kHandPassivityControllerPeriod;
       x_before = x;
       // Half of k T of damping: what a sampled spring needs to be passive.
-      const Wrench wanted = force_x(x < 0 ? -800 * x - 0.5 * v : 0.0);
-      const Wrench given = controller.apply(at_x(x), wanted, kPeriod);
+      const Wrench wanted = hand_force_x(x < 0 ? -800 * x - 0.5 * v : 0.0);
+      const Wrench given = controller.apply(hand_at_x(x), wanted, kHandPassivityControllerPeriod);
       acted += (given.f - wanted.f).norm() > 1e-9 ? 1 : 0;
     }
     EXPECT_EQ(acted, 0) << frequency_hz << " Hz";
@@ -102,10 +102,10 @@ TEST(HandPassivityController, TheHandMayTakeWhatTheWorldGaveAndNoMore) {
       if (k < 2500) from_world_j += 1e-3;
       controller.world_reported(from_world_j, 0, 0.005);
     }
-    const double f = controller.apply(at_x(x), force_x(3), kPeriod).f.x();
-    x += 0.2 * kPeriod;
-    taken_j += f * 0.2 * kPeriod;
-    ASSERT_LE(taken_j, from_world_j + most_for_nothing_j(k * kPeriod));
+    const double f = controller.apply(hand_at_x(x), hand_force_x(3), kHandPassivityControllerPeriod).f.x();
+    x += 0.2 * kHandPassivityControllerPeriod;
+    taken_j += f * 0.2 * kHandPassivityControllerPeriod;
+    ASSERT_LE(taken_j, from_world_j + most_for_nothing_j(k * kHandPassivityControllerPeriod));
   }
   EXPECT_GT(taken_j, 0.9 * from_world_j);
 }
@@ -167,16 +167,16 @@ TEST(HandPassivityController, ALocalBodyThatGivesBackWhatItGotAddsNothing) {
 TEST(HandPassivityController, ComesBackSlowlyAfterItActed) {
   constexpr double kRise_s = 0.05;
   HandPassivityController controller;
-  controller.apply(at_x(0), force_x(5), kPeriod);
-  controller.apply(at_x(0.001), force_x(5), kPeriod);
+  controller.apply(hand_at_x(0), hand_force_x(5), kHandPassivityControllerPeriod);
+  controller.apply(hand_at_x(0.001), hand_force_x(5), kHandPassivityControllerPeriod);
   ASSERT_LT(controller.gain(), 1);
   const double low = controller.gain();
   controller.world_reported(0, 0, 0);
   controller.world_reported(1, 0, 0.1);
   double before = low;
   for (int k = 0; k < 60; ++k) {
-    controller.apply(at_x(0.001), force_x(5), kPeriod);
-    ASSERT_LE(controller.gain() - before, kPeriod / kRise_s + 1e-12);
+    controller.apply(hand_at_x(0.001), hand_force_x(5), kHandPassivityControllerPeriod);
+    ASSERT_LE(controller.gain() - before, kHandPassivityControllerPeriod / kRise_s + 1e-12);
     before = controller.gain();
   }
   EXPECT_EQ(controller.gain(), 1);
@@ -184,39 +184,39 @@ TEST(HandPassivityController, ComesBackSlowlyAfterItActed) {
 
 TEST(HandPassivityController, ADebtTakesNoForceFromAHandAtRestOrOneThatPays) {
   HandPassivityController controller;
-  controller.apply(at_x(0), force_x(4), kPeriod);
-  controller.set_displayed(force_x(4));
-  controller.apply(at_x(0.0003), force_x(4), kPeriod);
+  controller.apply(hand_at_x(0), hand_force_x(4), kHandPassivityControllerPeriod);
+  controller.set_displayed(hand_force_x(4));
+  controller.apply(hand_at_x(0.0003), hand_force_x(4), kHandPassivityControllerPeriod);
   ASSERT_LT(controller.balance_j(), -HandPassivityController::kInitialCredit_j);
   ASSERT_EQ(controller.gain(), 0) << "it took, and would go on";
   double x = 0.0003;
-  for (int k = 0; k < 1000; ++k) controller.apply(at_x(x), force_x(4), kPeriod);
+  for (int k = 0; k < 1000; ++k) controller.apply(hand_at_x(x), hand_force_x(4), kHandPassivityControllerPeriod);
   EXPECT_GT(controller.gain(), 0.99) << "at rest nothing is taken";
-  for (int k = 0; k < 10; ++k) controller.apply(at_x(x -= 1e-4), force_x(4), kPeriod);
+  for (int k = 0; k < 10; ++k) controller.apply(hand_at_x(x -= 1e-4), hand_force_x(4), kHandPassivityControllerPeriod);
   EXPECT_EQ(controller.gain(), 1) << "it pays";
 }
 
 TEST(HandPassivityController, CountsWhatWasReallyDisplayed) {
   HandPassivityController controller;
-  controller.apply(at_x(0), force_x(-0.01), kPeriod);
-  controller.set_displayed(force_x(-2));
-  controller.apply(at_x(0.001), force_x(-0.01), kPeriod);
+  controller.apply(hand_at_x(0), hand_force_x(-0.01), kHandPassivityControllerPeriod);
+  controller.set_displayed(hand_force_x(-2));
+  controller.apply(hand_at_x(0.001), hand_force_x(-0.01), kHandPassivityControllerPeriod);
   EXPECT_NEAR(controller.balance_j(), 2e-3, 1e-12);
 }
 
 TEST(HandPassivityController, LeavesOutWhatAHandDidUnseen) {
   HandPassivityController controller;
-  controller.apply(at_x(0), force_x(-2), kPeriod);
+  controller.apply(hand_at_x(0), hand_force_x(-2), kHandPassivityControllerPeriod);
   controller.lose_hand();
-  controller.apply(at_x(0.5), force_x(-2), kPeriod);
+  controller.apply(hand_at_x(0.5), hand_force_x(-2), kHandPassivityControllerPeriod);
   EXPECT_EQ(controller.balance_j(), 0);
 }
 
 TEST(HandPassivityController, DissipationLeavesNoMoreThanTheLargestBalance) {
   HandPassivityController controller;
   for (int k = 0; k < 1000; ++k) {
-    controller.apply(at_x(0.001 * k), force_x(0), kPeriod);
-    controller.set_displayed(force_x(-3));
+    controller.apply(hand_at_x(0.001 * k), hand_force_x(0), kHandPassivityControllerPeriod);
+    controller.set_displayed(hand_force_x(-3));
   }
   EXPECT_EQ(controller.balance_j(), HandPassivityController::kMaxBalance_j);
 }
@@ -227,19 +227,19 @@ TEST(HandPassivityController, IsFiniteForAnyInputAndKeepsItsBalance) {
   controller.world_reported(0.5, 0, 0.1);
   const double nan = std::nan("");
   for (const double bad : {nan, kInfinity, 1e300}) {
-    EXPECT_TRUE(is_finite(controller.apply(at_x(0), force_x(bad), kPeriod)));
-    EXPECT_TRUE(is_finite(controller.apply(at_x(bad), force_x(1), kPeriod)));
+    EXPECT_TRUE(is_finite(controller.apply(hand_at_x(0), hand_force_x(bad), kHandPassivityControllerPeriod)));
+    EXPECT_TRUE(is_finite(controller.apply(hand_at_x(bad), hand_force_x(1), kHandPassivityControllerPeriod)));
     controller.lose_hand();
-    controller.set_displayed(force_x(bad));
+    controller.set_displayed(hand_force_x(bad));
   }
-  EXPECT_EQ(controller.apply(at_x(0), force_x(1), nan).f.norm(), 0);
+  EXPECT_EQ(controller.apply(hand_at_x(0), hand_force_x(1), nan).f.norm(), 0);
   EXPECT_TRUE(std::isfinite(controller.balance_j()));
 }
 
 TEST(HandPassivityController, ResetForgetsTheBalanceAndKeepsTheFigures) {
   HandPassivityController controller;
-  controller.apply(at_x(0), force_x(-2), kPeriod);
-  controller.apply(at_x(0.01), force_x(-2), kPeriod);
+  controller.apply(hand_at_x(0), hand_force_x(-2), kHandPassivityControllerPeriod);
+  controller.apply(hand_at_x(0.01), hand_force_x(-2), kHandPassivityControllerPeriod);
   ASSERT_GT(controller.balance_j(), 0);
   const double exchanged_j = controller.exchanged_j();
   controller.reset();
@@ -252,8 +252,8 @@ TEST(HandPassivityController, AllocatesNothing) {
   const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) {
     controller.world_reported(0.01 * k, 0, 0.001);
-    controller.apply(at_x(1e-4 * k), force_x(3), kPeriod);
-    controller.set_displayed(force_x(2));
+    controller.apply(hand_at_x(1e-4 * k), hand_force_x(3), kHandPassivityControllerPeriod);
+    controller.set_displayed(hand_force_x(2));
   }
   controller.reset();
   EXPECT_EQ(test::allocation_count() - before, 0U);

@@ -19,7 +19,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-constexpr Duration kPeriod = milliseconds(5);
+constexpr Duration kForceStreamPeriod = milliseconds(5);
 
 LocalTime at_ms(double ms) {
   return LocalTime(Duration(static_cast<Duration::rep>(ms * 1e6)));
@@ -38,7 +38,7 @@ ForceStreamSettings of(std::string_view name) {
 
 /// Pushes `force` every period over [0, end_s] and fits at once.
 void feed(ForceStream& stream, double end_s, const std::function<double(double)>& force) {
-  for (LocalTime now{}; seconds(now) <= end_s; now += kPeriod) {
+  for (LocalTime now{}; seconds(now) <= end_s; now += kForceStreamPeriod) {
     stream.push(now, all_axes(force(seconds(now))));
     stream.fit();
   }
@@ -49,7 +49,7 @@ double mean_error(ForceStream& stream, double end_s, const std::function<double(
   double sum = 0;
   int count = 0;
   for (LocalTime now{}; seconds(now) <= end_s; now += milliseconds(1)) {
-    if (now.time_since_epoch() % kPeriod == Duration(0)) stream.push(now, all_axes(force(seconds(now))));
+    if (now.time_since_epoch() % kForceStreamPeriod == Duration(0)) stream.push(now, all_axes(force(seconds(now))));
     stream.fit();
     const double shown = stream.at(now).f.x();
     if (seconds(now) < 1) continue;
@@ -126,7 +126,7 @@ TEST(ForceStream, TheLiteralSplineIsOnePeriodLateAndTheOtherIsNot) {
   const auto lag_ms = [&](ForceStream& stream) {
     std::vector<std::pair<double, double>> shown;
     for (LocalTime now{}; seconds(now) <= 4; now += milliseconds(1)) {
-      if (now.time_since_epoch() % kPeriod == Duration(0)) stream.push(now, all_axes(sine(seconds(now))));
+      if (now.time_since_epoch() % kForceStreamPeriod == Duration(0)) stream.push(now, all_axes(sine(seconds(now))));
       stream.fit();
       if (seconds(now) > 2) shown.emplace_back(seconds(now), stream.at(now).f.x());
     }
@@ -161,7 +161,7 @@ double largest_bend_change(ForceStream& stream, Duration step) {
   Random random(8);
   const double dt = to_seconds(step);
   for (LocalTime now{}; seconds(now) < 0.3; now += step) {
-    if (now.time_since_epoch() % kPeriod == Duration(0)) {
+    if (now.time_since_epoch() % kForceStreamPeriod == Duration(0)) {
       stream.push(now, all_axes(std::sin(40 * seconds(now)) + 0.1 * random.normal()));
     }
     stream.fit();

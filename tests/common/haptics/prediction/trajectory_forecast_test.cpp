@@ -14,25 +14,25 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
+constexpr double kTrajectoryForecastPeriod_s = 1e-3;
 
 /// Movements of least jerk and pauses, at random, with tremor.
 std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
   Random random(seed);
   std::vector<Vec3> path{Vec3::Zero()};
-  const auto length = static_cast<std::size_t>(seconds / kPeriod_s);
+  const auto length = static_cast<std::size_t>(seconds / kTrajectoryForecastPeriod_s);
   while (path.size() < length) {
     const Vec3 from = path.back();
     path.insert(path.end(), static_cast<std::size_t>(random.uniform(200, 1500)), from);
     const Vec3 way(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1));
-    const double steps = way.norm() / random.uniform(0.03, 0.15) / kPeriod_s;
+    const double steps = way.norm() / random.uniform(0.03, 0.15) / kTrajectoryForecastPeriod_s;
     for (double k = 0; k < steps; ++k) {
       const double u = k / steps;
       path.emplace_back(from + way * (u * u * u * (10 - 15 * u + 6 * u * u)));
     }
   }
   for (std::size_t k = 0; k < path.size(); ++k) {
-    path[k].z() += 1e-4 * std::sin(2 * std::numbers::pi * 9 * kPeriod_s * static_cast<double>(k));
+    path[k].z() += 1e-4 * std::sin(2 * std::numbers::pi * 9 * kTrajectoryForecastPeriod_s * static_cast<double>(k));
   }
   return path;
 }
@@ -44,10 +44,10 @@ struct Errors {
 
 Errors errors_over(const std::vector<Vec3>& path, double horizon_s) {
   TrajectoryForecast forecast(0.01, 0.25);
-  const auto late = static_cast<std::size_t>(std::lround(horizon_s / kPeriod_s));
+  const auto late = static_cast<std::size_t>(std::lround(horizon_s / kTrajectoryForecastPeriod_s));
   double forecast_square = 0, hold_square = 0;
   for (std::size_t k = late; k < path.size(); ++k) {
-    const auto way = forecast.step(path[k - late], horizon_s, {}, kPeriod_s);
+    const auto way = forecast.step(path[k - late], horizon_s, {}, kTrajectoryForecastPeriod_s);
     forecast_square += (path[k] - path[k - late] - way.way).squaredNorm();
     hold_square += (path[k] - path[k - late]).squaredNorm();
   }
@@ -83,7 +83,7 @@ TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
     const std::vector<Vec3> path = movements(11, 30);
     for (std::size_t k = 200; k < path.size(); ++k) {
       const Vec3 known = goes_along ? path[k - 200] : Vec3(Vec3::Zero());
-      forecast.step(known, 0.2, {path[k] - path[k - 200], Vec3::Zero()}, kPeriod_s);
+      forecast.step(known, 0.2, {path[k] - path[k - 200], Vec3::Zero()}, kTrajectoryForecastPeriod_s);
     }
     return forecast.coefficients()[2];
   };
@@ -93,14 +93,14 @@ TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
 
 TEST(TrajectoryForecast, AtRestItHoldsAndForFiniteInputItIsFinite) {
   TrajectoryForecast forecast(0.01, 0.25);
-  for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s);
-  EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s).way.norm(), 0);
+  for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kTrajectoryForecastPeriod_s);
+  EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kTrajectoryForecastPeriod_s).way.norm(), 0);
   Random random(3);
   const auto any = [&random] {
     return Vec3(random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3));
   };
   for (int k = 0; k < 3000; ++k) {
-    const auto way = forecast.step(any(), random.uniform(0, 2), {any(), any()}, kPeriod_s);
+    const auto way = forecast.step(any(), random.uniform(0, 2), {any(), any()}, kTrajectoryForecastPeriod_s);
     ASSERT_TRUE(way.way.allFinite() && way.velocity.allFinite()) << k;
     ASSERT_GE(forecast.share(), 0);
     ASSERT_LE(forecast.share(), TrajectoryForecast::kMaxShare);

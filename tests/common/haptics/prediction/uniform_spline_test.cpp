@@ -26,11 +26,11 @@ TEST(UniformCubic, NeighboursJoinWithTwoDerivatives) {
 
 TEST(UniformCubic, DerivativesAreThoseOfTheValue) {
   const std::array<double, 4> control{1, -2, 4, 0.5};
-  constexpr double kStep = 1e-5;
+  constexpr double kSpacing = 1e-5;
   for (const double u : {0.1, 0.45, 0.9}) {
-    const CurvePoint low = uniform_cubic(control, u - kStep), high = uniform_cubic(control, u + kStep);
-    EXPECT_NEAR(uniform_cubic(control, u).slope, (high.value - low.value) / (2 * kStep), 1e-8);
-    EXPECT_NEAR(uniform_cubic(control, u).curvature, (high.slope - low.slope) / (2 * kStep), 1e-8);
+    const CurvePoint low = uniform_cubic(control, u - kSpacing), high = uniform_cubic(control, u + kSpacing);
+    EXPECT_NEAR(uniform_cubic(control, u).slope, (high.value - low.value) / (2 * kSpacing), 1e-8);
+    EXPECT_NEAR(uniform_cubic(control, u).curvature, (high.slope - low.slope) / (2 * kSpacing), 1e-8);
   }
 }
 
@@ -45,10 +45,10 @@ TEST(Faded, BeginsWithAllAndEndsWithNothing) {
   EXPECT_NEAR(end.slope, 0, 1e-9);
   EXPECT_NEAR(end.curvature, 0, 1e-9);
   EXPECT_EQ(faded(difference, 1.5).value, 0);
-  constexpr double kStep = 1e-5;
-  const CurvePoint low = faded(difference, 0.3 - kStep), high = faded(difference, 0.3 + kStep);
-  EXPECT_NEAR(faded(difference, 0.3).slope, (high.value - low.value) / (2 * kStep), 1e-8);
-  EXPECT_NEAR(faded(difference, 0.3).curvature, (high.slope - low.slope) / (2 * kStep), 1e-8);
+  constexpr double kSpacing = 1e-5;
+  const CurvePoint low = faded(difference, 0.3 - kSpacing), high = faded(difference, 0.3 + kSpacing);
+  EXPECT_NEAR(faded(difference, 0.3).slope, (high.value - low.value) / (2 * kSpacing), 1e-8);
+  EXPECT_NEAR(faded(difference, 0.3).curvature, (high.slope - low.slope) / (2 * kSpacing), 1e-8);
 }
 
 }  // namespace

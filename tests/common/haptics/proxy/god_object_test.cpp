@@ -15,8 +15,8 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kRadius_m = 1e-3;
-constexpr double kTick_s = 1e-3;
+constexpr double kGodObjectRadius_m = 1e-3;
+constexpr double kGodObjectTick_s = 1e-3;
 /// What remains when an update ends: a step of a micrometre.
 constexpr double kSettled_m = 2e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -59,9 +59,9 @@ TEST(GodObject, RestsOnAPlaneAtItsRadiusWithForceByDepth) {
   for (const ProxyObstacle& plane : {touchable(contact::half_space_field()), touchable(flat_mesh())}) {
     GodObject proxy = proxy_at({0, 0, 0.01}, {plane});
     drag(proxy, {0.0234, 0.0123, -0.004}, 50);
-    EXPECT_LT((proxy.state().p_W - Vec3(0.0234, 0.0123, kRadius_m)).norm(), 1e-9);
+    EXPECT_LT((proxy.state().p_W - Vec3(0.0234, 0.0123, kGodObjectRadius_m)).norm(), 1e-9);
     const Vec3 force = proxy_force_on_hand_W(proxy.state(), *law, Vec3::Zero());
-    EXPECT_LT((force - Vec3(0, 0, 500 * (0.004 + kRadius_m))).norm(), 1e-6);
+    EXPECT_LT((force - Vec3(0, 0, 500 * (0.004 + kGodObjectRadius_m))).norm(), 1e-6);
     EXPECT_EQ(proxy.state().contact_count, 1U);
   }
 }
@@ -82,7 +82,7 @@ std::vector<Vec3> forces_on_way(const CouplingLaw& law, double from_m, double v_
   GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(contact::half_space_field())});
   std::vector<Vec3> forces;
   for (int i = 0; i < ticks; ++i) {
-    const ProxyState& state = proxy.update({0, 0, kRadius_m + from_m + v_z * kTick_s * i});
+    const ProxyState& state = proxy.update({0, 0, kGodObjectRadius_m + from_m + v_z * kGodObjectTick_s * i});
     forces.push_back(proxy_force_on_hand_W(state, law, {0, 0, v_z}));
   }
   return forces;
@@ -107,10 +107,10 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
     for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
       // No curve is steeper than k, and the damper gains b v on the way to its full depth.
       const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
-      const double bound = slope * speed * kTick_s + 1e-12;
+      const double bound = slope * speed * kGodObjectTick_s + 1e-12;
       for (const double phase : {0.0, 0.3, 0.7}) {
-        const double aside_m = (5 + phase) * speed * kTick_s;
-        const int ticks = 10 + static_cast<int>(2e-3 / (speed * kTick_s));
+        const double aside_m = (5 + phase) * speed * kGodObjectTick_s;
+        const int ticks = 10 + static_cast<int>(2e-3 / (speed * kGodObjectTick_s));
         for (const auto& forces :
              {forces_on_way(*law, aside_m, -speed, ticks), forces_on_way(*law, -2e-3 - aside_m, speed, 10 + ticks)}) {
           for (std::size_t i = 1; i < forces.size(); ++i) {
@@ -123,7 +123,7 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
 }
 
 TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
-  const double inner = 0.02 - kRadius_m;
+  const double inner = 0.02 - kGodObjectRadius_m;
   std::vector<ProxyObstacle> walls;
   for (int axis = 0; axis < 3; ++axis) {
     const Quat turn = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::Unit(axis));
@@ -148,7 +148,7 @@ TEST(GodObject, FollowsTheGroovesOfAConcaveEdgeWithoutVibration) {
   GodObject proxy = proxy_at(
       {0, 0, 0.02}, {touchable(height_mesh(0.1, 20, [](double x, double) { return std::abs(x) / std::sqrt(3.0); }))});
   drag(proxy, {0, -0.03, -0.005}, 30);
-  const double height = kRadius_m / std::cos(std::numbers::pi / 6);
+  const double height = kGodObjectRadius_m / std::cos(std::numbers::pi / 6);
   for (int i = 0; i < 200; ++i) {
     const Vec3 goal(1e-4 * std::sin(i), -0.03 + 3e-4 * i, -0.005);
     const ProxyState& state = proxy.update(goal);
@@ -191,9 +191,9 @@ TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
     direction = (direction + 0.01 * Vec3(random.normal(), random.normal(), random.normal())).normalized();
     const Vec3 goal = (radius - 0.003) * direction;
     const Vec3 p = proxy.update(goal).p_W;
-    EXPECT_LE(p.norm(), radius + kRadius_m + kSettled_m);
-    EXPECT_GE(p.norm(), radius + kRadius_m - side * side / (6 * radius) - kSettled_m);
-    EXPECT_LT((p.normalized() - direction).norm() * radius, tilt * (0.003 + kRadius_m) + side) << i;
+    EXPECT_LE(p.norm(), radius + kGodObjectRadius_m + kSettled_m);
+    EXPECT_GE(p.norm(), radius + kGodObjectRadius_m - side * side / (6 * radius) - kSettled_m);
+    EXPECT_LT((p.normalized() - direction).norm() * radius, tilt * (0.003 + kGodObjectRadius_m) + side) << i;
   }
 }
 
@@ -201,7 +201,7 @@ TEST(GodObject, IsStoppedBySheetsFromBothSides) {
   for (const double side : {-1.0, 1.0}) {
     GodObject proxy = proxy_at({0, 0, side * 0.02}, {touchable(flat_mesh())});
     drag(proxy, {0.001, 0.002, -side * 0.03}, 3);
-    EXPECT_LT((proxy.state().p_W - Vec3(0.001, 0.002, side * kRadius_m)).norm(), 1e-9);
+    EXPECT_LT((proxy.state().p_W - Vec3(0.001, 0.002, side * kGodObjectRadius_m)).norm(), 1e-9);
   }
 }
 
@@ -209,7 +209,7 @@ TEST(GodObject, GoesRoundTheRimOfASheetOnlyWhenTheHandLeadsItThere) {
   GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(flat_mesh())});
   drag(proxy, {0, 0, -0.01}, 20);
   drag(proxy, {0.099, 0, -0.01}, 200);
-  EXPECT_NEAR(proxy.state().p_W.z(), kRadius_m, 1e-9);
+  EXPECT_NEAR(proxy.state().p_W.z(), kGodObjectRadius_m, 1e-9);
   drag(proxy, {0.11, 0, -0.01}, 50);
   EXPECT_LT((proxy.state().p_W - Vec3(0.11, 0, -0.01)).norm(), 1e-9);
   EXPECT_FALSE(proxy.state().is_touching);
@@ -220,13 +220,13 @@ TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
   GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(contact::half_space_field()),
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
-  EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kRadius_m)).norm(), 1e-9);
+  EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kGodObjectRadius_m)).norm(), 1e-9);
   // Pulled along the ground it meets the rim where the ball does, nearer than its radius.
   drag(proxy, {-0.00075, 0, 0.0005}, 50);
-  const double gap = std::sqrt(kRadius_m * kRadius_m - 0.0006 * 0.0006);
+  const double gap = std::sqrt(kGodObjectRadius_m * kGodObjectRadius_m - 0.0006 * 0.0006);
   EXPECT_NEAR(proxy.state().p_W.x(), -gap, kSettled_m);
   drag(proxy, {0.005, 0, 0.0005}, 100);
-  EXPECT_LT((proxy.state().p_W - Vec3(0.005, 0, 0.0004 + kRadius_m)).norm(), kSettled_m);
+  EXPECT_LT((proxy.state().p_W - Vec3(0.005, 0, 0.0004 + kGodObjectRadius_m)).norm(), kSettled_m);
 }
 
 TEST(GodObject, SlidesOverTheSeamOfFlushBodies) {
@@ -238,7 +238,7 @@ TEST(GodObject, SlidesOverTheSeamOfFlushBodies) {
   for (int i = 1; i <= 450; ++i) {
     const double x = -0.01 + 1e-4 * i;
     const Vec3 p = proxy.update({x, 0, -0.002}).p_W;
-    EXPECT_LT((p - Vec3(x, 0, kRadius_m)).norm(), 2e-5) << i;
+    EXPECT_LT((p - Vec3(x, 0, kGodObjectRadius_m)).norm(), 2e-5) << i;
   }
 }
 
@@ -286,7 +286,7 @@ TEST(GodObject, LeavesAMeshThatItWasPutInto) {
   GodObject proxy = proxy_at({0, 0, 0.0302}, {touchable(contact::sphere_mesh(0.03, 4))});
   for (int i = 0; i < 3000; ++i) proxy.update({0, 0, 0.02});
   EXPECT_GT(geometry::TriangleTree(contact::sphere_mesh(0.03, 4)).signed_distance_m(proxy.state().p_W),
-            kRadius_m - GodObject::kTolerance_m);
+            kGodObjectRadius_m - GodObject::kTolerance_m);
 }
 
 TEST(GodObject, HoldsWhereThereAreMoreTrianglesThanItCanKeep) {
@@ -303,7 +303,7 @@ TEST(GodObject, HoldsWhereThereAreMoreTrianglesThanItCanKeep) {
   std::uint8_t faults = 0;
   for (int i = 0; i < 100; ++i) faults |= proxy.update({0, 0, 0.01 - 2e-4 * i}).faults;
   EXPECT_NE(faults & kProxyTooDense, 0);
-  EXPECT_GT(proxy.state().p_W.z(), kRadius_m - GodObject::kTolerance_m);
+  EXPECT_GT(proxy.state().p_W.z(), kGodObjectRadius_m - GodObject::kTolerance_m);
 }
 
 TEST(GodObject, AnUpdateAllocatesNothing) {

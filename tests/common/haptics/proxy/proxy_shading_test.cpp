@@ -7,19 +7,19 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kRadius_m = 0.03;
+constexpr double kProxyShadingRadius_m = 0.03;
 
 /// The largest turn of the force between updates 0.05 mm apart, along a great circle 2 mm under a coarse sphere.
 double largest_turn_rad(bool is_shaded) {
-  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kRadius_m, 3))}, is_shaded);
+  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kProxyShadingRadius_m, 3))}, is_shaded);
   const Vec3 aside(0.31, 0.95, 0);
   Vec3 last = Vec3::UnitZ();
   double largest = 0;
-  const double step_rad = 5e-5 / (kRadius_m - 0.002);
+  const double step_rad = 5e-5 / (kProxyShadingRadius_m - 0.002);
   for (int i = 0; i * step_rad < 2; ++i) {
     const double angle = i * step_rad;
-    const ProxyState& state =
-        proxy.update((kRadius_m - 0.002) * (std::cos(angle) * Vec3::UnitZ() + std::sin(angle) * aside.normalized()));
+    const ProxyState& state = proxy.update((kProxyShadingRadius_m - 0.002) *
+                                           (std::cos(angle) * Vec3::UnitZ() + std::sin(angle) * aside.normalized()));
     const Vec3 direction = (state.p_W - state.goal_W).normalized();
     if (i > 0) largest = std::max(largest, std::acos(std::min(1.0, direction.dot(last))));
     last = direction;
@@ -33,15 +33,15 @@ TEST(ProxyShading, ForceTurnsSmoothlyOverTheFacetsOfACoarseSphere) {
   // Facets of 512 triangles meet at up to 0.2 rad, and the force jumps by most of that. Shaded, it turns with the
   // hand: 0.0018 rad a step, up to three times faster where the interpolated normals turn fast.
   EXPECT_GT(facets, 0.08);
-  EXPECT_LT(shaded, 3 * 5e-5 / (kRadius_m - 0.002));
+  EXPECT_LT(shaded, 3 * 5e-5 / (kProxyShadingRadius_m - 0.002));
 }
 
 TEST(ProxyShading, ForceOnACoarseSpherePointsFromItsCentre) {
-  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kRadius_m, 3))}, true);
+  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kProxyShadingRadius_m, 3))}, true);
   double worst = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 direction = Vec3(std::sin(1e-3 * i), 0.5 * std::sin(7e-4 * i), std::cos(1e-3 * i)).normalized();
-    const ProxyState& state = proxy.update((kRadius_m - 0.002) * direction);
+    const ProxyState& state = proxy.update((kProxyShadingRadius_m - 0.002) * direction);
     if (i > 0) worst = std::max(worst, ((state.p_W - state.goal_W).normalized() - direction).norm());
   }
   // Half of the angle between facets without shading.
@@ -69,13 +69,13 @@ TEST(ProxyShading, StaysAtRestForAHandAtRestInABowlDeeperThanItsRadius) {
 }
 
 TEST(ProxyShading, DoesNotDependOnHowTrianglesAreTurned) {
-  geometry::TriangleMesh turned = contact::sphere_mesh(kRadius_m, 3);
+  geometry::TriangleMesh turned = contact::sphere_mesh(kProxyShadingRadius_m, 3);
   for (std::size_t i = 0; i < turned.triangles.size(); i += 2)
     std::swap(turned.triangles[i][0], turned.triangles[i][1]);
-  GodObject a = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kRadius_m, 3))}, true);
+  GodObject a = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kProxyShadingRadius_m, 3))}, true);
   GodObject b = proxy_at({0, 0, 0.05}, {touchable(turned)}, true);
   for (int i = 0; i < 300; ++i) {
-    const Vec3 goal = (kRadius_m - 0.002) * Vec3(std::sin(3e-3 * i), 0.01, std::cos(3e-3 * i));
+    const Vec3 goal = (kProxyShadingRadius_m - 0.002) * Vec3(std::sin(3e-3 * i), 0.01, std::cos(3e-3 * i));
     EXPECT_LT((a.update(goal).p_W - b.update(goal).p_W).norm(), 1e-6) << i;
   }
 }

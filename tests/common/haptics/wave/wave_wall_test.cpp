@@ -9,7 +9,7 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kTick_s = 0.001;
+constexpr double kWaveWallTick_s = 0.001;
 
 CouplingParameters coupling_parameters() {
   CouplingParameters parameters;
@@ -28,7 +28,7 @@ struct PressedWall {
   void tick() {
     Pose X_WH;
     X_WH.p.x() = x;
-    const double f = port.tick(X_WH, kTick_s).f.x();
+    const double f = port.tick(X_WH, kWaveWallTick_s).f.x();
     up.push_back(port.sum_towards_tool());
     places.push_back(x);
     if (k >= delay) {
@@ -38,23 +38,23 @@ struct PressedWall {
     }
     down.push_back(tool.sum_towards_hand());
     if (k >= delay) port.receive(std::chrono::milliseconds(k - delay), down[static_cast<std::size_t>(k - delay)]);
-    v += (f + 200 * (0.02 - x) - 2 * v) / 0.3 * kTick_s;
-    x += v * kTick_s;
-    taken_j += f * v * kTick_s;
+    v += (f + 200 * (0.02 - x) - 2 * v) / 0.3 * kWaveWallTick_s;
+    x += v * kWaveWallTick_s;
+    taken_j += f * v * kWaveWallTick_s;
     most_taken_j = std::max(most_taken_j, taken_j);
     force = f;
     ++k;
   }
   void step(double x_hand) {
-    const Pose X_WT = tool.move({{x_hand, 0, 0}, Quat::Identity()}, coupling_parameters(), kTick_s);
+    const Pose X_WT = tool.move({{x_hand, 0, 0}, Quat::Identity()}, coupling_parameters(), kWaveWallTick_s);
     const RigidState target{X_WT, tool.velocity()};
     // A tool without mass: coupling against wall, implicit.
-    const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kTick_s * x_tool;
-    double x_next = stretch / (500 + 2 / kTick_s);
-    if (x_next > 0.005) x_next = (stretch + 5000 * 0.005) / (500 + 2 / kTick_s + 5000);
-    const double on_tool = 500 * (target.X.p.x() - x_next) + 2 * (target.V.v.x() - (x_next - x_tool) / kTick_s);
+    const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kWaveWallTick_s * x_tool;
+    double x_next = stretch / (500 + 2 / kWaveWallTick_s);
+    if (x_next > 0.005) x_next = (stretch + 5000 * 0.005) / (500 + 2 / kWaveWallTick_s + 5000);
+    const double on_tool = 500 * (target.X.p.x() - x_next) + 2 * (target.V.v.x() - (x_next - x_tool) / kWaveWallTick_s);
     x_tool = x_next;
-    tool.settle({Vec3(on_tool, 0, 0), Vec3::Zero()}, kTick_s);
+    tool.settle({Vec3(on_tool, 0, 0), Vec3::Zero()}, kWaveWallTick_s);
   }
 
   explicit PressedWall(int delay_ticks) : delay(delay_ticks) {}
@@ -85,14 +85,14 @@ TEST(WavePorts, TheSameWaveAgainIsNotCountedTwice) {
   const CouplingParameters slack{.stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
   WaveToolPort tool{WaveImpedance{}, WavePlayer::Settings{}};
   tool.receive(Duration{0}, {});
-  tool.move({}, slack, kTick_s);
+  tool.move({}, slack, kWaveWallTick_s);
   Wave wave;
   wave.f.x() = 0.005;
   double x = 0;
   for (int step = 0; step < 20; ++step) {
     tool.receive(std::chrono::milliseconds(1), wave);
-    x = tool.move({}, slack, kTick_s).p.x();
-    tool.settle({}, kTick_s);
+    x = tool.move({}, slack, kWaveWallTick_s).p.x();
+    tool.settle({}, kWaveWallTick_s);
   }
   // Without a force V = u √(2/b): 2.24 mm, of which the filter still has e⁻⁴ and the drift has taken back 4 %.
   const double b = WaveImpedance{}.linear_n_s_per_m;

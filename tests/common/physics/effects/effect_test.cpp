@@ -13,7 +13,7 @@
 namespace tandem::physics {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kEffectTurn = 2 * std::numbers::pi;
 
 Vec3 force_at(const Effect& effect, const Vec3& p, const Vec3& v = Vec3::Zero(), double time_s = 0) {
   EffectInput input;
@@ -188,7 +188,7 @@ TEST(Magnet, IsStrongestAtItsPeakAndZeroAtItsCentreAndBeyondItsRange) {
 TEST(Vibration, FollowsTheClockAndItsDirection) {
   const Effect effect(effect_with(Vibration{40, 0.5, 0, {0, 0, 0.2}}));
   for (const double t : {0.0, 0.001, 0.0123, 7.5}) {
-    EXPECT_NEAR(force_at(effect, Vec3::Zero(), Vec3::Zero(), t).z(), 0.5 * std::sin(kTurn * 40 * t), 1e-12);
+    EXPECT_NEAR(force_at(effect, Vec3::Zero(), Vec3::Zero(), t).z(), 0.5 * std::sin(kEffectTurn * 40 * t), 1e-12);
   }
 }
 
@@ -203,7 +203,7 @@ TEST(Vibration, RingsFromZeroEachTimeItIsEntered) {
       input.time_s = entered_s + 1e-3 * i;
       const double since_s = input.time_s - entered_s;
       EXPECT_NEAR(effect.wrench_on_tool_O(input, memory).f.x(),
-                  0.5 * std::exp(-since_s / 0.02) * std::sin(kTurn * 50 * since_s), 1e-12);
+                  0.5 * std::exp(-since_s / 0.02) * std::sin(kEffectTurn * 50 * since_s), 1e-12);
     }
     input.p_OT = {1, 0, 0};
     effect.wrench_on_tool_O(input, memory);
@@ -215,8 +215,8 @@ TEST(Texture, ForceIsTheSlopeOfTheBumpsTimesTheNormalForceAlongTheSurface) {
   const Effect effect(settings);
   const double x = 0.0013, y = -0.0007;
   const Vec3 f = force_at(effect, {x, y, 0.02});
-  EXPECT_NEAR(f.x(), -2e-4 * kTurn / 4e-3 * std::cos(kTurn * x / 4e-3), 1e-12);
-  EXPECT_NEAR(f.y(), -2e-4 * kTurn / 3e-3 * std::cos(kTurn * y / 3e-3), 1e-12);
+  EXPECT_NEAR(f.x(), -2e-4 * kEffectTurn / 4e-3 * std::cos(kEffectTurn * x / 4e-3), 1e-12);
+  EXPECT_NEAR(f.y(), -2e-4 * kEffectTurn / 3e-3 * std::cos(kEffectTurn * y / 3e-3), 1e-12);
   EXPECT_EQ(f.z(), 0);
   EffectInput input;
   EffectMemory memory;
@@ -226,7 +226,7 @@ TEST(Texture, ForceIsTheSlopeOfTheBumpsTimesTheNormalForceAlongTheSurface) {
 TEST(Texture, FadesWhenBumpsPassFasterThanTheyAreSampled) {
   const Effect effect(effect_with(Texture{2e-4, 2e-3, 0}));
   const double slow = force_at(effect, Vec3::Zero(), {1e-4, 0, 0}).norm();
-  EXPECT_NEAR(slow, 2e-4 * kTurn / 2e-3, 1e-4 * slow);
+  EXPECT_NEAR(slow, 2e-4 * kEffectTurn / 2e-3, 1e-4 * slow);
   EXPECT_LT(force_at(effect, Vec3::Zero(), {2, 0, 0}).norm(), 1e-12 * slow) << "one period a step";
 }
 

@@ -64,38 +64,40 @@ struct ResidueCase {
   std::string type;
 };
 
-const std::string kBackbone = "N H CA HA C O ";
+const std::string kLoadedBackbone = "N H CA HA C O ";
 
 const ResidueCase kResidues[] = {
-    {"ALA", kBackbone + "CB HB1 HB2 HB3", 0, "CB", "opls_135"},
-    {"ARG", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 NE HE CZ NH1 HH11 HH12 NH2 HH21 HH22", 1, "CZ", "opls_302"},
-    {"ASN", kBackbone + "CB HB2 HB3 CG OD1 ND2 HD21 HD22", 0, "ND2", "opls_237"},
-    {"ASP", kBackbone + "CB HB2 HB3 CG OD1 OD2", -1, "OD2", "opls_272"},
-    {"ASP", kBackbone + "CB HB2 HB3 CG OD1 OD2 HD2", 0, "OD2", "opls_268"},
-    {"ASP", kBackbone + "CB HB2 HB3 CG OD1 OD2 HD1", 0, "OD1", "opls_268"},
-    {"ASH", kBackbone + "CB HB2 HB3 CG OD1 OD2 HD2", 0, "HD2", "opls_270"},
-    {"CYS", kBackbone + "CB HB2 HB3 SG HG", 0, "SG", "opls_200"},
-    {"CYX", kBackbone + "CB HB2 HB3 SG", 0, "SG", "opls_203"},
-    {"GLN", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 NE2 HE21 HE22", 0, "HE21", "opls_240"},
-    {"GLU", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 OE2", -1, "CG", "opls_274"},
-    {"GLU", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 OE2 HE2", 0, "CG", "opls_136"},
+    {"ALA", kLoadedBackbone + "CB HB1 HB2 HB3", 0, "CB", "opls_135"},
+    {"ARG", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 NE HE CZ NH1 HH11 HH12 NH2 HH21 HH22", 1, "CZ",
+     "opls_302"},
+    {"ASN", kLoadedBackbone + "CB HB2 HB3 CG OD1 ND2 HD21 HD22", 0, "ND2", "opls_237"},
+    {"ASP", kLoadedBackbone + "CB HB2 HB3 CG OD1 OD2", -1, "OD2", "opls_272"},
+    {"ASP", kLoadedBackbone + "CB HB2 HB3 CG OD1 OD2 HD2", 0, "OD2", "opls_268"},
+    {"ASP", kLoadedBackbone + "CB HB2 HB3 CG OD1 OD2 HD1", 0, "OD1", "opls_268"},
+    {"ASH", kLoadedBackbone + "CB HB2 HB3 CG OD1 OD2 HD2", 0, "HD2", "opls_270"},
+    {"CYS", kLoadedBackbone + "CB HB2 HB3 SG HG", 0, "SG", "opls_200"},
+    {"CYX", kLoadedBackbone + "CB HB2 HB3 SG", 0, "SG", "opls_203"},
+    {"GLN", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 NE2 HE21 HE22", 0, "HE21", "opls_240"},
+    {"GLU", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 OE2", -1, "CG", "opls_274"},
+    {"GLU", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 OE2 HE2", 0, "CG", "opls_136"},
     {"GLY", "N H CA HA2 HA3 C O", 0, "CA", "opls_223B"},
-    {"HIS", kBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2", 0, "ND1", "opls_503"},
-    {"HIS", kBackbone + "CB HB2 HB3 CG ND1 CD2 HD2 CE1 HE1 NE2 HE2", 0, "ND1", "opls_511"},
-    {"HIS", kBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2 HE2", 1, "CE1", "opls_509"},
-    {"HSP", kBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2 HE2", 1, "ND1", "opls_512"},
-    {"ILE", kBackbone + "CB HB CG1 HG12 HG13 CG2 HG21 HG22 HG23 CD1 HD11 HD12 HD13", 0, "CD1", "opls_135"},
-    {"LEU", kBackbone + "CB HB2 HB3 CG HG CD1 HD11 HD12 HD13 CD2 HD21 HD22 HD23", 0, "CG", "opls_137"},
-    {"LYS", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2 HZ3", 1, "NZ", "opls_287"},
-    {"LYS", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2", 0, "NZ", "opls_900"},
-    {"MET", kBackbone + "CB HB2 HB3 CG HG2 HG3 SD CE HE1 HE2 HE3", 0, "SD", "opls_202"},
-    {"PHE", kBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 HD2 CE1 HE1 CE2 HE2 CZ HZ", 0, "HZ", "opls_146"},
+    {"HIS", kLoadedBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2", 0, "ND1", "opls_503"},
+    {"HIS", kLoadedBackbone + "CB HB2 HB3 CG ND1 CD2 HD2 CE1 HE1 NE2 HE2", 0, "ND1", "opls_511"},
+    {"HIS", kLoadedBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2 HE2", 1, "CE1", "opls_509"},
+    {"HSP", kLoadedBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2 HE2", 1, "ND1", "opls_512"},
+    {"ILE", kLoadedBackbone + "CB HB CG1 HG12 HG13 CG2 HG21 HG22 HG23 CD1 HD11 HD12 HD13", 0, "CD1", "opls_135"},
+    {"LEU", kLoadedBackbone + "CB HB2 HB3 CG HG CD1 HD11 HD12 HD13 CD2 HD21 HD22 HD23", 0, "CG", "opls_137"},
+    {"LYS", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2 HZ3", 1, "NZ", "opls_287"},
+    {"LYS", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2", 0, "NZ", "opls_900"},
+    {"MET", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 SD CE HE1 HE2 HE3", 0, "SD", "opls_202"},
+    {"PHE", kLoadedBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 HD2 CE1 HE1 CE2 HE2 CZ HZ", 0, "HZ", "opls_146"},
     {"PRO", "N CA HA C O CB HB2 HB3 CG HG2 HG3 CD HD2 HD3", 0, "N", "opls_239"},
-    {"SER", kBackbone + "CB HB2 HB3 OG HG", 0, "OG", "opls_154"},
-    {"THR", kBackbone + "CB HB OG1 HG1 CG2 HG21 HG22 HG23", 0, "CB", "opls_158"},
-    {"TRP", kBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 NE1 HE1 CE2 CE3 HE3 CZ2 HZ2 CZ3 HZ3 CH2 HH2", 0, "NE1", "opls_503"},
-    {"TYR", kBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 HD2 CE1 HE1 CE2 HE2 CZ OH HH", 0, "OH", "opls_167"},
-    {"VAL", kBackbone + "CB HB CG1 HG11 HG12 HG13 CG2 HG21 HG22 HG23", 0, "CB", "opls_137"},
+    {"SER", kLoadedBackbone + "CB HB2 HB3 OG HG", 0, "OG", "opls_154"},
+    {"THR", kLoadedBackbone + "CB HB OG1 HG1 CG2 HG21 HG22 HG23", 0, "CB", "opls_158"},
+    {"TRP", kLoadedBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 NE1 HE1 CE2 CE3 HE3 CZ2 HZ2 CZ3 HZ3 CH2 HH2", 0, "NE1",
+     "opls_503"},
+    {"TYR", kLoadedBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 HD2 CE1 HE1 CE2 HE2 CZ OH HH", 0, "OH", "opls_167"},
+    {"VAL", kLoadedBackbone + "CB HB CG1 HG11 HG12 HG13 CG2 HG21 HG22 HG23", 0, "CB", "opls_137"},
 };
 
 TEST_F(OplsLoader, TypesEveryAminoAcidExactlyWithAWholeCharge) {
@@ -212,8 +214,8 @@ TEST_F(OplsLoader, SaysWhatTheFileLacksAndWhatWasLeftOut) {
 }
 
 TEST_F(OplsLoader, SelenomethionineIsAMethionineWithAGuessedSelenium) {
-  const docking::Molecule molecule =
-      load(kAcetyl + test::residue_text("MSE", kBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
+  const docking::Molecule molecule = load(
+      kAcetyl + test::residue_text("MSE", kLoadedBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
   ASSERT_EQ(molecule.guessed.size(), 1U);
   EXPECT_EQ(molecule.atom_names[molecule.guessed.begin()->first], "SE");
   EXPECT_EQ(molecule.types[molecule.guessed.begin()->first], "opls_202");
