@@ -14,6 +14,8 @@ endif()
 # A sum has one fixed order and no contraction into FMA, so results do not change with the CPU.
 target_compile_options(tandem_flags INTERFACE -ffp-contract=off -fno-math-errno)
 target_include_directories(tandem_flags INTERFACE ${PROJECT_SOURCE_DIR})
+# What names a file in a message names it from here; a program does not say where it was built.
+target_compile_options(tandem_flags INTERFACE -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
 if(TANDEM_SANITIZE)
   # Every target gets the same switches, generated code too. Assertions are on; line tables are enough to read a report.
@@ -49,6 +51,15 @@ option(TANDEM_PCH "Precompile the headers of other projects that nearly every fi
 set(tandem_common_headers
   <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory> <optional> <set> <span>
   <sstream> <stdexcept> <string> <string_view> <utility> <vector> <Eigen/Dense> <boost/container/static_vector.hpp>)
+
+# What a file includes takes longer to compile than the file: several are compiled as one. So no name of an unnamed
+# namespace is in two files of a library or program. -DTANDEM_UNITY=OFF compiles each alone.
+option(TANDEM_UNITY "Compile several files of a library or program as one" ON)
+set(CMAKE_UNITY_BUILD ${TANDEM_UNITY})
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 10)
+if(TANDEM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(tandem_flags INTERFACE -Wno-subobject-linkage)  # it takes the files for headers
+endif()
 
 # tandem_precompiled(name OPTIONS compile options HEADERS ...): a library that only others' REUSE_FROM refers to.
 function(tandem_precompiled name)
