@@ -281,13 +281,21 @@ class NodeContacts {
   }
 
  private:
+  /// The plane that a point is the farthest above, or the least below, and how far.
+  std::pair<const Below*, double> largest_at(const Vec3& p_P) const {
+    std::pair<const Below*, double> largest{nullptr, -std::numeric_limits<double>::infinity()};
+    for (const Below& plane : planes_) {
+      const double distance = plane.distance_m(p_P);
+      if (distance > largest.second) largest = {&plane, distance};
+    }
+    return largest;
+  }
+
   std::uint32_t deepest_of(const ShellNode& node) const {
     std::uint32_t deepest = node.first;
     double least_m = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const Vec3 p_P = search_.shell.points[i].p_S.cast<double>();
-      double largest_m = -std::numeric_limits<double>::infinity();
-      for (const Below& plane : planes_) largest_m = std::max(largest_m, plane.distance_m(p_P));
+      const double largest_m = largest_at(search_.shell.points[i].p_S.cast<double>()).second;
       if (largest_m >= least_m) continue;
       least_m = largest_m;
       deepest = i;
@@ -299,18 +307,11 @@ class NodeContacts {
   void add_point(std::uint32_t i, std::uint32_t first, std::uint32_t end, double scale) {
     const ShellPoint& point = search_.shell.points[i];
     const Vec3 p_P = point.p_S.cast<double>();
-    const Below* largest = nullptr;
-    double largest_m = -std::numeric_limits<double>::infinity();
-    int positive = 0;
-    for (const Below& plane : planes_) {
-      const double distance = plane.distance_m(p_P);
-      if (distance > 0) ++positive;
-      if (distance <= largest_m) continue;
-      largest_m = distance;
-      largest = &plane;
-    }
+    const auto [largest, largest_m] = largest_at(p_P);
+    const auto is_above = [&p_P](const Below& plane) { return plane.distance_m(p_P) > 0; };
     // Beyond an edge there is nothing to press on.
-    if (positive < 2) add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
+    if (largest_m <= 0 || std::ranges::count_if(planes_, is_above) < 2)
+      add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
 
   static DepthSlope slope_of(const Below& plane, const FlatNode& flat) {
