@@ -6,6 +6,7 @@
 #include "common/base/byte_io.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/distance_grid.hpp"
+#include "common/contact/flat/flat_points.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -42,6 +43,8 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   auto features = PointShell::read(rest, limit_bytes);
   if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
   grid->find_planes(planes_of(*surface));
+  drop_rectangles_off(*grid, *surface);
+  drop_rectangles_off(*grid, *features);
   shape->field = std::move(grid);
   shape->shells = {std::move(*surface), std::move(*features)};
   shape->set_bounds();

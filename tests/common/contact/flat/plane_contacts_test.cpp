@@ -7,9 +7,11 @@
 #include <memory>
 #include <numbers>
 #include <random>
+#include <tuple>
 
 #include "common/contact/contact_pair.hpp"
 #include "common/contact/primitive_fields.hpp"
+#include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 
@@ -25,6 +27,25 @@ std::shared_ptr<const ContactShape> oblique_cube(const Quat& q_SB) {
   geometry::TriangleMesh mesh = box_mesh(Vec3::Constant(kEdge_m));
   for (Vec3& vertex : mesh.vertices) vertex = q_SB * vertex;
   return make_contact_mesh({mesh, geometry::SurfaceKind::kSolid, {}});
+}
+
+geometry::TriangleMesh prism_mesh(int sides, double radius_m, double height_m) {
+  geometry::TriangleMesh mesh;
+  for (const double z : {0.0, height_m}) {
+    for (int i = 0; i < sides; ++i) {
+      const double angle = 2 * std::numbers::pi * i / sides;
+      mesh.vertices.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), z);
+    }
+    mesh.vertices.emplace_back(0, 0, z);
+  }
+  for (int i = 0; i < sides; ++i) {
+    const int next = (i + 1) % sides, up = sides + 1;
+    mesh.triangles.push_back({i, next, next + up});
+    mesh.triangles.push_back({i, next + up, i + up});
+    mesh.triangles.push_back({sides, next, i});
+    mesh.triangles.push_back({sides + up, i + up, next + up});
+  }
+  return mesh;
 }
 
 /// What presses on A, about the origin of the world.
@@ -141,6 +162,33 @@ TEST(FlatNode, IsARectangleOnlyIfItIsCoveredEvenly) {
   EXPECT_TRUE(root_of(line).is_rectangle);
   EXPECT_FALSE(root_of(triangle).is_rectangle);
   EXPECT_FALSE(root_of(two_sides).is_rectangle) << "projected on its axes it looks like one";
+}
+
+TEST(FlatNode, WhatIsARectangleLiesOnTheSurface) {
+  // Five sides: edges of one plane in different directions. Eight and 32: corners of rectangles beside the rim of the end.
+  for (const auto& [sides, radius_m, height_m] :
+       {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
+    const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);
+    const auto shape = make_contact_mesh({mesh, geometry::SurfaceKind::kSolid, {}});
+    const geometry::TriangleTree exact(mesh);
+    double farthest_m = 0;
+    std::size_t rectangles = 0;
+    for (const PointShell* shell : {&shape->shells.surface, &shape->shells.features}) {
+      for (const FlatNode& flat : shell->flat_nodes) {
+        if (!flat.is_rectangle) continue;
+        ++rectangles;
+        const OrientedBox box = flat.box_S();
+        for (const double u : {-1, 1}) {
+          for (const double v : {-1, 1}) {
+            const Vec3 corner_S = box.centre + box.axes * box.half_m.cwiseProduct(Vec3(u, v, 0));
+            farthest_m = std::max(farthest_m, exact.closest(corner_S).distance_m);
+          }
+        }
+      }
+    }
+    EXPECT_GT(rectangles, 1000U);
+    EXPECT_LE(farthest_m, 1.3e-4) << sides << " sides";
+  }
 }
 
 TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
