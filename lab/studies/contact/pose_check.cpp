@@ -11,6 +11,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kDeepestPose_m = 2e-3;
+constexpr double kDeepestInRigid = 2;  ///< of the depth from which contact is rigid, which is 0.4 of a thin wall's half
 constexpr double kBand_m = 3e-4;
 constexpr std::size_t kPlacingPoints = 20000;
 constexpr int kBisections = 20;
@@ -43,8 +44,14 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
   return false;
 }
 
+/// How deep poses are where one of the two has a thin wall: beyond it they would lie in each other anyhow.
+double deepest_pose_m(const TouchObject& a, const TouchObject& b) {
+  const double rigid_m = std::min(a.shape->rigid_depth_m, b.shape->rigid_depth_m);
+  return rigid_m < contact::kMaxRigidDepth ? kDeepestInRigid * rigid_m : kDeepestPose_m;
+}
+
 Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
-  const double wanted = random.uniform(0, kDeepestPose_m);
+  const double wanted = random.uniform(0, deepest_pose_m(a, b));
   const Vec3 direction = random_direction(random);
   Pose X_WA{Vec3::Zero(), random_rotation(random)};
   double inside = 0, outside = a.shape->radius_m() + b.shape->radius_m();
