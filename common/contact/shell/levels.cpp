@@ -23,8 +23,10 @@ void ShellCandidates::search_coarser(double band_m) noexcept {
   steps_per_try_ = has_failed ? std::min(2 * steps_per_try_, kMaxStepsPerTry) : kStepsPerTry;
   steps_to_try_ = steps_per_try_;
   do {
-    // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question.
-    const int next = level_ == kFine && dense_steps_ > 0 ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
+    // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it was not
+    // contacts that were too many, it is left out.
+    const bool has_too_many = contacts_ > capacity_ && dense_steps_ == 0;
+    const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
     change_level(std::min(next, coarsest_level_));
   } while (!walk(band_m) && level_ < coarsest_level_);
 }
