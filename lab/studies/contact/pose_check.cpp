@@ -10,11 +10,12 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kDeepestPose_m = 2e-3;
-constexpr double kDeepestInRigid = 2;  ///< of the depth from which contact is rigid, which is 0.4 of a thin wall's half
+// Of the depth from which contact is rigid, which is 0.4 of a thin wall's half at most.
+constexpr double kDeepestInRigid = 2;
+constexpr double kDeepestPose_m = kDeepestInRigid * contact::kMaxRigidDepth;
 constexpr double kBand_m = 3e-4;
 constexpr std::size_t kPlacingPoints = 20000;
-constexpr int kBisections = 20;
+constexpr int kBisections = 20, kStepsBack = 20;
 constexpr double kSamePlane_m = 1e-5;
 
 Vec3 random_direction(Random& random) {
@@ -44,10 +45,8 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
   return false;
 }
 
-/// How deep poses are where one of the two has a thin wall: beyond it they would lie in each other anyhow.
 double deepest_pose_m(const TouchObject& a, const TouchObject& b) {
-  const double rigid_m = std::min(a.shape->rigid_depth_m, b.shape->rigid_depth_m);
-  return rigid_m < contact::kMaxRigidDepth ? kDeepestInRigid * rigid_m : kDeepestPose_m;
+  return kDeepestInRigid * std::min(a.shape->rigid_depth_m, b.shape->rigid_depth_m);
 }
 
 Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
@@ -60,6 +59,13 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
     X_WA.p = direction * middle;
     const bool is_deep = is_deeper(a, X_WA, b, wanted) || is_deeper(b, X_WA.inverse(), a, wanted);
     (is_deep ? inside : outside) = middle;
+  }
+  // Not all points were looked at, and a thin wall that is through another one is not deep: back, by what it is too deep.
+  const double limit_m = deepest_pose_m(a, b);
+  for (int i = 0; i < kStepsBack; ++i) {
+    const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, 2 * kDeepestPose_m);
+    if (deepest <= limit_m) break;
+    X_WA.p += (deepest - wanted) * direction;
   }
   return X_WA;
 }

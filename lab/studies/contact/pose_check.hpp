@@ -21,8 +21,8 @@ struct PoseCheck {
 inline constexpr double kMissedDepth_m = 2e-4;
 inline constexpr double kDeepestErrorBound_m = 1.5e-4;
 
-/// Pose number i has a random orientation of A and overlaps B by a random 0 to 2 mm along a random direction, where a
-/// wall is thin by 0.8 of its half at most; it depends on `seed` and i alone.
+/// Pose number i has a random orientation of A and overlaps B by a random 0 to 1 mm along a random direction, where a
+/// wall is thin by 0.8 of its half at most: twice the depth from which contact is rigid; it depends on `seed` and i alone.
 ///
 /// Model   An exact point counts as found when a contact that presses lies within two spacings and its own depth of it.
 /// In      progress  called with the number of poses done
