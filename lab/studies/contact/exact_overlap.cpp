@@ -30,9 +30,11 @@ class Collector {
 
   /// All of `from` in the frame of the other mesh.
   void collect(const ExactSurface& from, const Pose& X_OF) {
-    from_half_m_ = from.half_thickness_m();
-    for (const Vec3& corner : from.corners()) corner_at(X_OF * corner);
-    for (const auto& [begin, end] : from.edges()) edge_between(X_OF * begin, X_OF * end);
+    for (const ExactSurface* part : from.parts()) {
+      from_half_m_ = part->half_thickness_m();
+      for (const Vec3& corner : part->corners()) corner_at(X_OF * corner);
+      for (const auto& [begin, end] : part->edges()) edge_between(X_OF * begin, X_OF * end);
+    }
   }
 
  protected:
@@ -96,8 +98,13 @@ class Deepest final : public Collector {
 
 }  // namespace
 
-ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m)
-    : mesh_(mesh), half_thickness_m_(half_thickness_m), tree_(mesh), bounds_(bounds_of(mesh)) {
+ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m,
+                           std::shared_ptr<const ExactSurface> beside)
+    : mesh_(mesh),
+      half_thickness_m_(half_thickness_m),
+      tree_(mesh),
+      bounds_(bounds_of(mesh)),
+      beside_(std::move(beside)) {
   std::vector<bool> is_used(mesh.vertices.size(), false);
   for (const auto& triangle : mesh.triangles) {
     for (const int index : triangle) is_used[static_cast<std::size_t>(index)] = true;
@@ -110,10 +117,16 @@ ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh, double half_thick
   }
 }
 
+std::vector<const ExactSurface*> ExactSurface::parts() const {
+  std::vector<const ExactSurface*> parts;
+  for (const ExactSurface* part = this; part != nullptr; part = part->beside_.get()) parts.push_back(part);
+  return parts;
+}
+
 bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
   const Vec3 outside = (bounds_.min() - p_S).cwiseMax(p_S - bounds_.max()).cwiseMax(0.0);
   const double reach_m = radius_m + half_thickness_m_;
-  return outside.squaredNorm() <= reach_m * reach_m;
+  return outside.squaredNorm() <= reach_m * reach_m || (beside_ != nullptr && beside_->may_touch(p_S, radius_m));
 }
 
 geometry::TriangleTree::Closest ExactSurface::closest(const Vec3& p_S, double limit_m) const {
@@ -131,7 +144,9 @@ geometry::TriangleTree::Closest ExactSurface::closest(const Vec3& p_S, double li
 
 double ExactSurface::distance_m(const Vec3& p_S, double limit_m) const {
   const geometry::TriangleTree::Closest nearest = closest(p_S, limit_m + half_thickness_m_);
-  return nearest.triangle < 0 ? std::numeric_limits<double>::infinity() : nearest.distance_m - half_thickness_m_;
+  const double own_m =
+      nearest.triangle < 0 ? std::numeric_limits<double>::infinity() : nearest.distance_m - half_thickness_m_;
+  return beside_ == nullptr ? own_m : std::min(own_m, beside_->distance_m(p_S, limit_m));
 }
 
 std::vector<Vec3> ExactSurface::samples(std::size_t count, std::uint64_t seed) const {
@@ -176,16 +191,20 @@ double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSur
 
 double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB) {
   double gap = std::numeric_limits<double>::infinity();
-  const double halves_m = a.half_thickness_m() + b.half_thickness_m();
-  const auto shrink = [&gap, halves_m](const ExactSurface& from, const ExactSurface& to, const Pose& X_TF) {
+  const auto shrink = [&gap](const ExactSurface& from, const ExactSurface& to, const Pose& X_TF) {
+    const double halves_m = from.half_thickness_m() + to.half_thickness_m();
     for (const Vec3& corner : from.corners()) {
       const Vec3 p = X_TF * corner;
       if (!to.may_touch(p, gap + halves_m)) continue;
       gap = std::min(gap, std::max(0.0, to.tree().closest(p, gap + halves_m).distance_m - halves_m));
     }
   };
-  shrink(a, b, X_WB.inverse() * X_WA);
-  shrink(b, a, X_WA.inverse() * X_WB);
+  for (const ExactSurface* of_a : a.parts()) {
+    for (const ExactSurface* of_b : b.parts()) {
+      shrink(*of_a, *of_b, X_WB.inverse() * X_WA);
+      shrink(*of_b, *of_a, X_WA.inverse() * X_WB);
+    }
+  }
   return gap;
 }
 

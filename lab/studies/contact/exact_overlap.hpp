@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -17,7 +18,12 @@ namespace tandem::lab {
 class ExactSurface {
  public:
   /// In      half_thickness_m  of the plate, which is all that is no farther from the mesh; 0: a solid
-  explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0);
+  ///         beside            what else is of the body: of a solid, its open parts; may be null
+  explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0,
+                        std::shared_ptr<const ExactSurface> beside = nullptr);
+
+  /// This one, and what is beside it.
+  std::vector<const ExactSurface*> parts() const;
 
   const geometry::TriangleTree& tree() const { return tree_; }
   double half_thickness_m() const { return half_thickness_m_; }
@@ -28,7 +34,7 @@ class ExactSurface {
   std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
   /// Whether a ball about `p_S` meets the bounding box.
   bool may_touch(const Vec3& p_S, double radius_m) const;
-  /// Signed distance to the body where it is less than `limit_m`, else infinite, inside too.
+  /// Signed distance to the body and what is beside it where it is less than `limit_m`, else infinite, inside too.
   double distance_m(const Vec3& p_S, double limit_m) const;
   /// `count` points spread over the surface by area, the same for the same seed.
   std::vector<Vec3> samples(std::size_t count, std::uint64_t seed) const;
@@ -40,6 +46,7 @@ class ExactSurface {
   Eigen::AlignedBox3d bounds_;
   std::vector<Vec3> corners_;
   std::vector<std::array<Vec3, 2>> edges_;
+  std::shared_ptr<const ExactSurface> beside_;
 };
 
 /// A point of one surface inside the other.

@@ -118,22 +118,35 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
 class PopThroughWatch {
  public:
   /// In      a, b  apart at the first step
-  PopThroughWatch(const ExactSurface& a, const ExactSurface& b)
-      : a_in_b_(a.samples(kPointsOfBody, 1), a.half_thickness_m(), b),
-        b_in_a_(b.samples(kPointsOfBody, 2), b.half_thickness_m(), a) {}
+  PopThroughWatch(const ExactSurface& a, const ExactSurface& b) {
+    for (const ExactSurface* of_a : a.parts()) {
+      for (const ExactSurface* of_b : b.parts()) {
+        a_in_b_.emplace_back(of_a->samples(kPointsOfBody, 1), of_a->half_thickness_m(), *of_b);
+        b_in_a_.emplace_back(of_b->samples(kPointsOfBody, 2), of_b->half_thickness_m(), *of_a);
+      }
+    }
+  }
 
   void step(const Pose& X_WA, const Pose& X_WB) {
-    const std::size_t through = a_in_b_.step(X_WB.inverse() * X_WA) + b_in_a_.step(X_WA.inverse() * X_WB);
+    std::size_t through = 0;
+    for (PointsThrough& points : a_in_b_) through += points.step(X_WB.inverse() * X_WA);
+    for (PointsThrough& points : b_in_a_) through += points.step(X_WA.inverse() * X_WB);
     if (through > 0 && !is_through_) ++count_;
     is_through_ = through > 0;
   }
   std::uint64_t count() const { return count_; }
   /// Of any point at any step.
-  double deepest_m() const { return std::max(a_in_b_.deepest_m(), b_in_a_.deepest_m()); }
+  double deepest_m() const {
+    double deepest_m = 0;
+    for (const auto* side : {&a_in_b_, &b_in_a_}) {
+      for (const PointsThrough& points : *side) deepest_m = std::max(deepest_m, points.deepest_m());
+    }
+    return deepest_m;
+  }
 
  private:
-  PointsThrough a_in_b_;
-  PointsThrough b_in_a_;
+  std::vector<PointsThrough> a_in_b_;  ///< of each part of A in each of B
+  std::vector<PointsThrough> b_in_a_;
   std::uint64_t count_ = 0;
   bool is_through_ = false;
 };

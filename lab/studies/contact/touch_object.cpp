@@ -57,7 +57,10 @@ TouchObject make_touch_object(const std::string& name, const geometry::TriangleM
   object.build_s = to_seconds(clock.now() - begin);
   object.shape = through_a_file(contact::contact_asset_bytes(*built), clock, object.cache_load_s);
   const bool is_sheet = object.mesh.kind == geometry::SurfaceKind::kSheet;
-  object.exact = std::make_shared<const ExactSurface>(object.mesh.mesh, is_sheet ? options.sheet_thickness_m / 2 : 0);
+  const double half_m = options.sheet_thickness_m / 2;
+  const auto beside =
+      object.mesh.sheet.triangles.empty() ? nullptr : std::make_shared<const ExactSurface>(object.mesh.sheet, half_m);
+  object.exact = std::make_shared<const ExactSurface>(object.mesh.mesh, is_sheet ? half_m : 0, beside);
   return object;
 }
 

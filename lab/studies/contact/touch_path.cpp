@@ -41,7 +41,9 @@ class Way {
 
 double radius_m(const ExactSurface& surface) {
   double radius = 0;
-  for (const Vec3& corner : surface.corners()) radius = std::max(radius, corner.norm());
+  for (const ExactSurface* part : surface.parts()) {
+    for (const Vec3& corner : part->corners()) radius = std::max(radius, corner.norm());
+  }
   return radius;
 }
 

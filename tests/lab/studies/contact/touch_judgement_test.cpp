@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "lab/studies/contact/exact_overlap.hpp"
@@ -111,6 +112,24 @@ TEST(PopThrough, OfASheetThroughASheetIsCountedOnceHoweverFast) {
   for (const double per_step_m : {1e-4, 1e-3, 4e-2}) {
     EXPECT_EQ(judged_sheets({{0, 0, 0.02}, {0, 0, -0.02}, {0, 0, -0.06}}, per_step_m).pop_throughs, 1U) << per_step_m;
   }
+}
+
+TEST(PopThrough, OfWhatIsBesideASolidCountsToo) {
+  geometry::TriangleMesh above = square();
+  for (Vec3& vertex : above.vertices) vertex.z() += 0.05;
+  const auto shelf = std::make_shared<const ExactSurface>(above, 5e-4);
+  const ExactSurface body(make_cube(0.05), 0, shelf), sphere(make_sphere(0.01, 3));
+  EXPECT_NEAR(body.distance_m(Vec3(0.06, 0, 0.048), 0.1), 0.0015, 1e-9);
+  EXPECT_NEAR(body.distance_m(Vec3(0, 0, 0.026), 0.1), 0.001, 1e-9) << "and the solid as before";
+  // Down at the middle of the shelf: touches it before the cube, and goes through.
+  TouchTrace trace;
+  for (double z = 0.08; z > 0.0505 + 0.01 - 2e-4; z -= 1e-4) trace.emplace_back().X_WT.p = Vec3(0, 0, z);
+  const TouchFigures touch = figures_of({trace}, sphere, body);
+  EXPECT_EQ(touch.pop_throughs, 0U);
+  EXPECT_GT(touch.max_penetration_m, 0);
+  EXPECT_LE(touch.max_penetration_m, 3e-4);
+  for (double z = 0.06; z > 0.036; z -= 1e-4) trace.emplace_back().X_WT.p = Vec3(0, 0, z);
+  EXPECT_EQ(figures_of({trace}, sphere, body).pop_throughs, 1U);
 }
 
 TEST(PopThrough, IsNotThatASheetIsBelowTheOtherHavingGoneAroundItsRim) {
