@@ -32,11 +32,12 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
                                      std::optional<Eigen::Matrix3d>& of_part) {
   const Moments moments = moments_of(points);
   const bool must_be = of_part.has_value();
-  if (!must_be && is_surely_bent(moments)) return {};
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments.covariance);
-  const Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
-  if (!must_be && box_along(points, axes).half_m[2] > kFlat_m) return {};
-  if (!must_be) of_part = axes_of_rectangle(points, moments.covariance);
+  if (!must_be) {
+    if (is_surely_bent(moments)) return {};
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments.covariance);
+    if (box_along(points, solver.eigenvectors().rowwise().reverse()).half_m[2] > kFlat_m) return {};
+    of_part = axes_of_rectangle(points, moments.covariance);
+  }
   const auto rectangle_along = [&](const Eigen::Matrix3d& sides) -> std::optional<FlatNode> {
     const OrientedBox box = box_along(points, sides);
     if (!cover_rectangle(points, moments, box)) return {};

@@ -35,8 +35,8 @@ FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node
 /// area, and each part of its sides a point.
 bool cover_rectangle(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box);
 
-/// Nodes that are rectangles, but reach beyond the surface of `field` by more than a tenth of a millimetre, become flat nodes like others. The points alone do not tell: a
-/// corner of a rectangle may be as far out as they are from each other.
+/// Nodes that are rectangles, but reach beyond the surface of `field` by more than a tenth of a millimetre, become flat
+/// nodes like others. The points alone do not tell: a corner of a rectangle may be as far out as they are from each other.
 void drop_rectangles_off(const DistanceField& field, PointShell& shell);
 
 }  // namespace tandem::contact

@@ -50,7 +50,8 @@ double deepest_pose_m(const TouchObject& a, const TouchObject& b) {
 }
 
 Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
-  const double wanted = random.uniform(0, deepest_pose_m(a, b));
+  const double limit_m = deepest_pose_m(a, b);
+  const double wanted = random.uniform(0, limit_m);
   const Vec3 direction = random_direction(random);
   Pose X_WA{Vec3::Zero(), random_rotation(random)};
   double inside = 0, outside = a.shape->radius_m() + b.shape->radius_m();
@@ -61,7 +62,6 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
     (is_deep ? inside : outside) = middle;
   }
   // Not all points were looked at, and a thin wall that is through another one is not deep: back, by what it is too deep.
-  const double limit_m = deepest_pose_m(a, b);
   for (int i = 0; i < kStepsBack; ++i) {
     const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, 2 * kDeepestPose_m);
     if (deepest <= limit_m) break;
