@@ -93,6 +93,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
   if (input.is_new) take_update(input);
+  foresees_partners_ = input.foresees_partners;
   world_.set_coupling(haptics::coupling_laws()[input.scene->law], input.scene->coupling);
   world_.set_coupling_bounds(tool_, input.scene->coupling_bounds[tool_]);
   for (const PartnerHere& here : partners_) {
@@ -260,6 +261,7 @@ void LocalModel::bring_in(PartnerHere& here) noexcept {
 
 PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duration played) noexcept {
   PartnerSurroundings around;
+  around.is_foreseen = foresees_partners_;
   if (!here.is_here) return around;
   around.on_hand_W = world_.tool(here.tool).wrench_on_hand_W;
   for (const Copy& copy : copies_) {
@@ -267,6 +269,7 @@ PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duratio
     const std::uint32_t hands = world_.hands_on(copy.id);
     const bool is_held = here.held == copy.id;
     if ((hands >> here.tool & 1U) == 0 || (hands >> tool_ & 1U) == 0) continue;
+    around.is_coupled = true;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world_.pressing_normal_W(here.tool, copy.id);
     // Whoever moves it through another thing alone does not go along with it.
     const bool has_own_hand = tool_state_.held == copy.id || !world_.pressing_normal_W(tool_, copy.id).isZero();
@@ -461,6 +464,17 @@ RigidState LocalModel::partner_tool(UserId user, const RigidState& told) const n
   const auto is_it = [user](const PartnerHere& here) { return here.is_here && here.partner.id() == user; };
   const auto found = std::find_if(partners_.begin(), partners_.end(), is_it);
   return found == partners_.end() ? told : world_.tool(found->tool).tool;
+}
+
+double LocalModel::common_share() const noexcept {
+  double share = 0;
+  bool is_alone = true;
+  for (const PartnerHere& here : partners_) {
+    if (!here.is_here) continue;
+    is_alone = false;
+    share = std::max(share, here.partner.common_share());
+  }
+  return is_alone ? 1 : share;
 }
 
 bool LocalModel::take_jump() noexcept {

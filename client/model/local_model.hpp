@@ -59,6 +59,7 @@ struct LocalModelInput {
   std::uint32_t buttons = 0;
   const ReceivedUpdate* newest = nullptr;  ///< of this scene; null before the first
   bool is_new = false;
+  bool foresees_partners = true;       ///< where other users' hands go; else they stay where they were told
   const HapticScene* scene = nullptr;  ///< the coupling that it asks for, and what the users' devices bear of it
 };
 
@@ -99,6 +100,8 @@ class LocalModel {
   const Wrench& newest_residual() const { return newest_residual_; }
   /// When that input was.
   LocalTime residual_of() const { return residual_of_; }
+  /// How far another user's hand is on what this user moves (Partner::common_share(), the largest); 1 where there is none.
+  double common_share() const noexcept;
   /// Work of the hand's coupling on the model, less what it gave back [J].
   double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
   /// The tool was put where the server has it: what is displayed should not jump with it. Consumed by the call.
@@ -165,6 +168,7 @@ class LocalModel {
   TickFaults faults_ = 0;
   bool has_started_ = false;
   Duration loop_delay_{0};
+  bool foresees_partners_ = true;
   std::optional<Wrench> residual_;
   Wrench newest_residual_;
   LocalTime residual_of_{};

@@ -36,9 +36,15 @@ double fourth_power(double x) {
 
 /// In which these come and go.
 constexpr double kChange_s = 0.05;
+/// Who touched may touch again: what two press between them comes loose for moments.
+constexpr double kUncouple_s = 2;
 
 void approach(double& value, double goal, double period_s) noexcept {
   value += std::clamp(goal - value, -period_s / kChange_s, period_s / kChange_s);
+}
+
+void keep_slowly(double& share, bool is_so, double period_s) noexcept {
+  share = std::clamp(share + (is_so ? period_s / kChange_s : -period_s / kUncouple_s), 0.0, 1.0);
 }
 
 RigidState as_position(const Vec3& value) noexcept {
@@ -133,6 +139,8 @@ void Partner::follow_grip(const PartnerSurroundings& around, double period_s) no
   const bool has_common = around.has_common_body;
   const bool is_gripped = has_common && around.is_held;
   approach(common_share_, has_common ? 1 : 0, period_s);
+  keep_slowly(coupled_share_, around.is_coupled, period_s);
+  keep_slowly(lately_common_, has_common, period_s);
   const double part = std::min(1.0, period_s / kChange_s);
   if (is_gripped) pressing_W_ *= 1 - part;
   if (!has_common || is_gripped || around.pressing_W.norm() < 0.5) return;
@@ -168,8 +176,9 @@ RigidState Partner::foresee(Duration played, double since_s, const PartnerSurrou
   }
   turned_ += rotation_vector(told.X.q * q_before_.conjugate());
   q_before_ = told.X.q;
-  const auto intent = intent_.step(told.X.p - shown_.p(), late_s, along, period_s);
-  const auto turn_intent = turn_intent_.step(turned_ - shown_.theta(), late_s, turn_along, period_s);
+  auto intent = intent_.step(told.X.p - shown_.p(), late_s, along, coupled_share_, period_s);
+  auto turn_intent = turn_intent_.step(turned_ - shown_.theta(), late_s, turn_along, coupled_share_, period_s);
+  if (!around.is_foreseen) intent = turn_intent = {};
 
   RigidState now;
   now.X.p = told.X.p + modelled_.p() - shown_.p() + intent.way;

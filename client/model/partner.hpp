@@ -81,6 +81,8 @@ class HandEstimate {
 /// What the local world has of the partner in a step.
 struct PartnerSurroundings {
   Wrench on_hand_W;                ///< of the model, on the partner's hand
+  bool is_foreseen = true;         ///< where the partner's hand goes by its own will; else it stays where it was told
+  bool is_coupled = false;         ///< what the partner moves touches what this user moves, be it through others
   bool has_common_body = false;    ///< the partner and this user both have a hand on a body itself
   RigidState body;                 ///< that, as the model has it now
   Pose X_WB_then;                  ///< as the server had it when the partner's handle was told
@@ -94,7 +96,8 @@ struct PartnerSurroundings {
 ///         e: how the hand gives way to the model's force, a: to the force that it was really shown then (GivingHand, as
 ///         heavy and stiff as HandEstimate finds it)
 ///         u: forecast of where the hand wants to be, X_H − a, from how that moved, and from how a body that both have a
-///         hand on has moved since t_s, across the pressing direction (TrajectoryForecast)
+///         hand on has moved since t_s, across the pressing direction (TrajectoryForecast: cautious where the two touch, be
+///            it through other things, for then this user's answer pushes the partner's hand)
 ///         At rest e = a wherever the model's force is the true one, so the handle is the told one and the force exact.
 /// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: what is known of
 ///         the far end is closed locally, what is not is held; ours here with the far hand's own force told
@@ -113,6 +116,8 @@ class Partner {
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
   bool has_handle() const { return !handle_.is_empty(); }
+  /// 1: he and this user both have a hand on one body, or had a moment ago; 0: they have not. Smooth.
+  double common_share() const { return lately_common_; }
   /// What he holds, as last told, and his tool's place on it; none before both were told together.
   BodyId holds() const { return holds_; }
   const std::optional<Pose>& place() const { return X_BT_; }
@@ -144,6 +149,8 @@ class Partner {
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
   double common_share_ = 0;         ///< 1: both have a hand on a body; comes and goes in kChange_s
+  double lately_common_ = 0;        ///< likewise; goes slowly
+  double coupled_share_ = 0;        ///< likewise, of is_coupled; goes slowly
   Vec3 pressing_W_ = Vec3::Zero();  ///< its length says how far it counts
 };
 

@@ -2,13 +2,32 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tandem::haptics {
 namespace {
 
-/// Of c_fast and c_slow.
-constexpr double kPriorFast = 0.9, kPriorSlow = -0.4;
+struct Prior {
+  double fast;
+  double slow;
+};
+/// Of c_fast and c_slow, for horizons of 0, 0.1 … 0.5 s: least squares over movements of least jerk that take 0.4 to 2 s
+/// and pauses of up to 0.5 s.
+constexpr std::array<Prior, 6> kPriors{
+    {{1.30, -0.36}, {1.34, -0.50}, {1.27, -0.54}, {1.13, -0.51}, {1.00, -0.45}, {0.87, -0.39}}};
+constexpr Prior kCautiousPrior{0.9, -0.4};
+
+Prior between(const Prior& a, const Prior& b, double u) {
+  return {a.fast + u * (b.fast - a.fast), a.slow + u * (b.slow - a.slow)};
+}
+
+Prior prior_of(double horizon_s, double caution) {
+  const double place = horizon_s / TrajectoryForecast::kMaxHorizon_s * (kPriors.size() - 1);
+  const std::size_t i = std::min(static_cast<std::size_t>(place), kPriors.size() - 2);
+  return between(between(kPriors[i], kPriors[i + 1], place - static_cast<double>(i)), kCautiousPrior, caution);
+}
+
 /// What the prior is worth: so many seconds of typical ways.
 constexpr double kPriorWorth_s = 2;
 constexpr double kScoreWorth_s = 0.05;
@@ -33,7 +52,7 @@ void TrajectoryForecast::learn(const Vec3& known, double horizon_s, double perio
   forecast_ = score_kept * forecast_ + ways_[then].squaredNorm();
 }
 
-TrajectoryForecast::Way TrajectoryForecast::step(const Vec3& known, double horizon_s, const Way& along,
+TrajectoryForecast::Way TrajectoryForecast::step(const Vec3& known, double horizon_s, const Way& along, double caution,
                                                  double period_s) noexcept {
   const double horizon = std::clamp(horizon_s, 0.0, kMaxHorizon_s);
   if (count_ == 0) fast_ = slow_ = known;
@@ -45,8 +64,9 @@ TrajectoryForecast::Way TrajectoryForecast::step(const Vec3& known, double horiz
 
   const double unit = typical_way_ * typical_way_ / period_s;
   const double worth = kPriorWorth_s * unit;
+  const Prior prior = prior_of(horizon, caution);
   const Eigen::Matrix3d A = squares_ + worth * Eigen::Matrix3d::Identity();
-  c_ = A.llt().solve(products_ + worth * Vec3(kPriorFast, kPriorSlow, prior_along_));
+  c_ = A.llt().solve(products_ + worth * Vec3(prior.fast, prior.slow, prior_along_));
   const double score_worth = kScoreWorth_s * unit;
   share_ = std::clamp((came_true_ + score_worth) / (forecast_ + score_worth), 0.0, 1.0) * kMaxShare;
 

@@ -20,8 +20,9 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 /// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t), φ: H times the velocity through a low pass of kFast_hz, the same of kSlow_hz,
 ///         and the way of what it may go along with. Direct autoregression over the whole horizon: what x has done since
 ///         t−H is regressed on what each φ was then, by least squares that forget in kMemory_s, so that long ways count
-///         more than tremor, with a prior that is not forgotten: what is best for movements of least jerk. g: the share
-///         of such forecasts that came true lately, at most kMaxShare; so it is never much worse than to hold x(t−H).
+///         more than tremor, with a prior that is not forgotten: what is best for movements of least jerk of 0.4 to 2 s.
+///         g: the share of such forecasts that came true lately, at most kMaxShare; so it is never much worse than to hold
+///         x(t−H). Where the forecast acts back on x, with `caution`, a prior of half of that is better.
 /// Limits  a movement that begins or ends within H is not foreseen: with the acceleration a it errs by up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression; the features and figures are ours
@@ -34,7 +35,8 @@ class TrajectoryForecast {
   static constexpr double kMemory_s = 3;
   static constexpr double kScoreMemory_s = 1;
   /// Who is foreseen to go too far drags others along and makes energy; who is foreseen to lag takes some, but tilts what
-  /// two press between them: with 0.8 two of 66 fast carries made 4 mJ by that, with 1 most do.
+  /// two press between them: with 0.8 two of 66 fast carries made 4 mJ by that, with 1 most do, and a
+  /// ligand that snaps in is shown steps twice as large.
   static constexpr double kMaxShare = 0.83;
 
   struct Way {
@@ -49,8 +51,9 @@ class TrajectoryForecast {
   /// Once a period.
   /// In      known  x(t − horizon_s)
   ///         along  of what it may go along with: since then, and now
+  ///         caution  0: x goes where it will, whatever is foreseen of it … 1: the forecast acts back on it
   /// Out     x̂(t) − x(t − horizon_s), and the velocity of x̂
-  Way step(const Vec3& known, double horizon_s, const Way& along, double period_s) noexcept;
+  Way step(const Vec3& known, double horizon_s, const Way& along, double caution, double period_s) noexcept;
   void reset() noexcept { *this = TrajectoryForecast(typical_way_, prior_along_); }
   /// g, of the last forecast.
   double share() const { return share_; }

@@ -119,6 +119,28 @@ TEST(Partner, GivesWayToWhatTheModelDoesBeforeHeCanHaveFeltIt) {
   EXPECT_NEAR(handle.X.p.x(), 1 / GivingHand::kStiffness_n_per_m, 1e-6);
 }
 
+TEST(Partner, IsForeseenWhereHeGoesLessWhereTheTwoTouchAndNotAtAllIfNotAskedFor) {
+  static constexpr double kSpeed_m_per_s = 0.05;
+  const auto ahead_m = [](const PartnerSurroundings& around) {
+    Told told;
+    RigidState told_handle, handle;
+    for (int k = 0; k < 1500; ++k) {
+      told_handle = moving_at({kSpeed_m_per_s * kPeriod_s * k, 0, 0}, {kSpeed_m_per_s, 0, 0});
+      handle = told.tick(told_handle, {}, around);
+    }
+    return (handle.X.p - told_handle.X.p).x();
+  };
+  PartnerSurroundings coupled, unforeseen;
+  coupled.is_coupled = true;
+  unforeseen.is_foreseen = false;
+  const double free_m = ahead_m({}), coupled_m = ahead_m(coupled);
+  EXPECT_GT(free_m, 0.7 * kSpeed_m_per_s * kLate_s);
+  EXPECT_LT(free_m, kSpeed_m_per_s * kLate_s);
+  EXPECT_GT(coupled_m, 0);
+  EXPECT_LT(coupled_m, 0.9 * free_m);
+  EXPECT_EQ(ahead_m(unforeseen), 0);
+}
+
 TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
   Told told;
   PartnerSurroundings around;

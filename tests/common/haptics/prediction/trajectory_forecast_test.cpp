@@ -42,12 +42,12 @@ struct Errors {
   double hold_m = 0;
 };
 
-Errors errors_over(const std::vector<Vec3>& path, double horizon_s) {
+Errors errors_over(const std::vector<Vec3>& path, double horizon_s, double caution) {
   TrajectoryForecast forecast(0.01, 0.25);
   const auto late = static_cast<std::size_t>(std::lround(horizon_s / kTrajectoryForecastPeriod_s));
   double forecast_square = 0, hold_square = 0;
   for (std::size_t k = late; k < path.size(); ++k) {
-    const auto way = forecast.step(path[k - late], horizon_s, {}, kTrajectoryForecastPeriod_s);
+    const auto way = forecast.step(path[k - late], horizon_s, {}, caution, kTrajectoryForecastPeriod_s);
     forecast_square += (path[k] - path[k - late] - way.way).squaredNorm();
     hold_square += (path[k] - path[k - late]).squaredNorm();
   }
@@ -58,9 +58,11 @@ Errors errors_over(const std::vector<Vec3>& path, double horizon_s) {
 TEST(TrajectoryForecast, ErrsHalfAsMuchAsToHoldOverATenthOfASecondAndLessOverThreeTenths) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const std::vector<Vec3> path = movements(seed, 60);
-    const Errors at_100_ms = errors_over(path, 0.1), at_300_ms = errors_over(path, 0.3);
-    EXPECT_LT(at_100_ms.forecast_m, 0.6 * at_100_ms.hold_m) << seed;
-    EXPECT_LT(at_300_ms.forecast_m, 0.85 * at_300_ms.hold_m) << seed;
+    for (const double caution : {0.0, 1.0}) {
+      const Errors at_100_ms = errors_over(path, 0.1, caution), at_300_ms = errors_over(path, 0.3, caution);
+      EXPECT_LT(at_100_ms.forecast_m, (caution > 0 ? 0.6 : 0.45) * at_100_ms.hold_m) << seed << ' ' << caution;
+      EXPECT_LT(at_300_ms.forecast_m, (caution > 0 ? 0.85 : 0.8) * at_300_ms.hold_m) << seed << ' ' << caution;
+    }
   }
 }
 
@@ -72,7 +74,7 @@ TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
     path.emplace_back(path.back() + 1e-3 * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
   }
   for (const double horizon_s : {0.05, 0.2}) {
-    const Errors errors = errors_over(path, horizon_s);
+    const Errors errors = errors_over(path, horizon_s, 0);
     EXPECT_LT(errors.forecast_m, 1.05 * errors.hold_m) << horizon_s;
   }
 }
@@ -83,7 +85,7 @@ TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
     const std::vector<Vec3> path = movements(11, 30);
     for (std::size_t k = 200; k < path.size(); ++k) {
       const Vec3 known = goes_along ? path[k - 200] : Vec3(Vec3::Zero());
-      forecast.step(known, 0.2, {path[k] - path[k - 200], Vec3::Zero()}, kTrajectoryForecastPeriod_s);
+      forecast.step(known, 0.2, {path[k] - path[k - 200], Vec3::Zero()}, 1, kTrajectoryForecastPeriod_s);
     }
     return forecast.coefficients()[2];
   };
@@ -93,14 +95,15 @@ TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
 
 TEST(TrajectoryForecast, AtRestItHoldsAndForFiniteInputItIsFinite) {
   TrajectoryForecast forecast(0.01, 0.25);
-  for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kTrajectoryForecastPeriod_s);
-  EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kTrajectoryForecastPeriod_s).way.norm(), 0);
+  for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, 0, kTrajectoryForecastPeriod_s);
+  EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, 0, kTrajectoryForecastPeriod_s).way.norm(), 0);
   Random random(3);
   const auto any = [&random] {
     return Vec3(random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3));
   };
   for (int k = 0; k < 3000; ++k) {
-    const auto way = forecast.step(any(), random.uniform(0, 2), {any(), any()}, kTrajectoryForecastPeriod_s);
+    const double caution = k % 2;
+    const auto way = forecast.step(any(), random.uniform(0, 2), {any(), any()}, caution, kTrajectoryForecastPeriod_s);
     ASSERT_TRUE(way.way.allFinite() && way.velocity.allFinite()) << k;
     ASSERT_GE(forecast.share(), 0);
     ASSERT_LE(forecast.share(), TrajectoryForecast::kMaxShare);
