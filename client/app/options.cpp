@@ -212,8 +212,11 @@ void add_stage_options(CLI::App& app, StageSettings& stage) {
       ->capture_default_str()
       ->check(CLI::IsMember(owned(stage_names())).description(""))
       ->type_name("NAME");
-  app.add_option("--predictor", stage.predictor,
-                 "of what the stage's local model does not know, where it has one: " + listed_predictor_names())
+  app.add_option(
+         "--predictor", stage.predictor,
+         "of what the stage's local model does not know, where it has one; none: nothing, nor where other users' hands "
+         "go: " +
+             listed_predictor_names())
       ->capture_default_str()
       ->check(CLI::IsMember(owned(predictor_names())).description(""))
       ->type_name("NAME");

@@ -32,20 +32,36 @@ LocalModelInput model_input(const StageInput& input) {
 ///         torque: the regression, over kMemory_s, of what the residual was on what r̄ was a loop before, 0 to
 ///         kMaxShare, with a prior of 0. So what stays (a wrong mass, a soft body) is made up for, and what nobody can
 ///         foresee is not shown at all.
-/// Source  direct autoregression of order one over the loop; figures ours
+///         Beside another user who has no hand on the same thing, times how lasting it is: a single move of his hand that
+///         was not foreseen looks like what stays, until he stops. D = (Σ r²)² / Σ r⁴, over kLastingMemory_s, is for how
+///         long a residual was there; it counts from kFirst to kAll times what r̄ lags by.
+/// Source  direct autoregression of order one over the loop; D: participation ratio; figures ours
 class ScoredResidual {
  public:
-  Wrench step(const std::optional<Wrench>& newest, Duration loop, double period_s) noexcept;
+  /// In      common_share  LocalModel::common_share()
+  Wrench step(const std::optional<Wrench>& newest, Duration loop, double common_share, double period_s) noexcept;
   void reset() noexcept { *this = ScoredResidual(); }
 
  private:
   static constexpr double kTime_s = 0.15;
   static constexpr double kMemory_s = 1.5;
   static constexpr double kMaxShare = 0.9;
+  static constexpr double kLastingMemory_s = 5;
+  static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
   /// Residuals of so much for so long say that g is half of what it seems to be.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
+
+  /// For how long something was there.
+  class Presence {
+   public:
+    void add(double square, double period_s) noexcept;
+    double time_s() const noexcept { return fourth_ > 0 ? square_ / fourth_ * square_ : 0; }
+
+   private:
+    double square_ = 0, fourth_ = 0;
+  };
 
   Wrench known_;
   Wrench smooth_;
@@ -53,9 +69,17 @@ class ScoredResidual {
   std::size_t next_ = 0;
   std::size_t count_ = 0;
   double force_true_ = 0, force_square_ = 0, torque_true_ = 0, torque_square_ = 0;
+  Presence force_presence_, torque_presence_;
 };
 
-Wrench ScoredResidual::step(const std::optional<Wrench>& newest, Duration loop, double period_s) noexcept {
+void ScoredResidual::Presence::add(double square, double period_s) noexcept {
+  const double kept = std::exp(-period_s / kLastingMemory_s);
+  square_ = kept * square_ + square * period_s;
+  fourth_ = kept * fourth_ + square * square * period_s;
+}
+
+Wrench ScoredResidual::step(const std::optional<Wrench>& newest, Duration loop, double common_share,
+                            double period_s) noexcept {
   if (newest && is_finite(*newest)) known_ = *newest;
   const double loop_s = to_seconds(loop);
   smooth_ += (known_ - smooth_) * std::min(1.0, period_s / (kTime_s + loop_s));
@@ -72,8 +96,15 @@ Wrench ScoredResidual::step(const std::optional<Wrench>& newest, Duration loop, 
   smooths_[next_] = smooth_;
   next_ = (next_ + 1) % kKept;
   count_ = std::min(count_ + 1, kKept);
-  return {smooth_.f * std::clamp(force_true_ / (force_square_ + kForceWorth), 0.0, kMaxShare),
-          smooth_.t * std::clamp(torque_true_ / (torque_square_ + kTorqueWorth), 0.0, kMaxShare)};
+  force_presence_.add(known_.f.squaredNorm(), period_s);
+  torque_presence_.add(known_.t.squaredNorm(), period_s);
+  const auto lasting = [lag_s = kTime_s + loop_s, common_share](const Presence& presence) {
+    const double alone = std::clamp((presence.time_s() / lag_s - kFirst) / (kAll - kFirst), 0.0, 1.0);
+    return common_share + (1 - common_share) * alone;
+  };
+  const double force_share = std::clamp(force_true_ / (force_square_ + kForceWorth), 0.0, kMaxShare);
+  const double torque_share = std::clamp(torque_true_ / (torque_square_ + kTorqueWorth), 0.0, kMaxShare);
+  return {smooth_.f * (force_share * lasting(force_presence_)), smooth_.t * (torque_share * lasting(torque_presence_))};
 }
 
 class LocalModelStage final : public Stage {
@@ -107,7 +138,9 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
   if (model == nullptr) {
     output = late_pose(input);
   } else {
-    output.local_wrench_on_hand_W = model->step(model_input(input));
+    LocalModelInput for_model = model_input(input);
+    for_model.foresees_partners = residual_ != nullptr || is_scored_;
+    output.local_wrench_on_hand_W = model->step(for_model);
     const Wrench residual = predicted_residual(input);
     output.wrench_on_hand_W = output.local_wrench_on_hand_W + residual;
     output.is_predicting = residual_ != nullptr || is_scored_;
@@ -133,7 +166,7 @@ Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
   const auto newest = input.local_model->take_residual();
   Wrench predicted;
   if (is_scored_) {
-    predicted = scored_.step(newest, model.loop_delay(), input.period_s);
+    predicted = scored_.step(newest, model.loop_delay(), model.common_share(), input.period_s);
   } else {
     if (newest) residual_->push(model.residual_of(), *newest);
     predicted = residual_->at(input.now);

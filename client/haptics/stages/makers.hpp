@@ -11,7 +11,8 @@ namespace tandem::client {
 ///
 /// Model   wrench = local model + r̂, r the server's wrench less the model's at the same input, continued over its age
 ///         by the predictor, and bounded by a third of the coupling's limits: it may tell of other hands and of what
-///         the model lacks, but a contact that is only late must not push twice.
+///         the model lacks, but a contact that is only late must not push twice. With predictor "none" r̂ is zero, and
+///         other users' hands stay where they were last told.
 ///         Without a local model (its assets are not all here yet): "late-pose".
 /// Limits  r̂ closes a loop over the network as "hold" does, with the model's error as its gain
 std::unique_ptr<Stage> make_local_model_stage(const StageSettings& settings);

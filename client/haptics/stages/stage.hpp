@@ -30,7 +30,7 @@ inline constexpr std::string_view kScoredPredictor = "scored";
 /// Which stage, with which parts. The same names on the command line, in experiment files and in reports.
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
-  std::string predictor = "scored";  ///< one of predictor_names(): of the residual, for stages that leave one
+  std::string predictor = "scored";  ///< one of predictor_names(): of a residual; "none" foresees no hands either
   bool passivity = true;             ///< a passivity controller follows the stage
   haptics::WaveImpedance wave{};     ///< of "wave"
 };

@@ -170,7 +170,7 @@ TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
   device.spec.force_limit_n = 0.3;
   const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_LE(user_metric(trace.users[0], "force_max_n"), 0.3 * (1 + 1e-12));
-  EXPECT_GT(user_metric(trace.users[0], "clamped_fraction"), 0);
+  EXPECT_GT(user_metric(trace.users[0], "force_max_n"), 0.29) << "it would be shown more";
   for (const TickSample& tick : trace.users[0].ticks) ASSERT_EQ(tick.displayed_D.t.norm(), 0) << "it shows no torque";
   const boost::json::object results = results_json(experiment, trace);
   EXPECT_EQ(results.at("users").at(0).at("parameters").at("device").as_string(), "touch");
