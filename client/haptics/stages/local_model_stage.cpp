@@ -121,6 +121,7 @@ class LocalModelStage final : public Stage {
   }
 
  private:
+  bool is_predicting() const noexcept { return residual_ != nullptr || is_scored_; }
   Wrench predicted_residual(const StageInput& input) noexcept;
 
   std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none" or scored
@@ -139,11 +140,11 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     output = late_pose(input);
   } else {
     LocalModelInput for_model = model_input(input);
-    for_model.foresees_partners = residual_ != nullptr || is_scored_;
+    for_model.foresees_partners = is_predicting();
     output.local_wrench_on_hand_W = model->step(for_model);
     const Wrench residual = predicted_residual(input);
     output.wrench_on_hand_W = output.local_wrench_on_hand_W + residual;
-    output.is_predicting = residual_ != nullptr || is_scored_;
+    output.is_predicting = is_predicting();
     output.mode = proto::ClientMode::kLocalModel;
     output.is_local = true;
     output.tool = model->tool();
@@ -161,7 +162,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
 }
 
 Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
-  if (residual_ == nullptr && !is_scored_) return {};
+  if (!is_predicting()) return {};
   const LocalModel& model = *input.local_model;
   const auto newest = input.local_model->take_residual();
   Wrench predicted;
