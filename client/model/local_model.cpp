@@ -93,7 +93,6 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
   if (input.is_new) take_update(input);
-  foresees_partners_ = input.foresees_partners;
   world_.set_coupling(haptics::coupling_laws()[input.scene->law], input.scene->coupling);
   world_.set_coupling_bounds(tool_, input.scene->coupling_bounds[tool_]);
   for (const PartnerHere& here : partners_) {
@@ -261,7 +260,6 @@ void LocalModel::bring_in(PartnerHere& here) noexcept {
 
 PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duration played) noexcept {
   PartnerSurroundings around;
-  around.is_foreseen = foresees_partners_;
   if (!here.is_here) return around;
   around.on_hand_W = world_.tool(here.tool).wrench_on_hand_W;
   for (const Copy& copy : copies_) {
@@ -285,12 +283,14 @@ PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duratio
 }
 
 /// Partners' tools are stepped here: their answer to what our hand does then comes at once.
-void LocalModel::drive_partners(Duration played, Duration present, double period_s) noexcept {
+void LocalModel::drive_partners(const LocalModelInput& input, Duration played, Duration present,
+                                double period_s) noexcept {
   for (PartnerHere& here : partners_) {
     const bool is_tool = here.partner.tool() < tools_ && here.partner.tool() != tool_;
     if (!here.partner.has_handle() || !is_tool) continue;
-    const RigidState handle =
-        here.partner.foresee(played, to_seconds(present - played), surroundings_of(here, played), period_s);
+    PartnerSurroundings around = surroundings_of(here, played);
+    around.is_foreseen = input.foresees_partners;
+    const RigidState handle = here.partner.foresee(played, to_seconds(present - played), around, period_s);
     bring_in(here);
     world_.set_handle(here.tool, handle);
   }
@@ -383,7 +383,7 @@ void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noe
   const Duration played = playout_.play_at(input.now.time_since_epoch());
   const Duration present = input.now.time_since_epoch() + input.newest->clock_offset;
   follow_touches(period_s);
-  drive_partners(played, present, period_s);
+  drive_partners(input, played, present, period_s);
   for (Copy& copy : copies_) {
     if (!copy.is_known) continue;
     if (is_implicit(copy)) {

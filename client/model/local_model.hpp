@@ -140,7 +140,7 @@ class LocalModel {
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void follow_buttons(const LocalModelInput& input) noexcept;
   void take_partners(const proto::ServerUpdate& update) noexcept;
-  void drive_partners(Duration played, Duration present, double period_s) noexcept;
+  void drive_partners(const LocalModelInput& input, Duration played, Duration present, double period_s) noexcept;
   void bring_in(PartnerHere& here) noexcept;
   PartnerSurroundings surroundings_of(const PartnerHere& here, Duration played) noexcept;
   void let_go(PartnerHere& here) noexcept;
@@ -168,7 +168,6 @@ class LocalModel {
   TickFaults faults_ = 0;
   bool has_started_ = false;
   Duration loop_delay_{0};
-  bool foresees_partners_ = true;
   std::optional<Wrench> residual_;
   Wrench newest_residual_;
   LocalTime residual_of_{};

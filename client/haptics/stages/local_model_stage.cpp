@@ -53,14 +53,19 @@ class ScoredResidual {
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 
-  /// For how long something was there.
-  class Presence {
+  /// What part of a force or a torque is shown.
+  class Share {
    public:
-    void add(double square, double period_s) noexcept;
-    double time_s() const noexcept { return fourth_ > 0 ? square_ / fourth_ * square_ : 0; }
+    explicit Share(double worth) : worth_(worth) {}
+    /// In      then  r̄ of a loop ago; null: that is not known
+    void learn(const Vec3& known, const Vec3* then, double period_s) noexcept;
+    double of_lag(double lag_s, double common_share) const noexcept;
 
    private:
-    double square_ = 0, fourth_ = 0;
+    double worth_;
+    double came_true_ = 0;            ///< Σ r · r̄ …
+    double predicted_ = 0;            ///< … over Σ r̄²
+    double square_ = 0, fourth_ = 0;  ///< Σ r², Σ r⁴: D = square_² / fourth_
   };
 
   Wrench known_;
@@ -68,43 +73,39 @@ class ScoredResidual {
   std::array<Wrench, kKept> smooths_{};
   std::size_t next_ = 0;
   std::size_t count_ = 0;
-  double force_true_ = 0, force_square_ = 0, torque_true_ = 0, torque_square_ = 0;
-  Presence force_presence_, torque_presence_;
+  Share force_{kForceWorth}, torque_{kTorqueWorth};
 };
 
-void ScoredResidual::Presence::add(double square, double period_s) noexcept {
-  const double kept = std::exp(-period_s / kLastingMemory_s);
-  square_ = kept * square_ + square * period_s;
-  fourth_ = kept * fourth_ + square * square * period_s;
+void ScoredResidual::Share::learn(const Vec3& known, const Vec3* then, double period_s) noexcept {
+  const double kept = std::exp(-period_s / kMemory_s), lasting_kept = std::exp(-period_s / kLastingMemory_s);
+  came_true_ = kept * came_true_ + (then != nullptr ? known.dot(*then) * period_s : 0);
+  predicted_ = kept * predicted_ + (then != nullptr ? then->squaredNorm() * period_s : 0);
+  const double square = known.squaredNorm();
+  square_ = lasting_kept * square_ + square * period_s;
+  fourth_ = lasting_kept * fourth_ + square * square * period_s;
+}
+
+double ScoredResidual::Share::of_lag(double lag_s, double common_share) const noexcept {
+  const double lasting_s = fourth_ > 0 ? square_ / fourth_ * square_ : 0;
+  const double alone = std::clamp((lasting_s / lag_s - kFirst) / (kAll - kFirst), 0.0, 1.0);
+  const double share = std::clamp(came_true_ / (predicted_ + worth_), 0.0, kMaxShare);
+  return share * (common_share + (1 - common_share) * alone);
 }
 
 Wrench ScoredResidual::step(const std::optional<Wrench>& newest, Duration loop, double common_share,
                             double period_s) noexcept {
   if (newest && is_finite(*newest)) known_ = *newest;
-  const double loop_s = to_seconds(loop);
-  smooth_ += (known_ - smooth_) * std::min(1.0, period_s / (kTime_s + loop_s));
+  const double loop_s = to_seconds(loop), lag_s = kTime_s + loop_s;
+  smooth_ += (known_ - smooth_) * std::min(1.0, period_s / lag_s);
   const auto steps = static_cast<std::size_t>(std::lround(loop_s / period_s));
-  const double kept = std::exp(-period_s / kMemory_s);
-  for (double* const sum : {&force_true_, &force_square_, &torque_true_, &torque_square_}) *sum *= kept;
-  if (steps > 0 && steps <= count_ && steps < kKept) {
-    const Wrench& then = smooths_[(next_ + kKept - steps) % kKept];
-    force_true_ += known_.f.dot(then.f) * period_s;
-    force_square_ += then.f.squaredNorm() * period_s;
-    torque_true_ += known_.t.dot(then.t) * period_s;
-    torque_square_ += then.t.squaredNorm() * period_s;
-  }
+  const bool is_kept = steps > 0 && steps <= count_ && steps < kKept;
+  const Wrench* const then = is_kept ? &smooths_[(next_ + kKept - steps) % kKept] : nullptr;
+  force_.learn(known_.f, is_kept ? &then->f : nullptr, period_s);
+  torque_.learn(known_.t, is_kept ? &then->t : nullptr, period_s);
   smooths_[next_] = smooth_;
   next_ = (next_ + 1) % kKept;
   count_ = std::min(count_ + 1, kKept);
-  force_presence_.add(known_.f.squaredNorm(), period_s);
-  torque_presence_.add(known_.t.squaredNorm(), period_s);
-  const auto lasting = [lag_s = kTime_s + loop_s, common_share](const Presence& presence) {
-    const double alone = std::clamp((presence.time_s() / lag_s - kFirst) / (kAll - kFirst), 0.0, 1.0);
-    return common_share + (1 - common_share) * alone;
-  };
-  const double force_share = std::clamp(force_true_ / (force_square_ + kForceWorth), 0.0, kMaxShare);
-  const double torque_share = std::clamp(torque_true_ / (torque_square_ + kTorqueWorth), 0.0, kMaxShare);
-  return {smooth_.f * (force_share * lasting(force_presence_)), smooth_.t * (torque_share * lasting(torque_presence_))};
+  return {smooth_.f * force_.of_lag(lag_s, common_share), smooth_.t * torque_.of_lag(lag_s, common_share)};
 }
 
 class LocalModelStage final : public Stage {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -63,6 +64,52 @@ TEST(TrajectoryForecast, ErrsHalfAsMuchAsToHoldOverATenthOfASecondAndLessOverThr
       EXPECT_LT(at_100_ms.forecast_m, (caution > 0 ? 0.6 : 0.45) * at_100_ms.hold_m) << seed << ' ' << caution;
       EXPECT_LT(at_300_ms.forecast_m, (caution > 0 ? 0.85 : 0.8) * at_300_ms.hold_m) << seed << ' ' << caution;
     }
+  }
+}
+
+/// Movements of least jerk along x that take 0.4 to 2 s, with pauses of up to 0.5 s.
+std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
+  Random random(seed);
+  std::vector<double> path{0};
+  for (int i = 0; i < count; ++i) {
+    const double from = path.back(), way = random.uniform(-0.15, 0.15);
+    const double steps = random.uniform(0.4, 2) / kTrajectoryForecastPeriod_s;
+    for (double k = 0; k < steps; ++k) {
+      const double u = k / steps;
+      path.push_back(from + way * (u * u * u * (10 - 15 * u + 6 * u * u)));
+    }
+    path.insert(path.end(), static_cast<std::size_t>(random.uniform(0, 0.5) / kTrajectoryForecastPeriod_s),
+                path.back());
+  }
+  return path;
+}
+
+/// Of what x does in a horizon, by what it has done: least squares over the whole path.
+Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizon_s) {
+  const double h = kTrajectoryForecastPeriod_s;
+  const double fast_part = low_pass_part(TrajectoryForecast::kFast_hz, h);
+  const double slow_part = low_pass_part(TrajectoryForecast::kSlow_hz, h);
+  const auto steps = static_cast<std::size_t>(std::lround(horizon_s / h));
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d products = Eigen::Vector2d::Zero();
+  double fast = path.front(), slow = path.front();
+  for (std::size_t k = 0; k + steps < path.size(); ++k) {
+    fast += fast_part * (path[k] - fast);
+    slow += slow_part * (path[k] - slow);
+    const Eigen::Vector2d phi = Eigen::Vector2d(fast_part * (path[k] - fast), slow_part * (path[k] - slow)) / h;
+    squares += phi * phi.transpose();
+    products += phi * ((path[k + steps] - path[k]) / horizon_s);
+  }
+  return squares.inverse() * products;
+}
+
+TEST(TrajectoryForecast, BeginsWithWhatIsBestForMovementsOfLeastJerk) {
+  const std::vector<double> path = movements_and_pauses(1, 600);
+  for (const double horizon_s : {0.02, 0.1, 0.2, 0.3, 0.4, 0.5}) {
+    const Eigen::Vector2d best = best_coefficients(path, horizon_s);
+    TrajectoryForecast forecast(0.01, 0.25);
+    forecast.step(Vec3::Zero(), horizon_s, {}, 0, kTrajectoryForecastPeriod_s);
+    EXPECT_LT((forecast.coefficients().head<2>() - best).norm(), 0.08) << horizon_s << ": " << best.transpose();
   }
 }
 
