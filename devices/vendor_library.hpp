@@ -4,9 +4,14 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tandem::devices {
+
+/// Why a device is absent that was there.
+inline constexpr std::string_view kSdkLost =
+    "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
 /// A shared library, loaded for good: what such libraries start does not end with them.
 class VendorLibrary {

@@ -78,6 +78,7 @@ class ShellCandidates {
   bool walk_part(Part& part, double band_m) noexcept;
   bool is_too_dense() noexcept;
   bool may_be_finer() const;
+  void try_in(std::uint32_t steps) noexcept;
   void search_coarser(double band_m) noexcept;
   void search_finer(double band_m) noexcept;
   void change_level(int level) noexcept;

@@ -10,8 +10,6 @@ namespace {
 
 constexpr std::string_view kNotFound =
     "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
-constexpr std::string_view kUnreachable =
-    "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
 /// Of 125 µs, as many as there can be: without a new force for 32 ms the device lets go by itself, says its maker.
 constexpr unsigned char kWatchdogUnits = 255;
@@ -92,7 +90,7 @@ DeviceSample ForceDimensionDriver::step(LocalTime now, const Wrench& wrench_on_h
   const auto id = static_cast<char>(id_);
   if (dhd_.get_pose(&p.x(), &p.y(), &p.z(), rows, id) < 0 || !show(wrench_on_hand_D)) {
     close();
-    absence_.begin(now, kUnreachable);
+    absence_.begin(now, kSdkLost);
     return absence_.sample(now);
   }
   DeviceSample sample;

@@ -16,8 +16,6 @@ constexpr double kMetre_mm = 1000;
 
 constexpr std::string_view kSdkAbsent =
     "its maker's SDK finds no device; plug it in, and set it up by its maker's program";
-constexpr std::string_view kSdkLost =
-    "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
 Vec3 in_D_from_sdk(const Vec3& v) {
   return {v.x(), -v.z(), v.y()};

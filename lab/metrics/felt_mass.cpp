@@ -3,13 +3,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
+
+#include "lab/metrics/metrics.hpp"
 
 namespace tandem::lab {
 namespace {
 
-constexpr double kNotFitted = std::numeric_limits<double>::quiet_NaN();
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
 constexpr std::size_t kStride = 10;  ///< ticks between rows: 100 Hz for movements of up to 5 Hz
@@ -106,7 +106,7 @@ FeltMass felt_mass(const UserTrace& user) {
   }
   const std::size_t rows = axes.front().rows.size();
   const double acceleration_rms = std::sqrt(gram(0, 0) / static_cast<double>(std::max<std::size_t>(rows, 1)));
-  if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kNotFitted, kNotFitted};
+  if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kUndefined, kUndefined};
   // a, v and x differ by orders of magnitude: solved in units in which each has length one.
   const Row scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();

@@ -2,18 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 namespace tandem::lab {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-
 template <class Ticks, class Value>
 double greatest(const Ticks& ticks, Value value) {
-  double result = kNothing;
+  double result = kUndefined;
   for (const auto& tick : ticks) result = std::fmax(result, value(tick));
   return result;
 }
@@ -22,7 +19,7 @@ template <class Ticks, class Value>
 double mean(const Ticks& ticks, Value value) {
   double sum = 0;
   for (const auto& tick : ticks) sum += value(tick);
-  return ticks.empty() ? kNothing : sum / static_cast<double>(ticks.size());
+  return ticks.empty() ? kUndefined : sum / static_cast<double>(ticks.size());
 }
 
 template <class Ticks, class Value>
@@ -30,9 +27,6 @@ double rms(const Ticks& ticks, Value value) {
   return std::sqrt(mean(ticks, [&](const auto& tick) { return value(tick) * value(tick); }));
 }
 
-double force_n(const TickSample& tick) {
-  return tick.displayed_D.f.norm();
-}
 double torque_n_m(const TickSample& tick) {
   return tick.displayed_D.t.norm();
 }
@@ -72,13 +66,13 @@ double clamped_fraction(const UserTrace& user) {
 }
 
 double hold_mean_force(const UserTrace& user) {
-  return mean(settled_hold_ticks(user), of_pointer<force_n>);
+  return mean(settled_hold_ticks(user), of_pointer<displayed_force_n>);
 }
 
 double hold_force_deviation(const UserTrace& user) {
   const auto ticks = settled_hold_ticks(user);
-  const double centre = mean(ticks, of_pointer<force_n>);
-  return rms(ticks, [&](const TickSample* tick) { return force_n(*tick) - centre; });
+  const double centre = mean(ticks, of_pointer<displayed_force_n>);
+  return rms(ticks, [&](const TickSample* tick) { return displayed_force_n(*tick) - centre; });
 }
 
 double free_force(const UserTrace& user) {
@@ -87,7 +81,7 @@ double free_force(const UserTrace& user) {
   for (const TickSample& tick : user.ticks) {
     if (tick.phase == move) ticks.push_back(&tick);
   }
-  return rms(ticks, of_pointer<force_n>);
+  return rms(ticks, of_pointer<displayed_force_n>);
 }
 
 double state_age_quantile(const UserTrace& user, double q) {
@@ -95,7 +89,7 @@ double state_age_quantile(const UserTrace& user, double q) {
   for (const TickSample& tick : user.ticks) {
     if (tick.state_age >= Duration(0)) ages.push_back(state_age_ms(tick));
   }
-  if (ages.empty()) return kNothing;
+  if (ages.empty()) return kUndefined;
   const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(ages.size() - 1));
   std::nth_element(ages.begin(), ages.begin() + rank, ages.end());
   return ages[static_cast<std::size_t>(rank)];
@@ -119,8 +113,9 @@ std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user) {
 
 const std::vector<UserMetric>& user_metrics() {
   static const std::vector<UserMetric> metrics = {
-      {"force_rms_n", "displayed force, all ticks", [](const UserTrace& u) { return rms(u.ticks, force_n); }},
-      {"force_max_n", "displayed force, all ticks", [](const UserTrace& u) { return greatest(u.ticks, force_n); }},
+      {"force_rms_n", "displayed force, all ticks", [](const UserTrace& u) { return rms(u.ticks, displayed_force_n); }},
+      {"force_max_n", "displayed force, all ticks",
+       [](const UserTrace& u) { return greatest(u.ticks, displayed_force_n); }},
       {"torque_rms_n_m", "displayed torque, all ticks", [](const UserTrace& u) { return rms(u.ticks, torque_n_m); }},
       {"torque_max_n_m", "displayed torque, all ticks",
        [](const UserTrace& u) { return greatest(u.ticks, torque_n_m); }},

@@ -2,12 +2,21 @@
 // one there puts it into trial.json and the trial's report. What stages are compared by is in trial_metrics.hpp.
 #pragma once
 
+#include <limits>
 #include <string_view>
 #include <vector>
 
 #include "lab/session/trace.hpp"
 
 namespace tandem::lab {
+
+/// Of a metric that does not apply.
+inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+
+/// What the device was given.
+inline double displayed_force_n(const TickSample& tick) {
+  return tick.displayed_D.f.norm();
+}
 
 /// A stretch of ticks in which the hand rests at a hold way point, without the first second.
 ///

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <limits>
 #include <optional>
 
 #include "lab/metrics/high_pass.hpp"
@@ -12,7 +11,6 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGhostForce_n = 0.2;  ///< felt, where …
 constexpr double kNoForce_n = 0.05;    ///< … the run at zero delay has next to none
 constexpr double kMinPeakForce_n = 0.5;
@@ -24,10 +22,6 @@ constexpr double kSoftCorner_hz = 60;
 /// A step of the reference excuses one of the trial so long before and after it, and a round trip more.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
-
-double displayed_force_n(const TickSample& tick) {
-  return tick.displayed_D.f.norm();
-}
 
 /// Mean of `value` of the ticks that `counts` lets through; NaN when there are none.
 template <class Counts, class Value>

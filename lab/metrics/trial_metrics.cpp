@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -16,7 +15,6 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMinExchange_j = 0.020;  ///< below this a share of what was exchanged says nothing
 
 // Metrics of one user's trace alone, by their names in metrics.cpp.
@@ -38,7 +36,7 @@ double silence_max_ms(const UserView& view) {
 }
 
 double felt_mass_ratio(const UserView& view) {
-  if (view.reference == nullptr) return kNotMeasured;
+  if (view.reference == nullptr) return kUndefined;
   return felt_mass(view.user).mass_kg / felt_mass(*view.reference).mass_kg;
 }
 
@@ -50,12 +48,12 @@ double felt_mass_interval_fraction(const UserView& view) {
 double passivity_dissipated_fraction(const UserView& view) {
   const double exchanged_j =
       (view.user.energy_to_hand_j + view.user.energy_from_hand_j) / view.user.hand_joules_per_world_joule;
-  return exchanged_j < kMinExchange_j ? kNotMeasured : view.user.passivity_dissipated_j / exchanged_j;
+  return exchanged_j < kMinExchange_j ? kUndefined : view.user.passivity_dissipated_j / exchanged_j;
 }
 
 double tool_energy_limited_fraction(const UserView& view) {
   const auto limited = std::count_if(view.user.ticks.begin(), view.user.ticks.end(), is_tool_energy_limited);
-  return view.user.ticks.empty() ? kNotMeasured
+  return view.user.ticks.empty() ? kUndefined
                                  : static_cast<double>(limited) / static_cast<double>(view.user.ticks.size());
 }
 
@@ -72,11 +70,11 @@ template <double EnergyLedger::*kNumber>
 double of_ledger(const TrialView& view) {
   const auto has_answers = [](const UserTrace& user) { return !user.answered.empty(); };
   return std::any_of(view.trace.users.begin(), view.trace.users.end(), has_answers) ? energy_ledger(view.trace).*kNumber
-                                                                                    : kNotMeasured;
+                                                                                    : kUndefined;
 }
 
 double energy_of_late_display_j(const TrialView& view) {
-  return view.reference != nullptr ? late_energy_j(*view.reference, view.trace) : kNotMeasured;
+  return view.reference != nullptr ? late_energy_j(*view.reference, view.trace) : kUndefined;
 }
 
 /// Where a user saw the watched body at `time`, straight between ticks. `from` is where the search begins.
@@ -91,7 +89,7 @@ std::optional<Vec3> view_at(const UserTrace& user, Duration time, std::size_t& f
 }
 
 double divergence_of(const UserTrace& a, const UserTrace& b) {
-  double greatest = kNotMeasured;
+  double greatest = kUndefined;
   std::size_t from = 0;
   for (const TickSample& tick : a.ticks) {
     if (!tick.has_view) continue;
@@ -102,7 +100,7 @@ double divergence_of(const UserTrace& a, const UserTrace& b) {
 }
 
 double view_divergence_max_m(const TrialView& view) {
-  double greatest = kNotMeasured;
+  double greatest = kUndefined;
   for (std::size_t i = 0; i < view.trace.users.size(); ++i) {
     for (std::size_t j = i + 1; j < view.trace.users.size(); ++j) {
       greatest = std::fmax(greatest, divergence_of(view.trace.users[i], view.trace.users[j]));
@@ -112,7 +110,7 @@ double view_divergence_max_m(const TrialView& view) {
 }
 
 double combined(Combine combine, const std::vector<double>& values) {
-  if (values.empty()) return kNotMeasured;
+  if (values.empty()) return kUndefined;
   const auto farther = [](double a, double b) { return std::abs(a - 1) < std::abs(b - 1); };
   double sum = 0;
   for (const double value : values) sum += value;
@@ -282,7 +280,7 @@ const TrialMetric& trial_metric_called(std::string_view name) {
 }
 
 double worst_value(const TrialMetric& metric, const std::vector<double>& values) {
-  if (metric.combine == Combine::kMean) return kNotMeasured;
+  if (metric.combine == Combine::kMean) return kUndefined;
   return combined(metric.combine == Combine::kSum ? Combine::kGreatest : metric.combine, values);
 }
 

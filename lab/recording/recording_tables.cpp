@@ -13,15 +13,6 @@
 namespace tandem::lab {
 namespace {
 
-/// Of a file of one's own a column's name.
-std::string column_name(std::string name) {
-  for (char& c : name) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    if (!is_plain) c = '_';
-  }
-  return name;
-}
-
 /// A row, as it is filled: names with the first.
 class Row {
  public:
@@ -143,7 +134,7 @@ class Tables {
   std::string body_name(std::uint32_t id) const {
     const int index = static_cast<int>(id) - 1;
     const bool is_there = index >= 0 && index < room_.scene().bodies_size();
-    return is_there ? column_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
+    return is_there ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
   }
 
   /// By the client's own writer of traces, so that the columns are those of --trace.

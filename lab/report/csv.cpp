@@ -107,6 +107,14 @@ class CsvParser {
 
 }  // namespace
 
+std::string csv_name(std::string text) {
+  for (char& c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (!is_plain) c = '_';
+  }
+  return text;
+}
+
 const std::vector<double>* CsvTable::find(std::string_view name) const {
   const auto found = std::find(names.begin(), names.end(), name);
   return found == names.end() ? nullptr : &columns[static_cast<std::size_t>(found - names.begin())];

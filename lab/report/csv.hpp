@@ -28,6 +28,9 @@ struct CsvTable {
   const std::vector<double>& column(std::string_view name) const;
 };
 
+/// `text` as a column's name: whatever is no letter and no digit becomes _.
+std::string csv_name(std::string text);
+
 /// Parses comma-separated text. An empty field is NaN, as are "nan" and "-nan"; "inf" is infinite.
 ///
 /// In      names of letters, digits and _; LF or CRLF; no quotes, no comments

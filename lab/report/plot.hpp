@@ -37,6 +37,9 @@ struct PlotAxis {
   std::optional<double> high = {};
 };
 
+/// Of a plot with another one beside it on the page.
+inline constexpr int kHalfWidth_px = 464;
+
 struct Plot {
   std::string description;  ///< one sentence for those who cannot see it
   std::string caption;      ///< below it in a report

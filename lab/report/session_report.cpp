@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kMilli = 1e3;
 constexpr double kPercent = 100;
-constexpr int kHalfWidthPx = 464;
-constexpr int kHalfHeightPx = 260;
+constexpr int kHalfHeight_px = 260;
 constexpr std::string_view kAxisNames = "xyz";
 constexpr std::string_view kTimeLabel = "time [s]";
 
@@ -76,8 +75,8 @@ Plot base_plot(const Session& session, const std::string& what, const std::strin
 
 Plot half_plot(const Session& session, const std::string& what, const std::string& y_label) {
   Plot plot = base_plot(session, what, y_label);
-  plot.width_px = kHalfWidthPx;
-  plot.height_px = kHalfHeightPx;
+  plot.width_px = kHalfWidth_px;
+  plot.height_px = kHalfHeight_px;
   return plot;
 }
 

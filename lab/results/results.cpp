@@ -4,6 +4,7 @@
 
 #include "client/app/parameters_json.hpp"
 #include "lab/metrics/metrics.hpp"
+#include "lab/report/csv.hpp"
 #include "proto/drop_reason.hpp"
 
 namespace tandem::lab {
@@ -94,16 +95,6 @@ void append_cell(double value, std::string& line) {
   line.append(text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 9).ptr);
 }
 
-// Scene names may hold any character; a column's name may not.
-std::string trace_column(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    result += is_plain ? c : '_';
-  }
-  return result;
-}
-
 }  // namespace
 
 bool is_complete(const SessionTrace& trace) {
@@ -133,7 +124,7 @@ std::string bodies_csv(const SessionTrace& trace) {
   for (std::size_t i = 0; i < trace.body_names.size(); ++i) {
     if (!trace.body_can_move[i]) continue;
     for (const char* part : {"_x_m", "_y_m", "_z_m", "_qw", "_qx", "_qy", "_qz"}) {
-      text.append(",").append(trace_column(trace.body_names[i])).append(part);
+      text.append(",").append(csv_name(trace.body_names[i])).append(part);
     }
   }
   for (const BodiesSample& sample : trace.bodies) {

@@ -19,7 +19,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr int kColors = 6;
-constexpr int kFigureWidth_px = 464;
 constexpr int kFigureHeight_px = 260;
 
 /// What tells one curve of a figure from another.
@@ -81,7 +80,7 @@ Plot figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<dou
                const std::map<std::string, int>& colors) {
   Plot figure;
   figure.description = std::string(metric.name) + " of each stage over the round trip";
-  figure.width_px = kFigureWidth_px;
+  figure.width_px = kHalfWidth_px;
   figure.height_px = kFigureHeight_px;
   figure.x.label = "round trip [ms]";
   figure.y.label = std::string(metric.name);

@@ -16,7 +16,6 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kMilli = 1e3;
-constexpr int kHalfWidth_px = 464;
 constexpr int kHalfHeight_px = 260;
 
 /// The values of one user's ticks; `of` gives one, NaN where nothing is known.

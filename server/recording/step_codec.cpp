@@ -29,12 +29,12 @@ bool read(const google::protobuf::RepeatedField<double>& from, CouplingParameter
   return std::ranges::all_of(from, [](double number) { return number >= 0; });  // NaN, too, is refused
 }
 
-wire::Role recorded_role(UserRole role) {
+wire::Role wire_role(UserRole role) {
   if (role == UserRole::kOperator) return wire::ROLE_OPERATOR;
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
-UserRole role_recorded(wire::Role role) {
+UserRole role_of(wire::Role role) {
   if (role == wire::ROLE_OPERATOR) return UserRole::kOperator;
   return role == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
 }
@@ -78,7 +78,7 @@ wire::RecordedCommand recorded(const RoomCommand& command) {
   out.set_seat(command.seat.index);
   out.set_user(command.seat.user.value);
   if (command.kind == RoomCommand::Kind::kJoin) {
-    out.set_role(recorded_role(command.seat.role));
+    out.set_role(wire_role(command.seat.role));
     out.set_tool(command.seat.tool);
     out.set_leaves_gaps(command.seat.leaves_gaps);
     write(command.seat.coupling_bounds, *out.mutable_coupling_bounds());
@@ -104,7 +104,7 @@ std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   command.kind = static_cast<RoomCommand::Kind>(in.kind());
   command.seat.index = static_cast<std::uint8_t>(in.seat());
   command.seat.user = UserId{in.user()};
-  command.seat.role = role_recorded(in.role());
+  command.seat.role = role_of(in.role());
   command.seat.tool = static_cast<std::uint8_t>(in.tool());
   command.seat.leaves_gaps = in.leaves_gaps();
   command.body = BodyId{in.body()};

@@ -17,11 +17,15 @@ constexpr std::uint32_t kLooksPerCandidate = 2, kMaxDenseSteps = 4;
 
 }  // namespace
 
+void ShellCandidates::try_in(std::uint32_t steps) noexcept {
+  steps_per_try_ = std::min(steps, kMaxStepsPerTry);
+  steps_to_try_ = steps_per_try_;
+}
+
 void ShellCandidates::search_coarser(double band_m) noexcept {
   // Each try costs a walk: when it did not last, the next comes later.
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
-  steps_per_try_ = has_failed ? std::min(2 * steps_per_try_, kMaxStepsPerTry) : kStepsPerTry;
-  steps_to_try_ = steps_per_try_;
+  try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
   do {
     // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it was not
     // contacts that were too many, it is left out.
@@ -64,8 +68,7 @@ void ShellCandidates::search_finer(double band_m) noexcept {
   if (walk(band_m)) return;
   if (!is_kept) return search_coarser(band_m);
   take_back_found();
-  steps_per_try_ = std::min(2 * steps_per_try_, kMaxStepsPerTry);
-  steps_to_try_ = steps_per_try_;
+  try_in(2 * steps_per_try_);
 }
 
 }  // namespace tandem::contact

@@ -12,13 +12,13 @@
 #include "lab/report/format.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/mesh_source.hpp"
+#include "lab/studies/conventions.hpp"
 
 namespace tandem::lab {
 namespace {
 
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 constexpr Duration kPeerStretch = std::chrono::seconds(3);
-constexpr double kTouchGravity_m_per_s2 = 9.81;
 
 /// What runs of one tool look like over time: one line a run.
 struct NamedTrace {
@@ -216,7 +216,7 @@ Reproduction reproduce_peg(const Clock& clock) {
   for (const double mass_kg : {0.02, 0.05, 0.1, 0.15, 0.2}) {
     TouchSettings settings;
     settings.mass_kg = mass_kg;
-    settings.gravity_m_per_s2 = Vec3(0, 0, -kTouchGravity_m_per_s2);
+    settings.gravity_m_per_s2 = Vec3(0, 0, -kGravity_m_per_s2);
     settings.coupling.force_limit_n = kForceLimit_n;
     const auto rounds = in_rounds([&] { return run_touch(*peg.shape, *box.shape, path, settings, clock); });
     runs.push_back({format_significant(mass_kg, 3) + " kg", fastest_of(rounds)});

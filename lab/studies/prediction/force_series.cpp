@@ -14,13 +14,13 @@
 #include "lab/studies/contact/mesh_source.hpp"
 #include "lab/studies/contact/reproduce_touch.hpp"
 #include "lab/studies/contact/touch_simulation.hpp"
+#include "lab/studies/conventions.hpp"
 #include "server/assets/scene_library.hpp"
 #include "server/physics/gimpact_reference.hpp"
 
 namespace tandem::lab {
 namespace {
 
-constexpr double kWeight_m_per_s2 = 9.81;
 constexpr double kPegForceLimit_n = 4;
 
 devices::HandPath shipped_path(const std::string& name) {
@@ -30,7 +30,7 @@ devices::HandPath shipped_path(const std::string& name) {
 TouchSettings peg_settings(double mass_kg) {
   TouchSettings settings;
   settings.mass_kg = mass_kg;
-  settings.gravity_m_per_s2 = Vec3(0, 0, -kWeight_m_per_s2);
+  settings.gravity_m_per_s2 = Vec3(0, 0, -kGravity_m_per_s2);
   settings.coupling.force_limit_n = kPegForceLimit_n;
   return settings;
 }

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "lab/studies/rendering/conventions.hpp"
+#include "lab/studies/conventions.hpp"
 #include "lab/studies/rendering/polynomial_fit.hpp"
 
 namespace tandem::lab {

@@ -12,7 +12,6 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr int kHalfWidth_px = 470;
 constexpr int kHeight_px = 260;
 constexpr int kCurvePoints = 100;
 

@@ -6,7 +6,7 @@
 
 #include "common/haptics/coupling/stability.hpp"
 #include "lab/metrics/high_pass.hpp"
-#include "lab/studies/rendering/conventions.hpp"
+#include "lab/studies/conventions.hpp"
 #include "lab/studies/rendering/hand_rig.hpp"
 
 namespace tandem::lab {

@@ -8,7 +8,7 @@
 
 #include "common/haptics/coupling/adaptive.hpp"
 #include "lab/report/format.hpp"
-#include "lab/studies/rendering/conventions.hpp"
+#include "lab/studies/conventions.hpp"
 #include "lab/studies/rendering/hand_rig.hpp"
 #include "lab/studies/rendering/law_curves.hpp"
 #include "lab/studies/rendering/reproduce_laws.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "lab/studies/rendering/conventions.hpp"
+#include "lab/studies/conventions.hpp"
 #include "lab/studies/rendering/hand_rig.hpp"
 
 namespace tandem::lab {

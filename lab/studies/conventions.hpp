@@ -1,4 +1,4 @@
-// What the comparisons of laws agree on: what counts as vibration, and what a mass weighs.
+// What the studies agree on: what counts as vibration, and what a mass weighs.
 #pragma once
 
 namespace tandem::lab {
