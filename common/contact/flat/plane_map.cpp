@@ -22,7 +22,7 @@ constexpr double kSameNormalSine = 1e-3;
 // Bricks of several sets: 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
 // Bricks and blocks that a box may meet: what a walk of the tree may cost. Larger nodes are divided.
-constexpr std::size_t kMaxLooks = 4096;
+constexpr std::size_t kMaxLooks = 512;
 // Of the normals of a plane and of its points; and what is as narrow has no plane.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;

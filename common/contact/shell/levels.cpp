@@ -13,7 +13,7 @@ constexpr double kFinerLevelBelow = 0.4;
 constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
 // More looks for each candidate than this, in so many steps on end, are too many.
-constexpr std::uint32_t kLooksPerCandidate = 2, kMaxDenseSteps = 4;
+constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
 
 }  // namespace
 
