@@ -1,6 +1,7 @@
 // The one question that contact asks of a shape: how far is this point from your surface, and which way is out?
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -38,6 +39,12 @@ class DistanceField {
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
   /// The same distance with its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
+  /// sample() of each place; faster together where what they read must come from memory.
+  ///
+  /// Out     samples  as many as `p_S`
+  virtual void sample_all(std::span<const Vec3> p_S, std::span<DistanceSample> samples) const noexcept {
+    for (std::size_t i = 0; i < p_S.size(); ++i) samples[i] = sample(p_S[i]);
+  }
 
   /// The planes of its flat parts, kMaxPlanes at most; they live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }

@@ -119,7 +119,7 @@ inline bool DistanceGrid::locate(const Vec3& p_S, Place& place) const noexcept {
   return true;
 }
 
-inline std::uint32_t DistanceGrid::ref_at(const Place& place) const noexcept {
+inline const std::uint32_t& DistanceGrid::ref_at(const Place& place) const noexcept {
   return refs_[(std::size_t{place.brick[2]} * bricks_[1] + place.brick[1]) * bricks_[0] + place.brick[0]];
 }
 
@@ -156,10 +156,7 @@ double DistanceGrid::far_distance_m(const Place& place) const noexcept {
   return with_sign_of(distance, std::max(band_m_, std::abs(distance) - slack));
 }
 
-DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
-  Place place;
-  if (!locate(p_S, place)) return sample_outside(p_S);
-  const std::uint32_t ref = ref_at(place);
+inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32_t ref) const noexcept {
   if (ref == 0) return sample_corners(place);
   const auto cells = static_cast<std::int32_t>(cells_of(level_of(ref)));
   const Slope slope = value_and_slope(cell_of(&samples_[ref >> kLevelBits], cells, place.in_brick));
@@ -171,6 +168,38 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, sample_corners(place).gradient};
   return {slope.value * quantum_m_, {x, y, z}};
+}
+
+DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
+  Place place;
+  if (!locate(p_S, place)) return sample_outside(p_S);
+  return sample_brick(place, ref_at(place));
+}
+
+// What a sample reads depends on what it read before: of several places at once, each of these waits is one.
+void DistanceGrid::sample_all(std::span<const Vec3> p_S, std::span<DistanceSample> samples) const noexcept {
+  constexpr std::size_t kAtOnce = 8;
+  std::array<Place, kAtOnce> places;
+  std::array<bool, kAtOnce> is_inside;
+  for (std::size_t begin = 0; begin < p_S.size(); begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, p_S.size() - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      is_inside[k] = locate(p_S[begin + k], places[k]);
+      if (is_inside[k]) __builtin_prefetch(&ref_at(places[k]));
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t ref = is_inside[k] ? ref_at(places[k]) : 0;
+      if (ref == 0) continue;
+      const auto cells = static_cast<std::int32_t>(cells_of(level_of(ref)));
+      const Cell<std::int16_t> cell = cell_of(&samples_[ref >> kLevelBits], cells, places[k].in_brick);
+      for (const std::int16_t* row :
+           {cell.at, cell.at + cell.row, cell.at + cell.plane, cell.at + cell.plane + cell.row})
+        __builtin_prefetch(row);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      samples[begin + k] = is_inside[k] ? sample_brick(places[k], ref_at(places[k])) : sample_outside(p_S[begin + k]);
+    }
+  }
 }
 
 DistanceSample DistanceGrid::sample_outside(const Vec3& p_S) const noexcept {

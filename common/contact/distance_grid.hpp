@@ -42,6 +42,7 @@ class DistanceGrid final : public DistanceField {
 
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
+  void sample_all(std::span<const Vec3> p_S, std::span<DistanceSample> samples) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_.planes(); }
   PlaneSet planes_over(const OrientedBox& box_S) const noexcept override { return planes_.planes_over(box_S); }
   /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
@@ -101,7 +102,8 @@ class DistanceGrid final : public DistanceField {
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));
   }
   bool locate(const Vec3& p_S, Place& place) const noexcept;
-  std::uint32_t ref_at(const Place& place) const noexcept;
+  const std::uint32_t& ref_at(const Place& place) const noexcept;
+  DistanceSample sample_brick(const Place& place, std::uint32_t ref) const noexcept;
   DistanceSample sample_corners(const Place& place) const noexcept;
   double far_distance_m(const Place& place) const noexcept;
   DistanceSample sample_outside(const Vec3& p_S) const noexcept;

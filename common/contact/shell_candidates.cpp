@@ -35,10 +35,6 @@ constexpr double kWorthIt = 0.8;  ///< of the nodes that there were
 // So many nodes a step are asked whether they are above planes: a grid needs microseconds to answer.
 constexpr std::uint32_t kMaxPlaneTurns = 32, kMaxFirstPlaneTurns = 1024;
 
-Vec3 middle_of(const ContactShape& shape) {
-  return (shape.low_S + shape.high_S) / 2;
-}
-
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
   return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
@@ -69,6 +65,7 @@ struct ShellCandidates::CutNode {
   PlaneSet planes = 0;         ///< it is above these, until then; without the band
   LeafLags lags = {};          ///< of a leaf's points that were asked: how much later each of them is asked again
   bool is_leaf = false;        ///< whose points were asked
+  bool is_known(double gone_m, double band_m) const { return gone_m + (planes != 0 ? 0 : band_m) < asked_again_at_m; }
 };
 
 /// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
@@ -116,9 +113,9 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
                            std::uint32_t capacity) noexcept {
   shell_ = &shell;
   field_ = solid.field.get();
-  points_centre_P_ = middle_of(points);
+  points_centre_P_ = (points.low_S + points.high_S) / 2;
   points_radius_m_ = radius_of(points);
-  solid_centre_F_ = middle_of(solid);
+  solid_centre_F_ = (solid.low_S + solid.high_S) / 2;
   solid_radius_m_ = radius_of(solid);
   rigid_depth_m_ = std::min(points.rigid_depth_m, solid.rigid_depth_m);
   capacity_ = std::max(2U, std::min(capacity, largest_capacity_));
@@ -335,9 +332,15 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.whole_again_at_m = part.gone_m + share_of(part.node) * part.whole_again_m;
     }
     bool was_asked = false;  // the entry before
-    for (const CutNode& entry : is_whole ? entries.first(0) : entries) {
+    for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
+      const CutNode& entry = entries[i];
+      // What is asked next is on its way while this is asked.
+      if (i + 2 < entries.size()) __builtin_prefetch(&shell_->nodes[entries[i + 2].node]);
+      if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
+        LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
+      }
       bool has_room = false;
-      const bool is_known = part.gone_m + (entry.planes != 0 ? 0 : band_m) < entry.asked_again_at_m;
+      const bool is_known = entry.is_known(part.gone_m, band_m);
       if (!is_known) {
         has_room = entry.is_leaf ? open_leaf(entry, part.gone_m, band_m) : open(entry.node, part.gone_m, band_m);
       } else if (entry.planes != 0) {

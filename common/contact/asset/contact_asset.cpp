@@ -1,5 +1,6 @@
 // The shape of a mesh as bytes: a grid, and two shells of points.
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/flat/flat_points.hpp"
+#include "common/realtime/large_pages.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -47,6 +49,10 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   drop_rectangles_off(*grid, *features);
   shape->field = std::move(grid);
   shape->shells = {std::move(*surface), std::move(*features)};
+  for (const PointShell* shell : {&shape->shells.surface, &shape->shells.features}) {
+    realtime::use_large_pages(std::as_bytes(std::span(shell->points)));
+    realtime::use_large_pages(std::as_bytes(std::span(shell->nodes)));
+  }
   shape->set_bounds();
   return shape->memory_bytes() <= limit_bytes ? shape : nullptr;
 }

@@ -7,6 +7,7 @@
 #include "common/contact/asset/brick_lattice.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/geometry/packing.hpp"
+#include "common/realtime/large_pages.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -192,7 +193,10 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
   const bool is_read = grid->set_levels(*levels, sample_count) &&
                        grid->read_corners(reader, kMaxNumberBytes * grid->corner_total()) &&
                        grid->read_samples(reader, kBytesPerSample * sample_count);
-  return is_read ? std::move(grid) : nullptr;
+  if (!is_read) return nullptr;
+  realtime::use_large_pages(std::as_bytes(std::span(grid->refs_)));
+  realtime::use_large_pages(std::as_bytes(std::span(grid->samples_)));
+  return grid;
 }
 
 }  // namespace tandem::contact

@@ -20,15 +20,23 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
       node_(node),
       size_(std::min(node.count, kShellLeafPoints)),
       nearest_m_(std::numeric_limits<double>::infinity()) {
+  prefetch(shell, node);
+  std::array<Vec3, kShellLeafPoints> places_F;
+  std::array<std::size_t, kShellLeafPoints> asked;
   double area = 0;
   for (std::size_t k = 0; k < size_; ++k) {
     const ShellPoint& point = shell_.points[first_of(k)];
     area += point.area_m2;
     samples_[k].distance_m = std::numeric_limits<double>::infinity();
     if (lags[k] * kLagStep_m > up_to_m) continue;
-    samples_[k] = field.sample(R_FP * point.p_S.cast<double>() + p_FP);
-    nearest_m_ = std::min(nearest_m_, samples_[k].distance_m);
-    ++asked_;
+    places_F[asked_] = R_FP * point.p_S.cast<double>() + p_FP;
+    asked[asked_++] = k;
+  }
+  std::array<DistanceSample, kShellLeafPoints> samples;
+  field.sample_all({places_F.data(), asked_}, {samples.data(), asked_});
+  for (std::size_t i = 0; i < asked_; ++i) {
+    samples_[asked[i]] = samples[i];
+    nearest_m_ = std::min(nearest_m_, samples[i].distance_m);
   }
   farthest_m_ = nearest_m_;
   for (std::size_t k = 0; k < size_; ++k) farthest_m_ = std::max(farthest_m_, samples_[k].distance_m);

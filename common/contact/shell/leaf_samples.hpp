@@ -1,6 +1,7 @@
 // The points of a leaf as the other shape's field sees them at one pose, and the candidates that they are.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -36,6 +37,13 @@ class LeafSamples {
   LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field, const Eigen::Matrix3d& R_FP,
               const Vec3& p_FP, const LeafLags& lags, double up_to_m) noexcept;
 
+  /// Brings near what one of such a node is going to read.
+  static void prefetch(const PointShell& shell, const ShellNode& node) noexcept {
+    for (std::size_t k = 0, size = std::min(node.count, kShellLeafPoints); k < size; ++k) {
+      __builtin_prefetch(&shell.points[first_of(node, size, k)]);
+    }
+  }
+
   std::size_t size() const { return size_; }
   std::uint32_t asked() const { return asked_; }
   bool is_asked(std::size_t k) const { return std::isfinite(samples_[k].distance_m); }
@@ -55,9 +63,10 @@ class LeafSamples {
   /// Of the points from `low_m` to below `high_m` the mean, of their forces where they press. Area 0: there is none; its gradient is
   /// shorter than 1 where theirs differ.
   ShellCandidate mean_of(double low_m, double high_m) const;
-  std::uint32_t first_of(std::size_t k) const {
-    return node_.first + static_cast<std::uint32_t>(k * node_.count / size_);
+  static std::uint32_t first_of(const ShellNode& node, std::size_t size, std::size_t k) {
+    return node.first + static_cast<std::uint32_t>(k * node.count / size);
   }
+  std::uint32_t first_of(std::size_t k) const { return first_of(node_, size_, k); }
   ShellCandidate candidate_of(std::size_t k) const;
 
   const PointShell& shell_;

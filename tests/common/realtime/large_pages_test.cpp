@@ -1,0 +1,57 @@
+// Large pages change how memory is reached, not what is in it.
+#include "common/realtime/large_pages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <fstream>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace tandem::realtime {
+namespace {
+
+constexpr std::size_t kPage = std::size_t{2} << 20U;
+
+/// Of the mapping that an address is in, in large pages.
+std::size_t large_bytes_at(const void* address) {
+  const auto wanted = reinterpret_cast<std::uintptr_t>(address);
+  std::ifstream file("/proc/self/smaps");
+  bool is_in = false;
+  for (std::string line; std::getline(file, line);) {
+    std::size_t end = 0;
+    if (const std::size_t dash = line.find('-'); dash != std::string::npos && dash < line.find(' ')) {
+      is_in = std::stoull(line, nullptr, 16) <= wanted && wanted < std::stoull(line.substr(dash + 1), &end, 16);
+    } else if (is_in && line.starts_with("AnonHugePages:")) {
+      return std::stoull(line.substr(line.find(':') + 1)) * 1024;
+    }
+  }
+  return 0;
+}
+
+TEST(LargePages, KeepWhatIsInMemory) {
+  std::vector<std::uint32_t> numbers(4 * kPage / sizeof(std::uint32_t));
+  std::iota(numbers.begin(), numbers.end(), 7U);
+  const std::vector<std::uint32_t> before = numbers;
+  const bool is_moved = use_large_pages(std::as_bytes(std::span(numbers)));
+  EXPECT_EQ(numbers, before);
+  if (is_moved) {
+    EXPECT_GE(large_bytes_at(numbers.data() + numbers.size() / 2), 2 * kPage);
+  }
+  numbers.assign(numbers.size(), 3);  // they can be written still
+  EXPECT_EQ(numbers.back(), 3U);
+}
+
+TEST(LargePages, LeaveWhatFillsNone) {
+  const std::vector<std::byte> little(kPage - 1);
+  EXPECT_FALSE(use_large_pages(little));
+  EXPECT_FALSE(use_large_pages({}));
+  // One page, but from its middle to the middle of the next.
+  std::vector<std::byte> some(3 * kPage);
+  const std::size_t to_page = kPage - reinterpret_cast<std::uintptr_t>(some.data()) % kPage;
+  EXPECT_FALSE(use_large_pages(std::span(some).subspan(to_page + kPage / 2, kPage)));
+}
+
+}  // namespace
+}  // namespace tandem::realtime
