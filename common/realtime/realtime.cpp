@@ -1,6 +1,7 @@
 // See realtime.hpp. Linux only: SCHED_FIFO, mlockall and absolute sleeps are what the loops are built on.
 #include "common/realtime/realtime.hpp"
 
+#include <fcntl.h>
 #include <linux/capability.h>
 #include <pthread.h>
 #include <sched.h>
@@ -14,6 +15,8 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -79,6 +82,28 @@ void request_locked_memory(std::vector<std::string>& missing) {
   prefault_stack();
 }
 
+/// Whether the kernel lets processors sleep so deeply that waking takes long.
+bool has_deep_sleep() {
+  std::string driver;
+  std::ifstream("/sys/devices/system/cpu/cpuidle/current_driver") >> driver;
+  return !driver.empty() && driver != "none";
+}
+
+void request_light_sleep(std::vector<std::string>& missing) {
+  // As long as it is open, so to the program's end; a second thread that asks gets the same.
+  static const int error = [] {
+    const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+    if (file < 0) return errno;
+    const std::int32_t latency_us = 0;
+    return write(file, &latency_us, sizeof(latency_us)) == sizeof(latency_us) ? 0 : EIO;
+  }();
+  if (error == 0 || !has_deep_sleep()) return;
+  missing.push_back(
+      not_granted("processors that sleep lightly", error,
+                  "let who sits at the machine write /dev/cpu_dma_latency: deploy/udev/70-tandem.rules, or "
+                  "start as root"));
+}
+
 void request_cpu(int cpu, std::vector<std::string>& missing) {
   cpu_set_t cpus;
   CPU_ZERO(&cpus);
@@ -107,6 +132,7 @@ timespec timespec_of(LocalTime time) {
 std::vector<std::string> request_realtime(int priority, int cpu) {
   std::vector<std::string> missing;
   if (priority > 0) request_locked_memory(missing);
+  if (priority > 0) request_light_sleep(missing);
   if (cpu >= 0) request_cpu(cpu, missing);
   if (priority != 0) request_priority(priority, missing);
   return missing;

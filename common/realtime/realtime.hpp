@@ -15,7 +15,8 @@
 namespace tandem::realtime {
 
 /// For the calling thread. Memory is locked with a priority, for the process and what it allocates later: mlockall, and
-/// the first 256 KiB of the stack touched, so that the loop meets no page fault.
+/// the first 256 KiB of the stack touched, so that the loop meets no page fault. Nor may processors then sleep so deeply that
+/// waking takes long (PM QoS, /dev/cpu_dma_latency), until the program ends.
 ///
 /// In      priority  SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
 ///         cpu       pin to this CPU; −1: do not pin

@@ -8,8 +8,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -96,6 +99,27 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
   EXPECT_THAT(missing, Contains(HasSubstr("CPU 100000")));
   EXPECT_THAT(missing, Contains(HasSubstr("priority 1000")));
   EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));
+}
+
+/// Ends with 0 when processors are kept from deep sleep after somebody asked for priority, and not before.
+[[noreturn]] void ask_for_light_sleep() {
+  const auto holds_it = [] {
+    const std::filesystem::directory_iterator files("/proc/self/fd");
+    return std::ranges::any_of(files, [](const auto& file) {
+      std::error_code ignored;
+      return std::filesystem::read_symlink(file.path(), ignored) == "/dev/cpu_dma_latency";
+    });
+  };
+  request_realtime(0);
+  const bool before = holds_it();
+  request_realtime(1);
+  const bool may = access("/dev/cpu_dma_latency", W_OK) == 0;
+  _exit(!before && holds_it() == may ? 0 : 1);
+}
+
+TEST(Realtime, ProcessorsDoNotSleepDeeplyOnceThereIsAPriority) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // in a process where nobody asked before
+  EXPECT_EXIT(ask_for_light_sleep(), testing::ExitedWithCode(0), "");
 }
 
 TEST(Realtime, ProcessorTimeIsThatOfTheThreadAskedAbout) {
