@@ -1,7 +1,10 @@
 #include "proto/world_from_wire.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -131,21 +134,77 @@ physics::WorldDescription world_from_wire(const wire::Scene& scene) {
   return world;
 }
 
-std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape) {
+namespace {
+
+/// Primitives that somebody has. A room, its clients in the same process and the next trial of a lab ask for the same.
+class PrimitivesInUse {
+ public:
+  using Key = std::array<double, 4>;  ///< kind and sizes, finite
+
+  std::shared_ptr<const contact::ContactShape> find(const Key& key) {
+    const std::lock_guard lock(mutex_);
+    const auto found = shapes_.find(key);
+    return found != shapes_.end() ? found->second.lock() : nullptr;
+  }
+  void add(const Key& key, const std::shared_ptr<const contact::ContactShape>& shape) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(shapes_, [](const auto& entry) { return entry.second.expired(); });
+    shapes_[key] = shape;
+  }
+
+ private:
+  std::mutex mutex_;  // protects shapes_
+  std::map<Key, std::weak_ptr<const contact::ContactShape>> shapes_;
+};
+
+PrimitivesInUse::Key key_of(const wire::Shape& shape) {
+  const auto kind = static_cast<double>(shape.kind_case());
+  switch (shape.kind_case()) {
+    case wire::Shape::kSphere:
+      return {kind, shape.sphere().radius_m()};
+    case wire::Shape::kBox: {
+      const auto& size = shape.box().size_m();
+      return {kind, size[0], size[1], size[2]};
+    }
+    case wire::Shape::kCylinder:
+      return {kind, shape.cylinder().radius_m(), shape.cylinder().length_m()};
+    default:
+      return {kind, shape.capsule().radius_m(), shape.capsule().length_m()};
+  }
+}
+
+std::shared_ptr<const contact::ContactShape> made_primitive(const wire::Shape& shape) {
   switch (shape.kind_case()) {
     case wire::Shape::kSphere:
       return contact::make_contact_sphere(shape.sphere().radius_m());
     case wire::Shape::kBox: {
       const auto& size = shape.box().size_m();
-      return size.size() == 3 ? contact::make_contact_box({size[0], size[1], size[2]}) : nullptr;
+      return contact::make_contact_box({size[0], size[1], size[2]});
     }
     case wire::Shape::kCylinder:
       return contact::make_contact_cylinder(shape.cylinder().radius_m(), shape.cylinder().length_m());
-    case wire::Shape::kCapsule:
-      return contact::make_contact_capsule(shape.capsule().radius_m(), shape.capsule().length_m());
     default:
-      return nullptr;
+      return contact::make_contact_capsule(shape.capsule().radius_m(), shape.capsule().length_m());
   }
+}
+
+bool is_primitive(const wire::Shape& shape) {
+  if (shape.has_box()) return shape.box().size_m_size() == 3;
+  return shape.has_sphere() || shape.has_cylinder() || shape.has_capsule();
+}
+
+}  // namespace
+
+std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape) {
+  static PrimitivesInUse in_use;
+  if (!is_primitive(shape)) return nullptr;
+  const PrimitivesInUse::Key key = key_of(shape);
+  // What is not finite is in no order: the maker says so.
+  if (!std::ranges::all_of(key, [](double size) { return std::isfinite(size); })) return made_primitive(shape);
+  if (auto known = in_use.find(key)) return known;
+  auto made = made_primitive(shape);
+  in_use.add(key, made);
+  return made;
 }
 
 physics::TouchModel touch_model_of(std::vector<physics::TouchModel::Part> parts, double stiffness_n_per_m3) {

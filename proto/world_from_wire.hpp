@@ -30,7 +30,8 @@ std::string find_mass_problem(const wire::MassProperties& message, const std::st
 /// None when find_mass_problem() says what is wrong.
 std::optional<MassProperties> mass_from_wire(const wire::MassProperties& message);
 
-/// Of a sphere, box, cylinder or capsule; null for another kind.
+/// Of a sphere, box, cylinder or capsule; null for another kind. One that is alike and in use is that one.
+/// Thread  any, at the same time
 /// Fails   std::invalid_argument as the makers of common/contact do
 std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);
 

@@ -224,17 +224,6 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
   }
 }
 
-std::shared_ptr<const contact::ContactShape> SceneAssets::primitive_contact(const wire::Shape& shape) {
-  std::array<double, 4> key{static_cast<double>(shape.kind_case())};
-  if (shape.has_box()) std::copy_n(shape.box().size_m().begin(), 3, key.begin() + 1);
-  if (shape.has_cylinder()) key = {key[0], shape.cylinder().radius_m(), shape.cylinder().length_m(), 0};
-  if (shape.has_capsule()) key = {key[0], shape.capsule().radius_m(), shape.capsule().length_m(), 0};
-  if (shape.has_sphere()) key[1] = shape.sphere().radius_m();
-  std::shared_ptr<const contact::ContactShape>& entry = primitives_[key];
-  if (!entry) entry = proto::primitive_contact(shape);
-  return entry;
-}
-
 const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m,
                                                     const std::string& name, bool is_coarse) {
   const proto::Sha256 key = key_of(mesh, sheet_thickness_m, is_coarse);

@@ -2,7 +2,6 @@
 // touch here: primitives in milliseconds, meshes in seconds, or at once from the cache on disk.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -55,8 +54,6 @@ class SceneAssets {
   /// Fails   SceneError: no such file, not a mesh, too large, not finite, beyond repair
   geometry::ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
 
-  /// Of a sphere, box, cylinder or capsule.
-  std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);
   /// Of a mesh, from the cache when it is there. An unreadable, damaged or foreign entry is built anew; a cache that
   /// cannot be written is told of in a note, and is no error. Offered to clients; `message` leaves with its hash.
   /// Fails   as make_contact_mesh(); MeshError: the scene's shapes take longer than SceneLoading::max_build
@@ -98,8 +95,7 @@ class SceneAssets {
 
   std::filesystem::path directory_;
   SceneLoading loading_;
-  Duration built_{0};  ///< what building took so far
-  std::map<std::array<double, 4>, std::shared_ptr<const contact::ContactShape>> primitives_;
+  Duration built_{0};                                                 ///< what building took so far
   std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< by what they are made of
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;
 };

@@ -131,7 +131,7 @@ class SceneBuilder {
       const SolidShape& solid = solids[static_cast<std::size_t>(i)];
       auto contact = shapes[i].has_mesh()
                          ? mesh_contact(*shapes[i].mutable_mesh(), solid, mesh_field(field, i).in("file"))
-                         : assets_.primitive_contact(shapes[i]);
+                         : proto::primitive_contact(shapes[i]);
       parts.push_back({std::move(contact), proto::pose_from_placement(shapes[i].placement())});
     }
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
