@@ -8,6 +8,7 @@
 #include "proto/coupling_fields.hpp"
 #include "proto/recording/exact_state.hpp"
 #include "proto/state_codec.hpp"
+#include "server/room/wire_role.hpp"
 
 namespace tandem::server {
 namespace {
@@ -27,16 +28,6 @@ bool read(const google::protobuf::RepeatedField<double>& from, CouplingParameter
   if (from.size() != static_cast<int>(kCoefficients.size())) return false;
   for (std::size_t i = 0; i < kCoefficients.size(); ++i) to.*kCoefficients[i] = from[static_cast<int>(i)];
   return std::ranges::all_of(from, [](double number) { return number >= 0; });  // NaN, too, is refused
-}
-
-wire::Role wire_role(UserRole role) {
-  if (role == UserRole::kOperator) return wire::ROLE_OPERATOR;
-  return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
-}
-
-UserRole role_of(wire::Role role) {
-  if (role == wire::ROLE_OPERATOR) return UserRole::kOperator;
-  return role == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
 }
 
 /// FNV-1a over whole words, folded.
@@ -104,7 +95,7 @@ std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   command.kind = static_cast<RoomCommand::Kind>(in.kind());
   command.seat.index = static_cast<std::uint8_t>(in.seat());
   command.seat.user = UserId{in.user()};
-  command.seat.role = role_of(in.role());
+  command.seat.role = role_of(in.role()).value_or(UserRole::kObserver);
   command.seat.tool = static_cast<std::uint8_t>(in.tool());
   command.seat.leaves_gaps = in.leaves_gaps();
   command.body = BodyId{in.body()};

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "proto/soft_shape.hpp"
+#include "server/room/wire_role.hpp"
 #include "server/session/user_name.hpp"
 
 namespace tandem::server {
@@ -42,11 +43,6 @@ const char* text_of(physics::GrabResult result) {
       break;
   }
   return "refused";
-}
-
-wire::Role wire_role(UserRole role) {
-  if (role == UserRole::kOperator) return wire::ROLE_OPERATOR;
-  return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
 void fill(const Asset& asset, wire::AssetInfo& info) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/room/wire_role.hpp"
 #include "server/session/session_hub_impl.hpp"
 #include "server/session/user_name.hpp"
 
@@ -13,14 +14,6 @@ const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
     if ((bounds.*field.has)() && !field.accepts((bounds.*field.get)())) return &field;
   }
   return nullptr;
-}
-
-/// Nothing: not a role that can be asked for.
-std::optional<UserRole> role_of(wire::Role role) {
-  if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
-  if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;
-  if (role == wire::ROLE_OPERATOR) return UserRole::kOperator;
-  return std::nullopt;
 }
 
 std::string whole(double number) {

@@ -1,0 +1,24 @@
+// A user's role as messages and recordings say it.
+#pragma once
+
+#include <optional>
+
+#include "server/room/seat.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem::server {
+
+inline wire::Role wire_role(UserRole role) noexcept {
+  if (role == UserRole::kOperator) return wire::ROLE_OPERATOR;
+  return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+}
+
+/// Fails   nothing: not a role that can be asked for
+inline std::optional<UserRole> role_of(wire::Role role) noexcept {
+  if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
+  if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;
+  if (role == wire::ROLE_OPERATOR) return UserRole::kOperator;
+  return std::nullopt;
+}
+
+}  // namespace tandem::server
