@@ -17,6 +17,11 @@ namespace {
 
 constexpr double kTrajectoryForecastPeriod_s = 1e-3;
 
+/// How far along its way a movement of least jerk is after a part of its time (Flash and Hogan, 1985).
+double least_jerk(double part) {
+  return part * part * part * (10 - 15 * part + 6 * part * part);
+}
+
 /// Movements of least jerk and pauses, at random, with tremor.
 std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
   Random random(seed);
@@ -27,10 +32,7 @@ std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
     path.insert(path.end(), static_cast<std::size_t>(random.uniform(200, 1500)), from);
     const Vec3 way(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1));
     const double steps = way.norm() / random.uniform(0.03, 0.15) / kTrajectoryForecastPeriod_s;
-    for (double k = 0; k < steps; ++k) {
-      const double u = k / steps;
-      path.emplace_back(from + way * (u * u * u * (10 - 15 * u + 6 * u * u)));
-    }
+    for (double k = 0; k < steps; ++k) path.emplace_back(from + way * least_jerk(k / steps));
   }
   for (std::size_t k = 0; k < path.size(); ++k) {
     path[k].z() += 1e-4 * std::sin(2 * std::numbers::pi * 9 * kTrajectoryForecastPeriod_s * static_cast<double>(k));
@@ -74,10 +76,7 @@ std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   for (int i = 0; i < count; ++i) {
     const double from = path.back(), way = random.uniform(-0.15, 0.15);
     const double steps = random.uniform(0.4, 2) / kTrajectoryForecastPeriod_s;
-    for (double k = 0; k < steps; ++k) {
-      const double u = k / steps;
-      path.push_back(from + way * (u * u * u * (10 - 15 * u + 6 * u * u)));
-    }
+    for (double k = 0; k < steps; ++k) path.push_back(from + way * least_jerk(k / steps));
     path.insert(path.end(), static_cast<std::size_t>(random.uniform(0, 0.5) / kTrajectoryForecastPeriod_s),
                 path.back());
   }
