@@ -26,10 +26,12 @@ LINK = ["--set", "link.rtt_ms=100", "--set", "link.jitter_ms=10", "--set", "link
 LONG_SILENCE_MS = 110
 
 
-def trials(lab, out, stages, cases, seeds):
-    """Rows by stage and case."""
+def trials(lab, out, stages, cases, first_seed, seeds):
+    """Rows by stage and case. One truth of a case and seed serves all stages."""
+    if seeds < 1:
+        return {stage: {case: [] for case in cases} for stage in stages}
     command = [lab, "run", *cases, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
-               "--seeds", str(seeds), "--out", str(out / stages[0])]
+               "--seed", str(first_seed), "--seeds", str(seeds), "--out", str(out / f"seeds-from-{first_seed}")]
     done = subprocess.run(command + LINK, stdout=subprocess.PIPE, check=False)
     if done.returncode > 1:
         sys.exit(f"make_touch_table: {' '.join(command)} ended with {done.returncode}")
@@ -119,18 +121,21 @@ def main():
     parser.add_argument("--lab", default=str(HERE.parent / "build/release/bin/tandem-lab"), help="the program tandem-lab")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/touch-table"), help="folder of the trials")
     parser.add_argument("--seeds", type=int, default=30, help="of the default stage")
-    parser.add_argument("--other-seeds", type=int, default=5, help="of each other stage")
+    parser.add_argument("--other-seeds", type=int, default=5, help="of each other stage: the first of those")
     parser.add_argument("--cases", default=",".join(CASES), metavar="NAME,...", help="of the table's, all if not said")
     parser.add_argument("--write", action="store_true", help="replace the table of lab/README.md, or these rows of it")
     options = parser.parse_args()
     if not pathlib.Path(options.lab).is_file():
         parser.error(f"--lab {options.lab}: no such program; build it first (README.md)")
     cases = options.cases.split(",")
+    if not 1 <= options.other_seeds <= options.seeds:
+        parser.error(f"--other-seeds {options.other_seeds}: they are the first of the default stage's, so 1 to {options.seeds}")
     if set(cases) - set(CASES):
         parser.error(f"--cases {options.cases}: the table has {', '.join(CASES)}")
-    default = trials(options.lab, options.out, [DEFAULT], cases, options.seeds)[DEFAULT]
-    others = trials(options.lab, options.out, OTHERS, cases, options.other_seeds)
-    text = table(default, others, cases, options.seeds, options.other_seeds)
+    first = trials(options.lab, options.out, [DEFAULT, *OTHERS], cases, 1, options.other_seeds)
+    rest = trials(options.lab, options.out, [DEFAULT], cases, options.other_seeds + 1, options.seeds - options.other_seeds)
+    default = {case: first[DEFAULT][case] + rest[DEFAULT][case] for case in cases}
+    text = table(default, first, cases, options.seeds, options.other_seeds)
     print(text)
     if not options.write:
         return
