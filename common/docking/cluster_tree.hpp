@@ -1,88 +1,98 @@
 // Atoms in clusters of neighbours, and which clusters of two molecules are near each other.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "common/base/spatial.hpp"
+#include "common/docking/field_kernel.hpp"
 
 namespace tandem::docking {
 
-/// A binary tree over leaves of kLanes atoms each (the last may have fewer), split across the longest side.
+/// One of them, Å.
+Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
+
+/// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren to a node, split across the longest sides.
+/// All nodes are full but the last of each level, so that child l of node n is number kChildren · n + l of its level.
 class ClusterTree {
  public:
-  struct Node {
-    Vec3 centre = Vec3::Zero();      ///< of the box that holds all points
-    Vec3 half = Vec3::Zero();        ///< of its sides
-    double radius = 0;               ///< half of the longest side
-    std::uint32_t first_leaf = 0;    ///< atoms order()[kLanes · first_leaf …]
-    std::uint32_t children[2] = {};  ///< indices; zeros: a leaf
-
-    bool is_leaf() const { return children[0] == 0; }
-  };
-
   explicit ClusterTree(std::span<const Vec3> points);
 
-  const std::vector<Node>& nodes() const { return nodes_; }           ///< the first is the root; none without points
+  /// Boxes of the children of each node: leaves in the first level, one node in the last; none without points.
+  const std::vector<std::vector<ChildBoxes>>& levels() const { return levels_; }
+  /// How many children the nodes of a level have together.
+  std::size_t child_count(std::size_t level) const { return level == 0 ? leaf_count_ : levels_[level - 1].size(); }
+  const Eigen::AlignedBox3d& box() const { return box_; }             ///< that holds all points
   const std::vector<std::uint32_t>& order() const { return order_; }  ///< index of each point, leaf by leaf
-  std::size_t depth() const { return depth_; }
 
  private:
-  std::uint32_t split(std::span<const Vec3> points, std::size_t begin, std::size_t end, std::size_t depth);
+  void split(std::span<const Vec3> points, std::size_t begin, std::size_t end);
 
-  std::vector<Node> nodes_;
+  std::vector<std::vector<ChildBoxes>> levels_;
+  Eigen::AlignedBox3d box_;
   std::vector<std::uint32_t> order_;
-  std::size_t depth_ = 0;
+  std::size_t leaf_count_ = 0;
 };
 
 /// Finds the leaves of A near each leaf of B. Stateless between calls: the answer depends on the pose alone.
 class NeighbourSearch {
  public:
-  NeighbourSearch(const ClusterTree& a, const ClusterTree& b);
+  /// In      near_children  of the kernel that the CPU runs
+  NeighbourSearch(const ClusterTree& a, const ClusterTree& b, NearChildren near_children);
 
   /// Calls found(leaf of B, leaves of A of which the box is within the cut-off of its box) for each leaf of B that has
   /// any, in order.
   /// Cost    the nodes near the border; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {
-    if (a_.empty() || b_.empty()) return;
-    R_AB_ = X_AB.q.toRotationMatrix();
-    p_AB_ = X_AB.p;
-    cutoff2_ = cutoff * cutoff;
-    arena_[0] = 0;
-    visit(0, std::span<const std::uint32_t>(arena_.data(), 1), 1, found);
+    if (a_.levels().empty() || b_.levels().empty()) return;
+    place_b(X_AB, cutoff);
+    const Eigen::AlignedBox3d whole = placed(b_.box());
+    std::size_t level = a_.levels().size();
+    std::span<const std::uint32_t> candidates(&kRoot, 1);
+    while (level > b_.levels().size()) candidates = near(--level, candidates, whole);
+    visit(b_.levels().size() - 1, kRoot, candidates, found);
   }
 
  private:
-  /// Appends to `near` what of A's node is within the cut-off of a box: nodes not larger than `radius`, or leaves.
-  void collect(std::uint32_t node, const Vec3& centre, const Vec3& half, double radius, std::size_t& near) noexcept;
+  static constexpr std::uint32_t kRoot = 0;
 
+  void place_b(const Pose& X_AB, double cutoff) noexcept;
+  /// A box along A's axes around one along B's.
+  Eigen::AlignedBox3d placed(const Eigen::AlignedBox3d& box) const noexcept;
+  /// Which children of these nodes of A are near the box.
+  std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
+                                      const Eigen::AlignedBox3d& box) noexcept;
+
+  /// `candidates`: nodes of A, of the same level, near the node of B; above A's levels its root.
   template <class Found>
-  void visit(std::uint32_t node_b, std::span<const std::uint32_t> candidates, std::size_t level, const Found& found) {
-    const ClusterTree::Node& b = b_[node_b];
-    const Vec3 centre = p_AB_ + R_AB_ * b.centre;
-    const Vec3 half = R_AB_.cwiseAbs() * b.half;  // of a box along A's axes around B's
-    const double radius = b.is_leaf() ? 0 : b.radius;
-    const std::size_t begin = level * a_.size();
-    std::size_t end = begin;
-    for (const std::uint32_t candidate : candidates) collect(candidate, centre, half, radius, end);
-    const std::span<const std::uint32_t> near(arena_.data() + begin, end - begin);
-    if (near.empty()) return;
-    if (b.is_leaf()) {
-      for (std::size_t i = begin; i < end; ++i) arena_[i] = a_[arena_[i]].first_leaf;
-      return found(b.first_leaf, near);
+  void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
+    const bool is_above_a = level >= a_.levels().size();
+    const std::size_t count = b_.child_count(level);
+    for (std::size_t l = 0; l < kChildren && kChildren * node + l < count; ++l) {
+      const auto child = static_cast<std::uint32_t>(kChildren * node + l);
+      const Eigen::AlignedBox3d box = placed(child_box(b_.levels()[level][node], l));
+      const auto nearby = near(is_above_a ? a_.levels().size() - 1 : level, candidates, box);
+      if (nearby.empty()) continue;
+      if (level == 0) {
+        found(child, nearby);
+      } else {
+        visit(level - 1, child, is_above_a ? candidates : nearby, found);
+      }
     }
-    for (const std::uint32_t child : b.children) visit(child, near, level + 1, found);
   }
 
-  const std::vector<ClusterTree::Node>& a_;
-  const std::vector<ClusterTree::Node>& b_;
-  std::vector<std::uint32_t> arena_;  ///< candidate nodes of each level of B's tree
+  const ClusterTree& a_;
+  const ClusterTree& b_;
+  NearChildren near_children_;
+  std::vector<std::vector<std::uint32_t>> arena_;  ///< children of A found on each of its levels
   Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d abs_R_AB_ = Eigen::Matrix3d::Identity();
   Vec3 p_AB_ = Vec3::Zero();
-  double cutoff2_ = 0;
+  float reach2_ = 0;
 };
 
 }  // namespace tandem::docking

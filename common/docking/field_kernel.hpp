@@ -20,14 +20,19 @@ inline constexpr std::size_t kDrainTiles = 8;
 /// Lennard-Jones distances are bounded from below at this fraction of σ, squared (see exact_field.hpp).
 inline constexpr float kCoreFractionSquared = 0.0625F;
 
+/// A double as the sum of two floats, so that a difference of two of them is as exact as a float can say it.
+struct SplitFloat {
+  float high = 0, low = 0;
+};
+
 /// Atoms of A that are evaluated together. Padding repeats the last atom, without parameters.
 struct Tile {
   std::size_t begin = 0;
-  std::size_t end = 0;    ///< a multiple of kLanes after begin
-  double origin[3] = {};  ///< Å, of the tile's float positions; with a cut-off the centre of its box
-  float half[3] = {};     ///< Å, half of the sides of a box about the origin that holds all atoms
-  float core2 = 0;        ///< Å², above each pair's core radius, squared
-  float reach2 = 0;       ///< Å²: a probe farther from the origin than its root is in no core
+  std::size_t end = 0;   ///< a multiple of kLanes after begin
+  SplitFloat origin[3];  ///< Å, of the tile's float positions: the centre of its box
+  float half[3] = {};    ///< Å, half of the sides of a box about the origin that holds all atoms
+  float core2 = 0;       ///< Å², above each pair's core radius, squared
+  float reach2 = 0;      ///< Å²: a probe farther from the origin than its root is in no core
 };
 
 /// Molecule A, arrays of floats aligned to 64 bytes.
@@ -87,7 +92,8 @@ struct FieldSums {
   std::size_t on_grid = 0;  ///< atoms that got their part beyond the cut-off from a grid
 };
 
-/// Probes [first, last) of B against these tiles of A, of kLanes atoms each: the neighbours of those probes.
+/// At most kLanes probes [first, last) of B against these tiles of A: the neighbours of those probes. Each of A's tiles has
+/// kLanes atoms.
 struct NearWork {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -101,6 +107,20 @@ using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
+/// Children of a node of a ClusterTree.
+inline constexpr std::size_t kChildren = 8;
+/// Their boxes, Å.
+struct alignas(32) ChildBoxes {
+  float centre[3][kChildren];
+  float half[3][kChildren];  ///< of the sides
+};
+
+/// Lists the children of these nodes of which the box is so near to another box, Å², numbered kChildren · node + place,
+/// in order. Returns how many; may write kChildren numbers more.
+using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_t* chosen, std::size_t count,
+                                     const float centre[3], const float half[3], float reach2,
+                                     std::uint32_t* found) noexcept;
+
 /// Sets `nodes` of a row along x, from (row[0], row[1], row[2]) on at distances row[3], what the cut-off leaves out of the
 /// potential of these atoms of A: see far_grid.hpp. A multiple of kLanes nodes; coulomb, c6 and c12 are aligned to 64 bytes.
 using FarRowKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, const float* row, std::size_t nodes,
@@ -108,6 +128,8 @@ using FarRowKernel = void (*)(const Target&, std::size_t atoms, const KernelMode
 
 void all_pairs_portable(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_portable(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std::size_t, const float*, const float*,
+                                   float, std::uint32_t*) noexcept;
 void far_row_portable(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
                       float*) noexcept;
 /// 12 × count × lanes multiply-adds that need nothing but registers: a measure of the CPU's limit.
@@ -115,6 +137,8 @@ double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
 void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_avx2(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+std::size_t near_children_avx2(const ChildBoxes*, const std::uint32_t*, std::size_t, const float*, const float*, float,
+                               std::uint32_t*) noexcept;
 void far_row_avx2(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
                   float*) noexcept;
 double multiply_adds_avx2(std::size_t count) noexcept;

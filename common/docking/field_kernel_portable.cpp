@@ -1,6 +1,7 @@
 // Compiled for the CPU that the whole program is compiled for, see field_kernel.hpp.
 #define TANDEM_ALL_PAIRS all_pairs_portable
 #define TANDEM_NEAR near_portable
+#define TANDEM_NEAR_CHILDREN near_children_portable
 #define TANDEM_FAR_ROW far_row_portable
 #define TANDEM_MULTIPLY_ADDS multiply_adds_portable
 #define TANDEM_FIELD_BYTES 16

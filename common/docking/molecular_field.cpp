@@ -41,6 +41,7 @@ struct NamedKernel {
   std::string_view name;
   AllPairsKernel all_pairs;
   NearKernel near;
+  NearChildren near_children;
   FarRowKernel far_row;
   double (*multiply_adds)(std::size_t) noexcept;
   std::size_t lanes;
@@ -49,14 +50,17 @@ struct NamedKernel {
 std::vector<NamedKernel> runnable_kernels() {
   std::vector<NamedKernel> kernels;
 #ifdef TANDEM_FIELD_X86
-  if (__builtin_cpu_supports("avx512f")) {
-    kernels.push_back({"avx512", all_pairs_avx512, near_avx512, far_row_avx512, multiply_adds_avx512, 16});
+  const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  if (has_avx2 && __builtin_cpu_supports("avx512f")) {
+    kernels.push_back(
+        {"avx512", all_pairs_avx512, near_avx512, near_children_avx2, far_row_avx512, multiply_adds_avx512, 16});
   }
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    kernels.push_back({"avx2", all_pairs_avx2, near_avx2, far_row_avx2, multiply_adds_avx2, 8});
+  if (has_avx2) {
+    kernels.push_back({"avx2", all_pairs_avx2, near_avx2, near_children_avx2, far_row_avx2, multiply_adds_avx2, 8});
   }
 #endif
-  kernels.push_back({"portable", all_pairs_portable, near_portable, far_row_portable, multiply_adds_portable, 4});
+  kernels.push_back({"portable", all_pairs_portable, near_portable, near_children_portable, far_row_portable,
+                     multiply_adds_portable, 4});
   return kernels;
 }
 
@@ -238,7 +242,7 @@ MolecularField::Impl::Impl(const Molecule& a, const Molecule& b, const FieldMode
   if (model.cutoff_angstrom > 0) {
     tree_a.emplace(chosen_a.positions(a));
     tree_b.emplace(chosen_b.positions(b));
-    search.emplace(*tree_a, *tree_b);
+    search.emplace(*tree_a, *tree_b, kernel.near_children);
     chosen_a.reorder(tree_a->order());
     chosen_b.reorder(tree_b->order());
   }
@@ -273,7 +277,13 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
       lower = lower.cwiseMin(a.positions_angstrom[atoms[begin + i]]);
       upper = upper.cwiseMax(a.positions_angstrom[atoms[begin + i]]);
     }
-    const Vec3 origin = 0.5 * (lower + upper);
+    Vec3 origin = 0.5 * (lower + upper);
+    for (int axis = 0; axis < 3; ++axis) {
+      SplitFloat& part = tile.origin[axis];
+      part.high = static_cast<float>(origin[axis]);
+      part.low = static_cast<float>(origin[axis] - static_cast<double>(part.high));
+      origin[axis] = static_cast<double>(part.high) + static_cast<double>(part.low);
+    }
     double radius = 0;
     float sigma = 0;
     for (std::size_t i = tile.begin; i < tile.end; ++i) {
@@ -290,7 +300,6 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
       radius = std::max(radius, local.norm());
       sigma = std::max(sigma, sigma_a[i]);
     }
-    std::copy_n(origin.data(), 3, tile.origin);
     for (int axis = 0; axis < 3; ++axis) tile.half[axis] = static_cast<float>(upper[axis] - origin[axis]) + 1e-5F;
     constexpr float kMargin = 1.01F;
     const float mean_sigma = 0.5F * (sigma + largest_sigma_b);

@@ -45,7 +45,7 @@ TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
   const std::vector<Vec3> a = test::random_molecule(1500, random).positions_angstrom;
   const std::vector<Vec3> b = test::random_molecule(333, random).positions_angstrom;
   const ClusterTree tree_a(a), tree_b(b);
-  NeighbourSearch search(tree_a, tree_b);
+  NeighbourSearch search(tree_a, tree_b, near_children_portable);
   std::size_t needed_in_all = 0, found_in_all = 0;
   for (int pose = 0; pose < 40; ++pose) {
     const Pose X_AB = {Vec3(offset(random), offset(random), offset(random)), test::random_rotation(random)};
@@ -70,18 +70,19 @@ TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
 
 TEST(ClusterTree, BoxesHoldTheirPointsAndLeavesAllOfThem) {
   std::mt19937 random(kClusterTreeSeed);
-  for (const std::size_t count : {1UL, 16UL, 17UL, 500UL}) {
+  for (const std::size_t count : {1UL, 16UL, 17UL, 500UL, 1030UL}) {
     const std::vector<Vec3> points = test::random_molecule(count, random).positions_angstrom;
     const ClusterTree tree(points);
     std::vector<std::uint32_t> order = tree.order();
-    for (const ClusterTree::Node& node : tree.nodes()) {
-      const std::size_t begin = node.first_leaf * kLanes;
-      const std::size_t end = node.is_leaf() ? std::min(begin + kLanes, count) : begin + 1;
-      for (std::size_t i = begin; i < end; ++i) {
-        const Vec3 outside = (points[order[i]] - node.centre).cwiseAbs() - node.half;
-        EXPECT_LT(outside.maxCoeff(), 1e-12);
+    std::size_t atoms = kLanes;
+    for (std::size_t level = 0; level < tree.levels().size(); ++level, atoms *= kChildren) {
+      EXPECT_EQ(tree.child_count(level), (count + atoms - 1) / atoms);
+      for (std::size_t i = 0; i < count; ++i) {
+        const ChildBoxes& boxes = tree.levels()[level][i / atoms / kChildren];
+        EXPECT_TRUE(child_box(boxes, i / atoms % kChildren).contains(points[order[i]])) << level << ", point " << i;
       }
     }
+    EXPECT_EQ(tree.levels().back().size(), 1U);
     std::sort(order.begin(), order.end());
     for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(order[i], i);
   }
