@@ -13,6 +13,7 @@ import math
 import pathlib
 import subprocess
 import sys
+import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 README = HERE / "README.md"
@@ -132,11 +133,13 @@ def main():
         parser.error(f"--other-seeds {options.other_seeds}: they are the first of the default stage's, so 1 to {options.seeds}")
     if set(cases) - set(CASES):
         parser.error(f"--cases {options.cases}: the table has {', '.join(CASES)}")
+    begin = time.monotonic()
     first = trials(options.lab, options.out, [DEFAULT, *OTHERS], cases, 1, options.other_seeds)
     rest = trials(options.lab, options.out, [DEFAULT], cases, options.other_seeds + 1, options.seeds - options.other_seeds)
     default = {case: first[DEFAULT][case] + rest[DEFAULT][case] for case in cases}
     text = table(default, first, cases, options.seeds, options.other_seeds)
     print(text)
+    print(f"make_touch_table: {(time.monotonic() - begin) / 60:.1f} minutes", file=sys.stderr)
     if not options.write:
         return
     readme = README.read_text(encoding="utf-8")
