@@ -34,7 +34,7 @@ std::vector<Eigen::AlignedBox3d> grouped(std::span<const Eigen::AlignedBox3d> pa
 
 std::vector<ChildBoxes> nodes_over(std::span<const Eigen::AlignedBox3d> children) {
   ChildBoxes empty = {};
-  std::fill_n(&empty.centre[0][0], 3 * kChildren, kNowhere);
+  for (float(&axis)[kChildren] : empty.centre) std::ranges::fill(axis, kNowhere);
   std::vector<ChildBoxes> nodes((children.size() + kChildren - 1) / kChildren, empty);
   for (std::size_t i = 0; i < children.size(); ++i) {
     ChildBoxes& node = nodes[i / kChildren];

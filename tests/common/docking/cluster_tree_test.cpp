@@ -39,12 +39,17 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
   return found;
 }
 
-TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
+/// Of the larger molecule against the smaller, and the other way round.
+class NeighbourSearches : public testing::TestWithParam<bool> {};
+
+TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {
   std::mt19937 random(kClusterTreeSeed);
   std::uniform_real_distribution<double> offset(-45, 45);
-  const std::vector<Vec3> a = test::random_molecule(1500, random).positions_angstrom;
-  const std::vector<Vec3> b = test::random_molecule(333, random).positions_angstrom;
+  std::vector<Vec3> a = test::random_molecule(1500, random).positions_angstrom;
+  std::vector<Vec3> b = test::random_molecule(333, random).positions_angstrom;
+  if (GetParam()) std::swap(a, b);
   const ClusterTree tree_a(a), tree_b(b);
+  ASSERT_NE(tree_a.levels().size(), tree_b.levels().size());
   NeighbourSearch search(tree_a, tree_b, near_children_portable);
   std::size_t needed_in_all = 0, found_in_all = 0;
   for (int pose = 0; pose < 40; ++pose) {
@@ -66,6 +71,17 @@ TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
   }
   EXPECT_GT(needed_in_all, 1000U);
   EXPECT_LT(found_in_all, 3 * needed_in_all);
+}
+
+INSTANTIATE_TEST_SUITE_P(ClusterTree, NeighbourSearches, testing::Bool());
+
+TEST(NeighbourSearch, FindsNothingOfNoPoints) {
+  const std::vector<Vec3> point = {Vec3(1, 2, 3)};
+  const ClusterTree none({}), one(point);
+  for (const auto& [a, b] : {std::pair(&none, &one), std::pair(&one, &none), std::pair(&none, &none)}) {
+    NeighbourSearch search(*a, *b, near_children_portable);
+    search.run({}, 8, [](std::uint32_t, std::span<const std::uint32_t>) { ADD_FAILURE(); });
+  }
 }
 
 TEST(ClusterTree, BoxesHoldTheirPointsAndLeavesAllOfThem) {

@@ -288,11 +288,16 @@ TEST_P(Kernel, LosesNothingFarFromTheOrigin) {
   const Vec3 away(4000, -3000, 5000);
   for (Vec3& p : pair.a.positions_angstrom) p += away;
   pair.X_AB.p += away;
-  std::vector<Vec3> on_b;
-  const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
-  const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
-  EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-5 * longest(on_b));
-  EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(), 1e-5 * std::abs(exact.energy_kj_per_mol()));
+  for (const double cutoff : {0.0, kUsualCutoffAngstrom}) {
+    FieldModel model;
+    model.cutoff_angstrom = cutoff;
+    std::vector<Vec3> on_b;
+    const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, model, {nullptr, &on_b});
+    const FieldResult result = MolecularField(pair.a, pair.b, model, GetParam()).evaluate(pair.X_AB);
+    EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-5 * longest(on_b)) << cutoff;
+    EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(), 1e-5 * std::abs(exact.energy_kj_per_mol()))
+        << cutoff;
+  }
 }
 
 TEST_P(Kernel, StaysFiniteAndCloseToDoubleInOverlap) {
