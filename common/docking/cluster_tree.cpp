@@ -11,9 +11,6 @@ namespace {
 
 /// What fills a node that is not full: farther than any cut-off, and its square is finite.
 constexpr float kNowhere = 1e18F;
-/// Distances between boxes are rounded by some 1e-6 of themselves; no pair is lost to that.
-constexpr double kReachMargin = 1.0001;
-
 /// Above what a number loses when it is rounded to a float.
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
@@ -102,7 +99,7 @@ void NeighbourSearch::place_b(const Pose& X_AB, double cutoff) noexcept {
   R_AB_ = X_AB.q.toRotationMatrix();
   abs_R_AB_ = R_AB_.cwiseAbs();
   p_AB_ = X_AB.p;
-  reach2_ = static_cast<float>(kReachMargin * cutoff * cutoff);
+  reach2_ = static_cast<float>(static_cast<double>(kReachMargin) * cutoff * cutoff);
 }
 
 std::span<const std::uint32_t> NeighbourSearch::near(std::size_t level, std::span<const std::uint32_t> nodes,

@@ -12,7 +12,7 @@
 
 namespace tandem::docking {
 
-/// One of them, Å.
+/// That of one child, Å.
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
 /// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren to a node, split across the longest sides.

@@ -107,6 +107,8 @@ using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
+/// How much farther than the cut-off, squared, boxes are taken for near: differences are rounded, and no pair is lost to that.
+inline constexpr float kReachMargin = 1.0001F;
 /// Children of a node of a ClusterTree.
 inline constexpr std::size_t kChildren = 8;
 /// Their boxes, Å.

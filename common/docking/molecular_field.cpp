@@ -308,8 +308,9 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
       radius = std::max(radius, local.norm());
       sigma = std::max(sigma, sigma_a[i]);
     }
-    for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < 3; ++axis) {
       tile.half[axis] = 1.000001F * static_cast<float>(upper[axis] - origin[axis]) + 1e-5F;
+    }
     constexpr float kMargin = 1.01F;
     const float mean_sigma = 0.5F * (sigma + largest_sigma_b);
     tile.core2 =
