@@ -319,6 +319,7 @@ void ClientRun::start_loop() {
   HapticLoopSettings settings;
   settings.realtime_priority = options_.realtime_priority;
   settings.cpu = options_.cpu;
+  settings.keeps_awake = options_.keeps_awake;
   settings.duration = options_.duration;
   loop_.emplace(settings, io_.haptics(), [this] { io_.notify(); });
   if (window_) loop_to_stop = &*loop_;

@@ -13,6 +13,7 @@
 
 #include "common/base/json.hpp"
 #include "common/haptics/safety.hpp"
+#include "common/realtime/keep_awake.hpp"
 #include "common/realtime/realtime.hpp"
 #include "devices/sim/sim_device.hpp"
 
@@ -155,6 +156,26 @@ std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Dura
   return {std::move(clock), std::move(timers)};
 }
 
+Finding judge_idle(bool gives_idle_to_host, bool has_priority) {
+  Finding finding;
+  finding.check = "idle";
+  finding.numbers = {{"gives_idle_to_host", gives_idle_to_host}, {"keeps_awake", gives_idle_to_host && has_priority}};
+  if (!gives_idle_to_host) {
+    finding.text = "no host takes idle processors away";
+    return finding;
+  }
+  finding.text =
+      "this machine is virtual, and its host may take an idle processor away for a millisecond: tandem-client ";
+  if (has_priority) {
+    finding.text += "keeps the haptic thread's awake, which costs the host a processor's time (--keep-awake off: not)";
+  } else {
+    finding.verdict = Verdict::kWarning;
+    finding.text += "keeps the haptic thread's awake only with a priority";
+    finding.remedy = "grant the priority above, or start tandem-client with --keep-awake on";
+  }
+  return finding;
+}
+
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed) {
   const Duration tail = lateness.quantile(0.999);
   Finding finding;
@@ -220,6 +241,9 @@ std::vector<Finding> run_loop(int priority, Duration length) {
   std::vector<Finding> findings;
   std::thread loop([&] {
     findings = judge_rights(realtime::request_realtime(priority), priority);
+    const bool gives_idle_to_host = realtime::gives_idle_to_host(), has_priority = realtime::has_realtime_priority();
+    findings.push_back(judge_idle(gives_idle_to_host, has_priority));
+    const std::jthread awake = gives_idle_to_host && has_priority ? realtime::keep_awake() : std::jthread();
     const SteadyClock clock;
     const LocalTime end = clock.now() + length;
     realtime::PeriodicTimer timer(kPeriod, clock.now());

@@ -23,7 +23,7 @@ enum class Verdict : std::uint8_t {
 std::string_view name_of(Verdict verdict) noexcept;
 
 struct Finding {
-  std::string check;  ///< "devices", "priority", "clock", "timers", "lateness", "link"
+  std::string check;  ///< "devices", "priority", "clock", "timers", "idle", "lateness", "link"
   Verdict verdict = Verdict::kGood;
   std::string text;             ///< what was found
   std::string remedy;           ///< what would help; empty: nothing is needed
@@ -39,6 +39,10 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
 /// `clocksource` is the kernel's file /sys/devices/system/clocksource/clocksource0/current_clocksource, `resolution` that of
 /// its timers.
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
+
+/// A warning where a host takes idle processors (realtime::gives_idle_to_host()) and the haptic thread's is not kept awake,
+/// as it has no priority.
+Finding judge_idle(bool gives_idle_to_host, bool has_priority);
 
 /// Of a loop of 1 ms. Bad when one tick in a thousand is late by a period or a tick by 20 ms, at which the force is let
 /// go; a warning from half a period on.
@@ -59,7 +63,7 @@ Finding judge_link(const LinkSample& link);
 /// Joins as an observer, and watches the states for `length`. A server that cannot be joined is a bad finding.
 Finding watch_link(ClientIoSettings settings, Duration length);
 
-/// Ticks a loop of 1 ms for `length` on a thread of its own, and gives rights and lateness.
+/// Ticks a loop of 1 ms for `length` on a thread of its own, kept awake as tandem-client's is, and gives rights and lateness.
 std::vector<Finding> run_loop(int priority, Duration length);
 
 /// A line each, and the remedy below what needs one.

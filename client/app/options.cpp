@@ -334,6 +334,13 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
   app.add_option("--cpu", options.cpu, "pin the haptic thread to this CPU")
       ->type_name("N")
       ->check(CLI::Range(0, last_cpu()).description(""));
+  add_text(
+      app, "--keep-awake",
+      "keep the haptic thread's processor from sleeping, by a thread that gives way to all others [auto]: where the "
+      "machine is virtual and its kernel cannot, if the priority is granted; takes a processor's time from the host",
+      "auto|on|off", [&options](const std::string& text) {
+        options.keeps_awake = chosen<std::optional<bool>>(text, {{"auto", std::nullopt}, {"on", true}, {"off", false}});
+      });
   app.add_flag("--insist-realtime", options.insists_on_realtime, "end with exit code 2 when a right is not granted");
   app.add_flag("--json", options.prints_json, "print one JSON object at the end instead of a status line each second");
   app.add_flag("--verbose", options.is_verbose, "log what the session does to stderr");

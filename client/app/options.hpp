@@ -37,6 +37,7 @@ struct ClientOptions {
   std::optional<Duration> duration;  ///< none: until a signal
   int realtime_priority = 70;
   int cpu = -1;
+  std::optional<bool> keeps_awake;  ///< as HapticLoopSettings has it
   bool insists_on_realtime = false;
   bool prints_json = false;
   bool is_verbose = false;

@@ -13,6 +13,7 @@ namespace {
 HapticLoopSettings loop_settings(const ClientOptions& options) {
   HapticLoopSettings settings;
   settings.realtime_priority = options.realtime_priority;
+  settings.keeps_awake = options.keeps_awake;
   settings.duration = options.duration;
   return settings;
 }

@@ -103,6 +103,7 @@ void add_loop(const RunSummary& s, json::object& out) {
   out["tick_us"] = quantiles_us(s.loop.tick);
   out["missed"] = s.loop.missed;
   out["throttle_suspects"] = s.loop.throttle_suspects;
+  out["keeps_awake"] = s.loop.keeps_awake;
   out["realtime_not_granted"] = array_of(s.realtime_not_granted);
   out["trace_overflows"] = s.trace_overflows;
   out["became_quiet"] = s.loop.became_quiet;

@@ -25,8 +25,10 @@ namespace tandem::client {
 
 struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
-  int realtime_priority = 0;                        ///< as request_realtime() has it
-  int cpu = -1;                                     ///< likewise
+  int realtime_priority = 0;  ///< as request_realtime() has it
+  int cpu = -1;               ///< likewise
+  /// Whether realtime::keep_awake(); none: with a priority, where realtime::gives_idle_to_host().
+  std::optional<bool> keeps_awake = std::nullopt;
   std::optional<Duration> duration = std::nullopt;  ///< since the start; none: until it is told to stop
   /// Records that the reader may fall behind by before they are lost (and counted): 4 s at 1 kHz.
   std::size_t trace_capacity = 4096;
@@ -41,6 +43,7 @@ struct HapticLoopReport {
   Histogram tick;  ///< how long one takes
   std::uint64_t missed = 0;
   std::uint64_t throttle_suspects = 0;  ///< only counted at real-time priority
+  bool keeps_awake = false;
   /// False: the 50 ms ran out, and zero was written at once or, by a failing device, not taken.
   bool became_quiet = true;
 };

@@ -18,7 +18,7 @@ class Doctor(ProgramTest):
 
     def test_each_finding_has_a_verdict_and_what_is_not_good_a_remedy(self):
         findings = self.examine()
-        self.assertEqual(set(findings), {"devices", "clock", "timers", "priority", "lateness"})
+        self.assertEqual(set(findings), {"devices", "clock", "timers", "priority", "idle", "lateness"})
         for finding in findings.values():
             self.assertIn(finding["verdict"], VERDICTS)
             self.assertEqual(finding["verdict"] == "good", not finding["remedy"], finding)

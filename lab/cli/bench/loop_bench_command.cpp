@@ -44,6 +44,7 @@ struct LoopBenchOptions {
   int pairs = 1;
   int realtime_priority = 80;
   std::string scene = "two_boxes";
+  std::string keep_awake = "auto";
   bool has_window = false;
   bool is_checked = false;
   bool wants_json = false;
@@ -55,6 +56,7 @@ struct LoopFigures {
   double missed = 0;
   double late_percent = 0;  ///< ticks more than 1 ms late
   double tick_p50_us = 0, tick_p99_us = 0;
+  double awake = 0;  ///< 1: the processor was kept awake
 };
 
 struct LoopBenchResult {
@@ -117,14 +119,15 @@ LoopFigures figures_of_client(const std::string& text) {
           report.at("missed").to_number<double>(),
           100 * number_in(report, "late_by_1_ms_share"),
           number_in(tick, "p50"),
-          number_in(tick, "p99")};
+          number_in(tick, "p99"),
+          report.at("keeps_awake").as_bool() ? 1.0 : 0.0};
 }
 
 LoopFigures run_client(const LoopBenchOptions& options, std::uint16_t port, bool has_window) {
   std::ostringstream command;
   command << client_program() << " --insecure --server 127.0.0.1:" << port
           << " --device sim --hand circle --json --duration " << options.seconds << "s --rt-priority "
-          << options.realtime_priority << (has_window ? "" : " --headless");
+          << options.realtime_priority << " --keep-awake " << options.keep_awake << (has_window ? "" : " --headless");
   return figures_of_client(output_of(command.str()));
 }
 
@@ -183,7 +186,7 @@ LoopFigures medians(const std::vector<LoopFigures>& runs) {
   LoopFigures result;
   for (const auto figure :
        {&LoopFigures::p50_us, &LoopFigures::p99_us, &LoopFigures::p999_us, &LoopFigures::max_us, &LoopFigures::missed,
-        &LoopFigures::late_percent, &LoopFigures::tick_p50_us, &LoopFigures::tick_p99_us}) {
+        &LoopFigures::late_percent, &LoopFigures::tick_p50_us, &LoopFigures::tick_p99_us, &LoopFigures::awake}) {
     result.*figure = median(runs, figure);
   }
   return result;
@@ -212,7 +215,8 @@ json::object to_json(const LoopFigures& figures) {
            {{"p50", figures.p50_us}, {"p99", figures.p99_us}, {"p999", figures.p999_us}, {"max", figures.max_us}}},
           {"missed", figures.missed},
           {"late_by_1_ms_percent", figures.late_percent},
-          {"tick_us", {{"p50", figures.tick_p50_us}, {"p99", figures.tick_p99_us}}}};
+          {"tick_us", {{"p50", figures.tick_p50_us}, {"p99", figures.tick_p99_us}}},
+          {"keeps_awake", figures.awake > 0}};
 }
 
 json::value to_json(const std::vector<LoopFigures>& runs) {
@@ -244,9 +248,10 @@ void print_runs(const char* name, const std::vector<LoopFigures>& runs) {
 }
 
 void print(const LoopBenchOptions& options, const LoopBenchResult& result, const std::vector<Check>& checks) {
-  std::printf("medians of %d x %g s, SCHED_FIFO %d\n%-12s %8s %8s %8s %8s %8s %8s %8s %8s\n", options.pairs,
-              options.seconds, options.realtime_priority, "late [us]", "p50", "p99", "p99.9", "max", "missed",
-              "> 1ms %", "tick p50", "tick p99");
+  const bool is_awake = medians(result.headless).awake > 0;
+  std::printf("medians of %d x %g s, SCHED_FIFO %d%s\n%-12s %8s %8s %8s %8s %8s %8s %8s %8s\n", options.pairs,
+              options.seconds, options.realtime_priority, is_awake ? ", the client's processor kept awake" : "",
+              "late [us]", "p50", "p99", "p99.9", "max", "missed", "> 1ms %", "tick p50", "tick p99");
   print_runs("cyclictest", result.peer);
   print_runs("headless", result.headless);
   print_runs("with window", result.window);
@@ -295,6 +300,10 @@ void add_loop_bench(CLI::App& bench, int& exit_code) {
       ->add_option("--rt-priority", options->realtime_priority,
                    "SCHED_FIFO priority of the loop and of cyclictest, 1 to 99; 0: normal scheduler")
       ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  command->add_option("--keep-awake", options->keep_awake, "of tandem-client, see there; on: to see what it is worth")
+      ->check(CLI::IsMember({"auto", "on", "off"}).description(""))
+      ->type_name("auto|on|off")
       ->capture_default_str();
   command->add_flag("--with-window", options->has_window, "each time with the window open, too; needs a display");
   command->add_flag("--check", options->is_checked, "exit 1 when a bound does not hold");

@@ -63,6 +63,13 @@ TEST(Doctor, RightsThatWereNotGrantedComeWithTheirRemedy) {
   EXPECT_EQ(findings[0].remedy, "raise the limit");
 }
 
+TEST(Doctor, AProcessorThatTheHostTakesIsAWarningWhereItIsNotKeptAwake) {
+  EXPECT_EQ(judge_idle(true, true).verdict, Verdict::kGood);
+  EXPECT_EQ(judge_idle(false, false).verdict, Verdict::kGood);
+  EXPECT_EQ(judge_idle(true, false).verdict, Verdict::kWarning);
+  EXPECT_THAT(judge_idle(true, false).remedy, HasSubstr("--keep-awake on"));
+}
+
 TEST(Doctor, ClocksAreJudgedByWhatTheKernelSays) {
   const auto file = std::filesystem::temp_directory_path() / ("clocksource" + std::to_string(getpid()));
   const auto verdicts = [&file](const char* name, Duration resolution) {

@@ -45,6 +45,9 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_FALSE(parse({"--passivity", "off"})->stage.passivity);
   EXPECT_FALSE(parse({"--guard", "off"})->stage.passivity) << "its older name";
   EXPECT_EQ(options->realtime_priority, 70);
+  EXPECT_FALSE(options->keeps_awake.has_value()) << "where it is worth it";
+  EXPECT_EQ(parse({"--keep-awake", "on"})->keeps_awake, true);
+  EXPECT_EQ(parse({"--keep-awake", "off"})->keeps_awake, false);
   EXPECT_FALSE(options->io.links.has_value()) << "no simulated link unless asked for";
   EXPECT_FALSE(options->duration.has_value());
 }
@@ -147,6 +150,7 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
       {{"--duration", "0s"}, {"--duration", "above 0"}},
       {{"--duration", "3"}, {"--duration", "3s"}},
       {{"--cpu", "1000000"}, {"--cpu", "1000000", "0 to "}},
+      {{"--keep-awake", "maybe"}, {"--keep-awake", "maybe", "auto"}},
       {{"--rt-priority", "200"}, {"--rt-priority", "99"}},
       {{"--trace-every", "0"}, {"--trace-every"}},
       {{"--hand-mass", "heavy"}, {"--hand-mass", "heavy"}},

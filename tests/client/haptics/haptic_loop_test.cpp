@@ -74,6 +74,18 @@ TEST(HapticLoop, DeadlinesAreEitherRunOrMissed) {
   EXPECT_EQ(report.throttle_suspects, 0U) << "not counted at normal priority";
 }
 
+TEST(HapticLoop, KeepsItsProcessorAwakeWhenToldAndNotWithoutAPriority) {
+  for (const bool is_told : {true, false}) {
+    HapticLoopSettings settings = kNormalPriority;
+    if (is_told) settings.keeps_awake = true;
+    Rig rig(settings);
+    rig.loop.start();
+    rig.wait_for_ticks(20);
+    rig.loop.stop();
+    EXPECT_EQ(rig.loop.report().keeps_awake, is_told);
+  }
+}
+
 TEST(HapticLoop, RecordsThatNobodyReadAreCountedNotSilentlyLost) {
   HapticLoopSettings settings = kNormalPriority;
   settings.trace_capacity = 8;
