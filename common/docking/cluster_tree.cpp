@@ -3,7 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 namespace tandem::docking {
@@ -11,6 +14,23 @@ namespace {
 
 /// What fills a node that is not full: farther than any cut-off, and its square is finite.
 constexpr float kNowhere = 1e18F;
+/// Of a leaf, too, halves are apart, down to the atoms of the smallest register: fewer registers have a pair.
+constexpr std::size_t kFewest = 4;
+/// Ways across which points are divided: along the axes, and, of not too many, between them.
+constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
+                                                          {0, 1, 0},
+                                                          {0, 0, 1},
+                                                          {1, 1, 0},
+                                                          {1, -1, 0},
+                                                          {1, 0, 1},
+                                                          {1, 0, -1},
+                                                          {0, 1, 1},
+                                                          {0, 1, -1},
+                                                          {1, 1, 1},
+                                                          {1, 1, -1},
+                                                          {1, -1, 1},
+                                                          {-1, 1, 1}}};
+constexpr std::size_t kMaxOblique = 1024;
 /// Above what a number loses when it is rounded to a float.
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
@@ -21,6 +41,14 @@ void put(const Eigen::AlignedBox3d& box, float* centre, float* half, std::size_t
     const auto from = static_cast<double>(*centre);
     *half = kRoundedUp * static_cast<float>(std::max(box.max()[axis] - from, from - box.min()[axis]));
   }
+}
+
+/// Å³, about: from where a box is nearer than a usual cut-off.
+double reach_of(const Eigen::AlignedBox3d& box) {
+  constexpr double kReach = 8;
+  const Vec3 side = box.sizes();
+  return side.prod() + 2 * kReach * (side.x() * side.y() + side.y() * side.z() + side.z() * side.x()) +
+         std::numbers::pi * kReach * kReach * side.sum();
 }
 
 std::vector<Eigen::AlignedBox3d> grouped(std::span<const Eigen::AlignedBox3d> parts, std::size_t size) {
@@ -66,24 +94,43 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::size_t end) {
-  const std::size_t count = end - begin;
-  if (count <= kLanes) return;
-  std::size_t child = kLanes;
-  while (child * kChildren < count) child *= kChildren;
-  Eigen::AlignedBox3d bounds;
-  for (std::size_t i = begin; i < end; ++i) bounds.extend(points[order_[i]]);
-  // Full children on the left. Ties are broken by the index, so that every machine has the same clusters.
-  const std::size_t children = (count + child - 1) / child;
-  const std::size_t middle = begin + children / 2 * child;
-  Eigen::Index longest = 0;
-  bounds.sizes().maxCoeff(&longest);
-  const auto comes_first = [&points, axis = longest](std::uint32_t i, std::uint32_t j) {
-    const double x = points[i][axis], y = points[j][axis];
+// Ties are broken by the index, so that every machine has the same clusters.
+void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
+                        std::size_t end) {
+  const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
+    const double x = along.dot(points[i]), y = along.dot(points[j]);
     return x < y || (x == y && i < j);
   };
-  std::sort(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.begin() + static_cast<std::ptrdiff_t>(end),
-            comes_first);
+  const auto at = [this](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::nth_element(at(begin), at(middle), at(end), comes_first);
+}
+
+Eigen::AlignedBox3d ClusterTree::box_of(std::span<const Vec3> points, std::size_t begin, std::size_t end) const {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = begin; i < end; ++i) box.extend(points[order_[i]]);
+  return box;
+}
+
+void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::size_t end) {
+  const std::size_t count = end - begin;
+  const auto at = [this](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+  if (count <= kFewest) return std::sort(at(begin), at(end));
+  std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
+  while (child * kChildren < count) child *= kChildren;
+  // Full children on the left, across the way by which the fewest atoms find either half.
+  const std::size_t children = (count + child - 1) / child;
+  const std::size_t middle = begin + children / 2 * child;
+  double least = std::numeric_limits<double>::infinity();
+  Vec3 best = Vec3::UnitX();
+  const std::size_t directions = count <= kMaxOblique ? kDirections.size() : 3;
+  for (std::size_t d = 0; d < directions; ++d) {
+    const Vec3 along(kDirections[d][0], kDirections[d][1], kDirections[d][2]);
+    halve(points, along, begin, middle, end);
+    const double reached = reach_of(box_of(points, begin, middle)) + reach_of(box_of(points, middle, end));
+    if (reached < least) best = along;
+    least = std::min(least, reached);
+  }
+  halve(points, best, begin, middle, end);
   split(points, begin, middle);
   split(points, middle, end);
 }

@@ -15,8 +15,9 @@ namespace tandem::docking {
 /// That of one child, Å.
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
-/// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren to a node, split across the longest sides.
-/// All nodes are full but the last of each level, so that child l of node n is number kChildren · n + l of its level.
+/// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren to a node, divided so that few others come
+/// near a part; leaves, too, down to the registers of a kernel. All nodes are full but the last of each level, so that
+/// child l of node n is number kChildren · n + l of its level.
 class ClusterTree {
  public:
   explicit ClusterTree(std::span<const Vec3> points);
@@ -29,6 +30,8 @@ class ClusterTree {
   const std::vector<std::uint32_t>& order() const { return order_; }  ///< index of each point, leaf by leaf
 
  private:
+  void halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle, std::size_t end);
+  Eigen::AlignedBox3d box_of(std::span<const Vec3> points, std::size_t begin, std::size_t end) const;
   void split(std::span<const Vec3> points, std::size_t begin, std::size_t end);
 
   std::vector<std::vector<ChildBoxes>> levels_;

@@ -224,22 +224,22 @@ struct MolecularField::Impl {
   std::vector<Tile> tiles;
   std::size_t lj_tiles = 0;
 
-  std::vector<Vec3> positions_b;  ///< in B's frame
-  std::size_t lj_count_b = 0;
+  std::vector<double> x_own, y_own, z_own;  ///< of B, in B's frame
+  std::size_t count_b = 0, lj_count_b = 0;
   std::vector<float> c6_b, s3_b, sigma_b, charge_b;
   std::vector<float> far_c6_b, far_s3_b;  ///< mixed geometrically
   std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
 
   std::size_t all_lj_pairs() const { return lj_count_a * lj_count_b; }
-  std::size_t all_charge_pairs() const { return count_a * positions_b.size() - all_lj_pairs(); }
+  std::size_t all_charge_pairs() const { return count_a * count_b - all_lj_pairs(); }
 
   Target target() const {
     return {x_a.get(),     y_a.get(),      z_a.get(),    c6_a.get(), s3_a.get(),
             sigma_a.get(), charge_a.get(), tiles.data(), lj_tiles,   tiles.size()};
   }
   Probes probes() const {
-    return {lj_count_b,   positions_b.size(), x_b.data(),  y_b.data(),  z_b.data(),     arm_x.data(),
-            arm_y.data(), arm_z.data(),       c6_b.data(), s3_b.data(), sigma_b.data(), charge_b.data()};
+    return {lj_count_b,   count_b,      x_b.data(),  y_b.data(),  z_b.data(),     arm_x.data(),
+            arm_y.data(), arm_z.data(), c6_b.data(), s3_b.data(), sigma_b.data(), charge_b.data()};
   }
 };
 
@@ -325,9 +325,12 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
 
 void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chosen) {
   const double coulomb = kCoulombKjAngstromPerMol / model.permittivity;
+  count_b = chosen.atoms.size();
   lj_count_b = chosen.lj_count;
   for (const std::size_t j : chosen.atoms) {
-    positions_b.push_back(b.positions_angstrom[j]);
+    x_own.push_back(b.positions_angstrom[j].x());
+    y_own.push_back(b.positions_angstrom[j].y());
+    z_own.push_back(b.positions_angstrom[j].z());
     c6_b.push_back(c6_of(b, j, constants.is_arithmetic));
     s3_b.push_back(s3_of(b, j, constants.is_arithmetic));
     far_c6_b.push_back(c6_of(b, j, false));
@@ -335,19 +338,22 @@ void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chose
     sigma_b.push_back(sigma_of(b, j));
     charge_b.push_back(static_cast<float>(coulomb * static_cast<double>(charge_of(b, j, model))));
   }
-  for (std::vector<double>* values : {&x_b, &y_b, &z_b, &arm_x, &arm_y, &arm_z}) values->resize(positions_b.size());
+  for (std::vector<double>* values : {&x_b, &y_b, &z_b, &arm_x, &arm_y, &arm_z}) values->resize(count_b);
 }
 
 void MolecularField::Impl::place_b(const Pose& X_AB, const Eigen::Matrix3d& R_AB, std::size_t begin,
                                    std::size_t end) noexcept {
-  for (std::size_t j = begin; j < end; ++j) {
-    const Vec3 arm = R_AB * positions_b[j];
-    arm_x[j] = arm.x();
-    arm_y[j] = arm.y();
-    arm_z[j] = arm.z();
-    x_b[j] = X_AB.p.x() + arm.x();
-    y_b[j] = X_AB.p.y() + arm.y();
-    z_b[j] = X_AB.p.z() + arm.z();
+  const double *const x = x_own.data(), *const y = y_own.data(), *const z = z_own.data();
+  double* const arms[3] = {arm_x.data(), arm_y.data(), arm_z.data()};
+  double* const places[3] = {x_b.data(), y_b.data(), z_b.data()};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = R_AB(axis, 0), b = R_AB(axis, 1), c = R_AB(axis, 2), p = X_AB.p[axis];
+    double *const arm = arms[axis], *const place = places[axis];
+#pragma GCC ivdep
+    for (std::size_t j = begin; j < end; ++j) {
+      arm[j] = a * x[j] + b * y[j] + c * z[j];
+      place[j] = p + arm[j];
+    }
   }
 }
 
@@ -357,7 +363,7 @@ void MolecularField::Impl::add_neighbours(const Pose& X_AB, FieldSums& sums) noe
   const Probes b = probes();
   search->run(X_AB, model.cutoff_angstrom, [&](std::uint32_t leaf, std::span<const std::uint32_t> near) {
     const std::size_t begin = leaf * kLanes;
-    const std::size_t end = std::min(begin + kLanes, positions_b.size());
+    const std::size_t end = std::min(begin + kLanes, count_b);
     place_b(X_AB, R_AB, begin, end);
     kernel.near(a, b, constants, {begin, end, near.data(), near.size()}, sums);
   });
@@ -394,11 +400,11 @@ FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
   if (f.search) {
     f.add_neighbours(X_AB_angstrom, sums);
     if (f.far) {
-      f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.positions_b.size());
+      f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.count_b);
       add_far_field(*f.far, f.probes(), f.far_c6_b, f.far_s3_b, sums);
     }
   } else {
-    f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.positions_b.size());
+    f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.count_b);
     f.kernel.all_pairs(f.target(), f.probes(), f.constants, sums);
   }
   f.last = sums;
