@@ -49,7 +49,10 @@ struct Target {
   std::size_t tile_count = 0;
 };
 
-/// Atoms of molecule B in A's frame, those with a Lennard-Jones term first.
+/// Where what fills B is, Å.
+inline constexpr double kFarAwayAngstrom = 1e12;
+/// Atoms of molecule B in A's frame, those with a Lennard-Jones term first. Arrays go on to a multiple of kLanes, far away and
+/// without parameters.
 struct Probes {
   std::size_t lj_count = 0;
   std::size_t count = 0;

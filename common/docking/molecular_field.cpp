@@ -338,7 +338,10 @@ void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chose
     sigma_b.push_back(sigma_of(b, j));
     charge_b.push_back(static_cast<float>(coulomb * static_cast<double>(charge_of(b, j, model))));
   }
-  for (std::vector<double>* values : {&x_b, &y_b, &z_b, &arm_x, &arm_y, &arm_z}) values->resize(count_b);
+  const std::size_t padded = (count_b + kLanes - 1) / kLanes * kLanes;
+  for (std::vector<float>* values : {&c6_b, &s3_b, &sigma_b, &charge_b}) values->resize(padded);
+  for (std::vector<double>* values : {&arm_x, &arm_y, &arm_z}) values->resize(padded);
+  for (std::vector<double>* values : {&x_b, &y_b, &z_b}) values->resize(padded, kFarAwayAngstrom);
 }
 
 void MolecularField::Impl::place_b(const Pose& X_AB, const Eigen::Matrix3d& R_AB, std::size_t begin,
@@ -348,8 +351,7 @@ void MolecularField::Impl::place_b(const Pose& X_AB, const Eigen::Matrix3d& R_AB
   double* const places[3] = {x_b.data(), y_b.data(), z_b.data()};
   for (int axis = 0; axis < 3; ++axis) {
     const double a = R_AB(axis, 0), b = R_AB(axis, 1), c = R_AB(axis, 2), p = X_AB.p[axis];
-    double *const arm = arms[axis], *const place = places[axis];
-#pragma GCC ivdep
+    double* __restrict const arm = arms[axis], * __restrict const place = places[axis];
     for (std::size_t j = begin; j < end; ++j) {
       arm[j] = a * x[j] + b * y[j] + c * z[j];
       place[j] = p + arm[j];
