@@ -156,22 +156,24 @@ std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Dura
   return {std::move(clock), std::move(timers)};
 }
 
-Finding judge_idle(bool gives_idle_to_host, bool has_priority) {
+Finding judge_idle(bool gives_idle_to_host, bool keeps_awake) {
   Finding finding;
   finding.check = "idle";
-  finding.numbers = {{"gives_idle_to_host", gives_idle_to_host}, {"keeps_awake", gives_idle_to_host && has_priority}};
+  finding.numbers = {{"gives_idle_to_host", gives_idle_to_host}, {"keeps_awake", keeps_awake}};
   if (!gives_idle_to_host) {
     finding.text = "no host takes idle processors away";
     return finding;
   }
   finding.text =
       "this machine is virtual, and its host may take an idle processor away for a millisecond: tandem-client ";
-  if (has_priority) {
+  if (keeps_awake) {
     finding.text += "keeps the haptic thread's awake, which costs the host a processor's time (--keep-awake off: not)";
   } else {
     finding.verdict = Verdict::kWarning;
-    finding.text += "keeps the haptic thread's awake only with a priority";
-    finding.remedy = "grant the priority above, or start tandem-client with --keep-awake on";
+    finding.text +=
+        "keeps the haptic thread's awake only with a priority, and without a quota of processor time (a container's, a "
+        "cgroup's)";
+    finding.remedy = "grant the priority above and lift the quota, or start tandem-client with --keep-awake on";
   }
   return finding;
 }
@@ -241,9 +243,9 @@ std::vector<Finding> run_loop(int priority, Duration length) {
   std::vector<Finding> findings;
   std::thread loop([&] {
     findings = judge_rights(realtime::request_realtime(priority), priority);
-    const bool gives_idle_to_host = realtime::gives_idle_to_host(), has_priority = realtime::has_realtime_priority();
-    findings.push_back(judge_idle(gives_idle_to_host, has_priority));
-    const std::jthread awake = gives_idle_to_host && has_priority ? realtime::keep_awake() : std::jthread();
+    const bool keeps_awake = realtime::should_keep_awake();
+    findings.push_back(judge_idle(realtime::gives_idle_to_host(), keeps_awake));
+    const std::jthread awake = keeps_awake ? realtime::keep_awake() : std::jthread();
     const SteadyClock clock;
     const LocalTime end = clock.now() + length;
     realtime::PeriodicTimer timer(kPeriod, clock.now());

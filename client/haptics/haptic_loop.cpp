@@ -36,7 +36,7 @@ void HapticLoop::stop() {
 void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_ready) {
   on_ready(realtime::request_realtime(settings_.realtime_priority, settings_.cpu));
   const bool is_realtime = realtime::has_realtime_priority();
-  report_.keeps_awake = settings_.keeps_awake.value_or(is_realtime && realtime::gives_idle_to_host());
+  report_.keeps_awake = settings_.keeps_awake.value_or(realtime::should_keep_awake());
   const std::jthread awake = report_.keeps_awake ? realtime::keep_awake() : std::jthread();
 
   const SteadyClock clock;

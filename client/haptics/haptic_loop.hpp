@@ -27,7 +27,7 @@ struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
   int realtime_priority = 0;  ///< as request_realtime() has it
   int cpu = -1;               ///< likewise
-  /// Whether realtime::keep_awake(); none: with a priority, where realtime::gives_idle_to_host().
+  /// Whether realtime::keep_awake(); none: where realtime::should_keep_awake().
   std::optional<bool> keeps_awake = std::nullopt;
   std::optional<Duration> duration = std::nullopt;  ///< since the start; none: until it is told to stop
   /// Records that the reader may fall behind by before they are lost (and counted): 4 s at 1 kHz.

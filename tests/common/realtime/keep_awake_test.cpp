@@ -90,12 +90,13 @@ class Machine {
     return write("sys/devices/system/cpu/cpuidle/current_driver", name + "\n");
   }
 
- private:
   Machine& write(const std::string& file, const std::string& text) {
     std::filesystem::create_directories((root_ / file).parent_path());
     std::ofstream(root_ / file) << text;
     return *this;
   }
+
+ private:
   std::filesystem::path root_ = std::filesystem::temp_directory_path() / ("keep_awake" + std::to_string(getpid()));
 };
 
@@ -105,6 +106,22 @@ TEST(KeepAwake, AHostTakesIdleProcessorsOfAVirtualMachineWithoutAnIdleDriver) {
   EXPECT_TRUE(gives_idle_to_host(Machine().with("fpu hypervisor").root()));
   EXPECT_FALSE(gives_idle_to_host(Machine().with("fpu hypervisor").with_driver("haltpoll").root()));
   EXPECT_FALSE(gives_idle_to_host(Machine().with("fpu lahf_lm").with_driver("none").root()));
+}
+
+TEST(KeepAwake, AQuotaOfAGroupOrOfOneAboveItIsSeen) {
+  EXPECT_FALSE(has_processor_quota(Machine().root())) << "nothing is known";
+  const auto quota = [](const std::string& file, const std::string& text) {
+    Machine machine;
+    machine.write("proc/self/cgroup", "0::/user.slice/session-1.scope\n");
+    return has_processor_quota(machine.write(file, text).root());
+  };
+  EXPECT_TRUE(quota("sys/fs/cgroup/user.slice/session-1.scope/cpu.max", "150000 100000\n"));
+  EXPECT_TRUE(quota("sys/fs/cgroup/user.slice/cpu.max", "50000 100000\n"));
+  EXPECT_TRUE(quota("sys/fs/cgroup/cpu.max", "50000 100000\n"));
+  EXPECT_FALSE(quota("sys/fs/cgroup/user.slice/cpu.max", "max 100000\n"));
+  EXPECT_FALSE(quota("sys/fs/cgroup/system.slice/cpu.max", "50000 100000\n"));
+  EXPECT_TRUE(quota("sys/fs/cgroup/cpu/cpu.cfs_quota_us", "50000\n"));
+  EXPECT_FALSE(quota("sys/fs/cgroup/cpu/cpu.cfs_quota_us", "-1\n"));
 }
 
 }  // namespace
