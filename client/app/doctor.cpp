@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -156,9 +157,10 @@ std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Dura
   return {std::move(clock), std::move(timers)};
 }
 
-Finding judge_idle(bool gives_idle_to_host, bool keeps_awake) {
+Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota) {
   Finding finding;
   finding.check = "idle";
+  const bool keeps_awake = gives_idle_to_host && has_priority && !has_quota;
   finding.numbers = {{"gives_idle_to_host", gives_idle_to_host}, {"keeps_awake", keeps_awake}};
   if (!gives_idle_to_host) {
     finding.text = "no host takes idle processors away";
@@ -168,12 +170,15 @@ Finding judge_idle(bool gives_idle_to_host, bool keeps_awake) {
       "this machine is virtual, and its host may take an idle processor away for a millisecond: tandem-client ";
   if (keeps_awake) {
     finding.text += "keeps the haptic thread's awake, which costs the host a processor's time (--keep-awake off: not)";
+    return finding;
+  }
+  finding.verdict = Verdict::kWarning;
+  if (has_quota) {
+    finding.text += "does not keep the haptic thread's awake, as that would use up the quota of processor time here";
+    finding.remedy = "lift the quota of the container or cgroup (cpu.max, docker run --cpus)";
   } else {
-    finding.verdict = Verdict::kWarning;
-    finding.text +=
-        "keeps the haptic thread's awake only with a priority, and without a quota of processor time (a container's, a "
-        "cgroup's)";
-    finding.remedy = "grant the priority above and lift the quota, or start tandem-client with --keep-awake on";
+    finding.text += "keeps the haptic thread's awake only with a priority";
+    finding.remedy = "grant the priority above, or start tandem-client with --keep-awake on";
   }
   return finding;
 }
@@ -243,9 +248,9 @@ std::vector<Finding> run_loop(int priority, Duration length) {
   std::vector<Finding> findings;
   std::thread loop([&] {
     findings = judge_rights(realtime::request_realtime(priority), priority);
-    const bool keeps_awake = realtime::should_keep_awake();
-    findings.push_back(judge_idle(realtime::gives_idle_to_host(), keeps_awake));
-    const std::jthread awake = keeps_awake ? realtime::keep_awake() : std::jthread();
+    findings.push_back(
+        judge_idle(realtime::gives_idle_to_host(), realtime::has_realtime_priority(), realtime::has_processor_quota()));
+    const std::shared_ptr<const void> awake = realtime::should_keep_awake() ? realtime::keep_awake() : nullptr;
     const SteadyClock clock;
     const LocalTime end = clock.now() + length;
     realtime::PeriodicTimer timer(kPeriod, clock.now());

@@ -40,9 +40,9 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
 /// its timers.
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
 
-/// A warning where a host takes idle processors (realtime::gives_idle_to_host()) and the haptic thread's is not kept awake,
-/// (realtime::should_keep_awake()).
-Finding judge_idle(bool gives_idle_to_host, bool keeps_awake);
+/// A warning where a host takes idle processors and the haptic thread's is not kept awake, for want of a priority or under a
+/// quota (realtime::should_keep_awake()).
+Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
 /// Of a loop of 1 ms. Bad when one tick in a thousand is late by a period or a tick by 20 ms, at which the force is let
 /// go; a warning from half a period on.

@@ -337,7 +337,8 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
   add_text(
       app, "--keep-awake",
       "keep the haptic thread's processor from sleeping, by a thread that gives way to all others [auto]: where the "
-      "machine is virtual and its kernel cannot, if the priority is granted; takes a processor's time from the host",
+      "machine is virtual and its kernel cannot, if the priority is granted and no container's quota would be used up; "
+      "takes a processor's time from the host",
       "auto|on|off", [&options](const std::string& text) {
         options.keeps_awake = chosen<std::optional<bool>>(text, {{"auto", std::nullopt}, {"on", true}, {"off", false}});
       });

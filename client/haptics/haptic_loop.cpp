@@ -2,7 +2,7 @@
 #include "client/haptics/haptic_loop.hpp"
 
 #include <future>
-#include <thread>
+#include <memory>
 #include <utility>
 
 #include "common/realtime/keep_awake.hpp"
@@ -36,8 +36,9 @@ void HapticLoop::stop() {
 void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_ready) {
   on_ready(realtime::request_realtime(settings_.realtime_priority, settings_.cpu));
   const bool is_realtime = realtime::has_realtime_priority();
-  report_.keeps_awake = settings_.keeps_awake.value_or(realtime::should_keep_awake());
-  const std::jthread awake = report_.keeps_awake ? realtime::keep_awake() : std::jthread();
+  const bool should_keep_awake = settings_.keeps_awake.value_or(realtime::should_keep_awake());
+  const std::shared_ptr<const void> awake = should_keep_awake ? realtime::keep_awake() : nullptr;
+  report_.keeps_awake = awake != nullptr;
 
   const SteadyClock clock;
   const LocalTime start = clock.now();

@@ -20,6 +20,7 @@ Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexce
 /// child l of node n is number kChildren · n + l of its level.
 class ClusterTree {
  public:
+  /// Cost    a second for 200,000 points
   explicit ClusterTree(std::span<const Vec3> points);
 
   /// Boxes of the children of each node: leaves in the first level, one node in the last; none without points.

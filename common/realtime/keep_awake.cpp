@@ -7,11 +7,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cerrno>
 #include <cstddef>
 #include <cstdlib>
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <thread>
 
 #include "common/base/time.hpp"
 #include "common/realtime/realtime.hpp"
@@ -20,9 +24,11 @@ namespace tandem::realtime {
 namespace {
 
 constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
-/// Of so many such times, for how much others have the processor at most where it is the loop's; for how many it stops otherwise.
+/// It is judged over so many such times, and stops for so many when others had the processor for more than this share.
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
-constexpr double kMaxWaiting = 0.5;
+constexpr double kMaxOthers = 0.5;
+
+std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};  // processors
 
 /// -1: there is no such thread any more. `stat` is its file in /proc.
 int processor_of(int stat) {
@@ -36,44 +42,65 @@ int processor_of(int stat) {
   return text.empty() ? -1 : std::atoi(text.data());
 }
 
-/// False: that thread is gone.
-bool follow(int stat) {
-  const int processor = processor_of(stat);
-  if (processor < 0) return false;
+/// Of a thread's schedstat in /proc, in this order how long it ran, and how long it was ready while others ran, 0 where the
+/// kernel does not count that. What a host takes is not in it.
+std::array<Duration, 2> times_of(int schedstat) {
+  std::array<char, 128> bytes{};
+  if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return {};
+  char* after_running = nullptr;
+  const Duration running(std::strtoll(bytes.data(), &after_running, 10));
+  return {running, Duration(std::strtoll(after_running, nullptr, 10))};
+}
+
+/// False: another thread keeps it awake.
+bool take(int processor) {
+  const auto index = static_cast<std::size_t>(processor);
+  if (processor >= CPU_SETSIZE || kept_awake[index].test_and_set()) return false;
   cpu_set_t cpus;
   CPU_ZERO(&cpus);
-  CPU_SET(static_cast<std::size_t>(processor), &cpus);
+  CPU_SET(index, &cpus);
   sched_setaffinity(0, sizeof(cpus), &cpus);
   return true;
 }
 
-/// How long the calling thread has been ready while others ran; 0 where the kernel does not count it. `schedstat` is its file
-/// in /proc. What a host takes is not in it.
-Duration waiting_of(int schedstat) {
-  std::array<char, 128> bytes{};
-  if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return Duration{0};
-  char* after_running = nullptr;
-  std::strtoll(bytes.data(), &after_running, 10);
-  return Duration(std::strtoll(after_running, nullptr, 10));
+/// `stat`, `schedstat`: of the thread that it runs beside.
+void run_beside(int stat, int schedstat, int own_schedstat, const std::weak_ptr<const void>& is_wanted) {
+  const SteadyClock clock;
+  const auto others_so_far = [=] { return times_of(own_schedstat)[1] - times_of(schedstat)[0]; };
+  int taken = -1, times = 0;
+  LocalTime begin;
+  Duration others_before{0};
+  while (!is_wanted.expired()) {
+    const int processor = processor_of(stat);
+    if (processor < 0) break;
+    if (processor != taken) {
+      if (taken >= 0) kept_awake[static_cast<std::size_t>(taken)].clear();
+      taken = take(processor) ? processor : -1;
+      times = 0;
+    }
+    if (taken < 0) {
+      std::this_thread::sleep_for(kFollowEvery);
+      continue;
+    }
+    if (times == 0) {
+      begin = clock.now();
+      others_before = others_so_far();
+    }
+    const LocalTime end = clock.now() + kFollowEvery;
+    while (clock.now() < end) {
+    }
+    times = (times + 1) % kJudgeTimes;
+    if (times != 0) continue;
+    const double others = to_seconds(others_so_far() - others_before) / to_seconds(clock.now() - begin);
+    for (int i = 0; others > kMaxOthers && i < kStopTimes && !is_wanted.expired(); ++i) {
+      std::this_thread::sleep_for(kFollowEvery);
+    }
+  }
+  if (taken >= 0) kept_awake[static_cast<std::size_t>(taken)].clear();
 }
 
-void run_beside(int stat, int schedstat, const std::stop_token& stop) {
-  const sched_param parameters{};
-  if (sched_setscheduler(0, SCHED_IDLE, &parameters) != 0) return;
-  const SteadyClock clock;
-  while (true) {
-    const LocalTime begin = clock.now();
-    const Duration waited_before = waiting_of(schedstat);
-    for (int i = 0; i < kJudgeTimes; ++i) {
-      if (stop.stop_requested() || !follow(stat)) return;
-      const LocalTime end = clock.now() + kFollowEvery;
-      while (clock.now() < end) {
-      }
-    }
-    const Duration waited = waiting_of(schedstat) - waited_before;
-    if (to_seconds(waited) <= kMaxWaiting * to_seconds(clock.now() - begin)) continue;
-    for (int i = 0; i < kStopTimes && !stop.stop_requested(); ++i) std::this_thread::sleep_for(kFollowEvery);
-  }
+int opened(const std::string& file) {
+  return open(file.c_str(), O_RDONLY | O_CLOEXEC);
 }
 
 bool is_number(const std::filesystem::path& file) {
@@ -99,15 +126,18 @@ bool gives_idle_to_host(const std::filesystem::path& root) {
 }
 
 bool has_processor_quota(const std::filesystem::path& root) {
-  const std::filesystem::path groups = root / "sys/fs/cgroup";
-  // Version 1, as a container sees its own; and version 2, where those above count as well.
-  if (is_number(groups / "cpu/cpu.cfs_quota_us")) return true;
   std::ifstream own(root / "proc/self/cgroup");
   for (std::string line; std::getline(own, line);) {
-    if (!line.starts_with("0::/")) continue;
-    std::filesystem::path group = line.substr(4);
+    // Number, controllers, path; version 2 names no controllers. Groups above one's own count as well.
+    const std::size_t colon = line.find(':'), slash = line.find(":/");
+    if (slash == std::string::npos) continue;
+    const std::string controllers = ',' + line.substr(colon + 1, std::max(colon + 1, slash) - colon - 1) + ',';
+    const bool is_second = controllers == ",,";
+    if (!is_second && controllers.find(",cpu,") == std::string::npos) continue;
+    const std::filesystem::path top = root / (is_second ? "sys/fs/cgroup" : "sys/fs/cgroup/cpu");
+    std::filesystem::path group = line.substr(slash + 2);
     while (true) {
-      if (is_number(groups / group / "cpu.max")) return true;
+      if (is_number(top / group / (is_second ? "cpu.max" : "cpu.cfs_quota_us"))) return true;
       if (group.empty()) break;
       group = group.parent_path();
     }
@@ -119,16 +149,29 @@ bool should_keep_awake() {
   return has_realtime_priority() && gives_idle_to_host() && !has_processor_quota();
 }
 
-std::jthread keep_awake() {
-  const std::string path = "/proc/self/task/" + std::to_string(gettid()) + "/stat";
-  const int stat = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (stat < 0) return {};
-  return std::jthread([stat](const std::stop_token& stop) {
-    const int schedstat = open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC);
-    run_beside(stat, schedstat, stop);
+std::shared_ptr<const void> keep_awake() {
+  const std::string thread = "/proc/self/task/" + std::to_string(gettid());
+  const int stat = opened(thread + "/stat"), schedstat = opened(thread + "/schedstat");
+  const auto close_files = [stat, schedstat] {
+    if (stat >= 0) close(stat);
     if (schedstat >= 0) close(schedstat);
-    close(stat);
-  });
+  };
+  const auto wanted = std::make_shared<const char>();
+  try {
+    if (stat < 0) throw std::system_error(errno, std::generic_category());
+    // Nobody waits for it to end: beside busy threads it may get the processor again after a second only.
+    std::thread([stat, schedstat, close_files, is_wanted = std::weak_ptr<const void>(wanted)] {
+      const sched_param parameters{};
+      const int own_schedstat = opened("/proc/thread-self/schedstat");
+      if (sched_setscheduler(0, SCHED_IDLE, &parameters) == 0) run_beside(stat, schedstat, own_schedstat, is_wanted);
+      if (own_schedstat >= 0) close(own_schedstat);
+      close_files();
+    }).detach();
+  } catch (const std::system_error&) {
+    close_files();
+    return nullptr;
+  }
+  return wanted;
 }
 
 }  // namespace tandem::realtime

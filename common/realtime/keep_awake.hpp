@@ -2,7 +2,7 @@
 #pragma once
 
 #include <filesystem>
-#include <thread>
+#include <memory>
 
 namespace tandem::realtime {
 
@@ -19,12 +19,14 @@ bool has_processor_quota(const std::filesystem::path& root = "/");
 /// and there is no quota.
 bool should_keep_awake();
 
-/// Starts a thread at SCHED_IDLE, the lowest priority there is, that never sleeps, on the processor that the calling thread
-/// runs on; it follows within 10 ms where that goes to. Whatever else is to run there runs before it, as if the processor
-/// were idle; where the kernel shares processors out by group (cgroups, sessions) it stops for a second at a time while
-/// others keep the processor awake. The host gives it a whole processor's time.
+/// Starts a thread at SCHED_IDLE, the lowest priority there is, that keeps the processor awake that the calling thread runs on,
+/// and follows it within 10 ms. Whatever else is to run there runs before it, as if the processor were idle. Where the kernel
+/// shares processors out by group (cgroups, sessions) that is not so: it stops for a second at a time while others have the
+/// processor for more than half of the time (as /proc/self/schedstat counts it; without that file never). The host gives it a
+/// whole processor's time. Of several in a process, one keeps a processor awake.
 ///
-/// Out     ends when it is destroyed, or the calling thread does; at once where SCHED_IDLE is refused
-std::jthread keep_awake();
+/// Out     it ends, within some time of its own, when nobody holds this any more, or with the calling thread; empty where
+///         there can be no such thread
+std::shared_ptr<const void> keep_awake();
 
 }  // namespace tandem::realtime

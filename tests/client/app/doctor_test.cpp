@@ -64,10 +64,12 @@ TEST(Doctor, RightsThatWereNotGrantedComeWithTheirRemedy) {
 }
 
 TEST(Doctor, AProcessorThatTheHostTakesIsAWarningWhereItIsNotKeptAwake) {
-  EXPECT_EQ(judge_idle(true, true).verdict, Verdict::kGood);
-  EXPECT_EQ(judge_idle(false, false).verdict, Verdict::kGood);
-  EXPECT_EQ(judge_idle(true, false).verdict, Verdict::kWarning);
-  EXPECT_THAT(judge_idle(true, false).remedy, HasSubstr("--keep-awake on"));
+  EXPECT_EQ(judge_idle(true, true, false).verdict, Verdict::kGood);
+  EXPECT_EQ(judge_idle(false, false, true).verdict, Verdict::kGood);
+  EXPECT_EQ(judge_idle(true, false, false).verdict, Verdict::kWarning);
+  EXPECT_THAT(judge_idle(true, false, false).remedy, HasSubstr("--keep-awake on"));
+  EXPECT_EQ(judge_idle(true, true, true).verdict, Verdict::kWarning);
+  EXPECT_THAT(judge_idle(true, true, true).remedy, HasSubstr("lift the quota"));
 }
 
 TEST(Doctor, ClocksAreJudgedByWhatTheKernelSays) {

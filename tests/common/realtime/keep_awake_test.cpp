@@ -5,8 +5,11 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,13 +19,23 @@
 namespace tandem::realtime {
 namespace {
 
-/// Thread of this process at the lowest priority; 0: there is none.
-pid_t idle_thread() {
+/// Threads of this process at the lowest priority.
+std::vector<pid_t> idle_threads() {
+  std::vector<pid_t> result;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
     const pid_t thread = std::stoi(task.path().filename());
-    if (sched_getscheduler(thread) == SCHED_IDLE) return thread;
+    if (sched_getscheduler(thread) == SCHED_IDLE) result.push_back(thread);
   }
-  return 0;
+  return result;
+}
+
+bool may_be_idle() {
+  bool may = false;
+  std::thread([&may] {
+    const sched_param parameters{};
+    may = sched_getscheduler(0) != SCHED_IDLE && sched_setscheduler(0, SCHED_IDLE, &parameters) == 0;
+  }).join();
+  return may;
 }
 
 cpu_set_t only(int cpu) {
@@ -48,31 +61,76 @@ std::vector<int> usable_cpus() {
   return result;
 }
 
-template <class Condition>
-void wait_until(Condition condition) {
-  while (!condition()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+/// How often a thread of this process went to sleep; −1: it is gone.
+long times_given_up(pid_t thread) {
+  std::ifstream status("/proc/self/task/" + std::to_string(thread) + "/status");
+  const std::string name = "voluntary_ctxt_switches:";
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(name)) return std::stol(line.substr(name.size()));
+  }
+  return -1;
 }
 
-TEST(KeepAwake, IsOfTheLowestPriorityAndFollowsTheThreadThatAskedUntilItIsDestroyed) {
+/// Not for ever, and long enough for a processor that others use.
+template <class Condition>
+bool is_in_time(Condition condition) {
+  const SteadyClock clock;
+  for (const LocalTime end = clock.now() + std::chrono::seconds(30); clock.now() < end;) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
+bool is_nobody_idle() {
+  return is_in_time([] { return idle_threads().empty(); });
+}
+
+TEST(KeepAwake, IsOfTheLowestPriorityAndFollowsTheThreadThatAskedUntilNobodyHoldsIt) {
+  if (!may_be_idle()) GTEST_SKIP() << "no SCHED_IDLE here";
+  ASSERT_TRUE(is_nobody_idle());
   const std::vector<int> cpus = usable_cpus();
   std::thread([&cpus] {
-    std::jthread awake = keep_awake();
-    wait_until([] { return idle_thread() != 0; });
-    const pid_t thread = idle_thread();
-    for (const int cpu : cpus) {
+    std::shared_ptr<const void> awake = keep_awake();
+    ASSERT_TRUE(is_in_time([] { return idle_threads().size() == 1; }));
+    const pid_t thread = idle_threads().front();
+    for (const int cpu : {cpus.front(), cpus.back()}) {
       const cpu_set_t one = only(cpu);
       ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);
-      wait_until([thread, cpu] { return is_pinned_to(thread, cpu); });
+      EXPECT_TRUE(is_in_time([thread, cpu] { return is_pinned_to(thread, cpu); }));
     }
-    awake = {};
-    EXPECT_EQ(idle_thread(), 0);
+    awake = nullptr;
+    EXPECT_TRUE(is_nobody_idle());
   }).join();
 }
 
 TEST(KeepAwake, EndsWithTheThreadThatAsked) {
-  std::jthread awake;
+  if (!may_be_idle()) GTEST_SKIP() << "no SCHED_IDLE here";
+  std::shared_ptr<const void> awake;
   std::thread([&awake] { awake = keep_awake(); }).join();
-  wait_until([] { return idle_thread() == 0; });
+  EXPECT_TRUE(is_nobody_idle());
+}
+
+TEST(KeepAwake, TwoOnAProcessorDoNotTakeItFromEachOther) {
+  if (!may_be_idle()) GTEST_SKIP() << "no SCHED_IDLE here";
+  std::thread([] {
+    const cpu_set_t one = only(usable_cpus().front());
+    ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);
+    std::shared_ptr<const void> first = keep_awake(), second = keep_awake();
+    ASSERT_TRUE(is_in_time([] { return idle_threads().size() == 2; }));
+    const std::vector<pid_t> threads = idle_threads();
+    const auto sleeps = [&threads](std::size_t i) { return times_given_up(threads[i]); };
+    // One of them waits, for half a second, while the other does not sleep at all.
+    EXPECT_TRUE(is_in_time([&sleeps] {
+      const std::array<long, 2> before{sleeps(0), sleeps(1)};
+      while (std::max(sleeps(0) - before[0], sleeps(1) - before[1]) < 50) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+      return std::min(sleeps(0) - before[0], sleeps(1) - before[1]) == 0;
+    }));
+    first = second = nullptr;
+    EXPECT_TRUE(is_nobody_idle());
+  }).join();
 }
 
 class Machine {
@@ -112,7 +170,7 @@ TEST(KeepAwake, AQuotaOfAGroupOrOfOneAboveItIsSeen) {
   EXPECT_FALSE(has_processor_quota(Machine().root())) << "nothing is known";
   const auto quota = [](const std::string& file, const std::string& text) {
     Machine machine;
-    machine.write("proc/self/cgroup", "0::/user.slice/session-1.scope\n");
+    machine.write("proc/self/cgroup", "4:cpu,cpuacct:/docker/1\n2:memory:/docker/1\n0::/user.slice/session-1.scope\n");
     return has_processor_quota(machine.write(file, text).root());
   };
   EXPECT_TRUE(quota("sys/fs/cgroup/user.slice/session-1.scope/cpu.max", "150000 100000\n"));
@@ -121,6 +179,8 @@ TEST(KeepAwake, AQuotaOfAGroupOrOfOneAboveItIsSeen) {
   EXPECT_FALSE(quota("sys/fs/cgroup/user.slice/cpu.max", "max 100000\n"));
   EXPECT_FALSE(quota("sys/fs/cgroup/system.slice/cpu.max", "50000 100000\n"));
   EXPECT_TRUE(quota("sys/fs/cgroup/cpu/cpu.cfs_quota_us", "50000\n"));
+  EXPECT_TRUE(quota("sys/fs/cgroup/cpu/docker/1/cpu.cfs_quota_us", "50000\n"));
+  EXPECT_FALSE(quota("sys/fs/cgroup/cpu/docker/2/cpu.cfs_quota_us", "50000\n"));
   EXPECT_FALSE(quota("sys/fs/cgroup/cpu/cpu.cfs_quota_us", "-1\n"));
 }
 
