@@ -328,6 +328,7 @@ void ClientRun::start_loop() {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
   for (const std::string& line : realtime_not_granted_) say(line);
+  if (loop_->keeps_awake()) say("keeping a processor awake for the haptic thread; --keep-awake off spares it");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
   stop_signals_.when_requested([this] {

@@ -34,11 +34,12 @@ void HapticLoop::stop() {
 }
 
 void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_ready) {
-  on_ready(realtime::request_realtime(settings_.realtime_priority, settings_.cpu));
+  std::vector<std::string> missing = realtime::request_realtime(settings_.realtime_priority, settings_.cpu);
   const bool is_realtime = realtime::has_realtime_priority();
   const bool should_keep_awake = settings_.keeps_awake.value_or(realtime::should_keep_awake());
   const std::shared_ptr<const void> awake = should_keep_awake ? realtime::keep_awake() : nullptr;
   report_.keeps_awake = awake != nullptr;
+  on_ready(std::move(missing));
 
   const SteadyClock clock;
   const LocalTime start = clock.now();

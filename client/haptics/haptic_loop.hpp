@@ -60,6 +60,8 @@ class HapticLoop {
 
   /// Starts the thread; returns once it has asked for its real-time rights, with what was not granted.
   std::vector<std::string> start();
+  /// Whether the thread's processor is kept awake (realtime::keep_awake()). After start().
+  bool keeps_awake() const { return report_.keeps_awake; }
   /// Tells the thread to show the hand out and end, and does not wait for it.
   /// Thread  any; cannot block
   void request_stop() noexcept { should_stop_.store(true, std::memory_order_relaxed); }

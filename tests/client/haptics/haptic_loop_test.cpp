@@ -80,6 +80,7 @@ TEST(HapticLoop, KeepsItsProcessorAwakeWhenToldAndNotWithoutAPriority) {
     if (is_told) settings.keeps_awake = true;
     Rig rig(settings);
     rig.loop.start();
+    EXPECT_EQ(rig.loop.keeps_awake(), is_told);
     rig.wait_for_ticks(20);
     rig.loop.stop();
     EXPECT_EQ(rig.loop.report().keeps_awake, is_told);
