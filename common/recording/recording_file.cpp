@@ -10,6 +10,12 @@
 #include <utility>
 
 namespace tandem::recording {
+namespace {
+
+/// After the last failure, until a disk is said to take again: one that is nearly full takes a small chunk now and then.
+constexpr std::uint64_t kTrustAfterNs = 5'000'000'000;
+
+}  // namespace
 
 RecordingFile::RecordingFile(std::filesystem::path file, McapWriter writer, RotationSettings rotation,
                              Describe describe)
@@ -68,7 +74,6 @@ bool RecordingFile::append(std::span<const std::uint8_t> bytes) {
     done += static_cast<std::size_t>(written);
   }
   if (done == bytes.size() && descriptor_ >= 0) {
-    if (std::exchange(is_failing_, false)) news_ = path_.string() + " is written again";
     size_ += done;
     bytes_written_ += done;
     return true;
@@ -107,7 +112,12 @@ void RecordingFile::flush(std::uint64_t now_ns) {
   if (!append(writer_.take_chunk())) {
     writer_.drop_chunk();
     messages_lost_ += messages;
+    failed_ns_ = now_ns;
     return;
+  }
+  if (is_failing_ && now_ns >= failed_ns_ + kTrustAfterNs) {
+    is_failing_ = false;
+    news_ = path_.string() + " is written again";
   }
   messages_written_ += messages;
   is_described_ = is_described_ || has_description;

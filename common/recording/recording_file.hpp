@@ -47,7 +47,8 @@ class RecordingFile {
   std::uint64_t bytes_written() const { return bytes_written_.load(std::memory_order_relaxed); }
   // Thread  that of the calls above
   std::uint32_t parts() const { return part_; }
-  /// What a person should be told since the last call: the disk takes nothing, or takes again; empty: nothing.
+  /// What a person should be told since the last call: the disk takes no more, or has taken everything for 5 s again; empty:
+  /// nothing.
   std::string take_news();
 
  private:
@@ -71,7 +72,8 @@ class RecordingFile {
   std::uint64_t size_ = 0;  ///< of this part, as far as it is good
   std::uint64_t begun_ns_ = 0;
   std::atomic<std::uint64_t> bytes_written_{0}, messages_written_{0}, messages_lost_{0};
-  bool is_failing_ = false;
+  bool is_failing_ = false;      ///< as a person was told
+  std::uint64_t failed_ns_ = 0;  ///< the last time
   std::string news_;
 };
 
