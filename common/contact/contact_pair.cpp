@@ -240,13 +240,13 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       planes.add(candidate.node, candidate.planes, now_);
       continue;
     }
-    ContactPoint& point = now_.emplace_back();
-    point.p_W = R_WP * candidate.p_P.cast<double>() + X_WP.p;
-    point.normal_W = R_out * unit(candidate.gradient_F);
-    point.depth_m = -candidate.distance_m;
-    point.area_m2 = direction.share * candidate.area_m2;
-    point.id = candidate.first | direction.id_bits;
-    point.count = candidate.count;
+    now_.push_back(ContactPoint{.p_W = R_WP * candidate.p_P.cast<double>() + X_WP.p,
+                                .normal_W = R_out * unit(candidate.gradient_F),
+                                .depth_m = -candidate.distance_m,
+                                .area_m2 = direction.share * candidate.area_m2,
+                                .bristle_W = Vec3::Zero(),
+                                .id = candidate.first | direction.id_bits,
+                                .count = candidate.count});
   }
 }
 

@@ -98,28 +98,39 @@ class Polygon {
       : corners_{Eigen::Vector2d(-half_u, -half_v), Eigen::Vector2d(half_u, -half_v), Eigen::Vector2d(half_u, half_v),
                  Eigen::Vector2d(-half_u, half_v)} {}
 
-  /// Leaves what is not above 0.
+  /// Leaves what is not above 0: mostly all of it, or nothing.
   void cut(const DepthSlope& slope) {
+    std::array<double, kMaxCorners> at;
+    std::size_t above = 0;
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      at[i] = slope.at(corners_[i]);
+      above += at[i] > 0 ? 1 : 0;
+    }
+    if (above == 0) return;
+    if (above == corners_.size()) return clear();
     boost::container::static_vector<Eigen::Vector2d, kMaxCorners> left;
     for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const Eigen::Vector2d& here = corners_[i];
-      const Eigen::Vector2d& next = corners_[i + 1 == corners_.size() ? 0 : i + 1];
-      const double at_here = slope.at(here), at_next = slope.at(next);
+      const std::size_t next = i + 1 == corners_.size() ? 0 : i + 1;
       // Of a convex part one corner more is left at most; where rounding makes it another, what is lost is as small.
       if (left.size() + 2 > left.capacity()) break;
-      if (at_here <= 0) left.push_back(here);
-      if ((at_here <= 0) == (at_next <= 0)) continue;
-      const double share = at_here / (at_here - at_next);
-      left.emplace_back(here + share * (next - here));
+      if (at[i] <= 0) left.push_back(corners_[i]);
+      if ((at[i] <= 0) == (at[next] <= 0)) continue;
+      const double share = at[i] / (at[i] - at[next]);
+      left.emplace_back(corners_[i] + share * (corners_[next] - corners_[i]));
     }
     corners_ = left;
   }
   bool is_empty() const { return corners_.size() < 3; }
   void clear() { corners_.clear(); }
-  double least(const DepthSlope& slope) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector2d& corner : corners_) least = std::min(least, slope.at(corner));
-    return least;
+  /// The least and the most.
+  std::pair<double, double> range(const DepthSlope& slope) const {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const Eigen::Vector2d& corner : corners_) {
+      const double at = slope.at(corner);
+      least = std::min(least, at);
+      most = std::max(most, at);
+    }
+    return {least, most};
   }
 
   Group sum() const {
@@ -256,7 +267,15 @@ class NodeContacts {
     boost::container::static_vector<DepthSlope, PlaneMap::kMaxInBox> slopes;
     for (const Below& plane : planes_) slopes.push_back(slope_of(plane, flat));
     const std::size_t most_parts = std::min({room / 4, std::size_t{node.count} / 4, parts_.capacity()});
+    const double slice_m = is_sliced ? kFirstSlice_m : std::numeric_limits<double>::infinity();
     parts_.clear();
+    if (slopes.size() == 1 && acts_as_one(slopes[0], half_u, half_v, slice_m)) {
+      const Group whole{.area = 1, .uu = half_u * half_u / 3, .vv = half_v * half_v / 3};
+      first_slices_ = slopes[0].middle <= 0 ? 1 : 0;
+      if (!add_part(planes_[0], whole, most_parts)) return false;
+      put_parts(node, flat);
+      return true;
+    }
     for (const bool is_gap : {false, true}) {
       for (std::size_t i = 0; i < slopes.size(); ++i) {
         Polygon polygon(half_u, half_v);
@@ -267,7 +286,6 @@ class NodeContacts {
           if (k != i) polygon.cut(is_gap ? slopes[k] : slopes[k] - slopes[i]);
         }
         const double density = 1 / (4 * half_u * half_v);
-        const double slice_m = is_sliced ? kFirstSlice_m : std::numeric_limits<double>::infinity();
         if (!add_slices(planes_[i], slopes[i], polygon, slice_m, density, most_parts)) return false;
         if (!is_gap && i == 0) {
           first_slices_ = parts_.size();
@@ -314,6 +332,13 @@ class NodeContacts {
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
 
+  /// All of a rectangle presses, or none, in one slice.
+  bool acts_as_one(const DepthSlope& slope, double half_u, double half_v, double slice_m) const {
+    const double reach = half_u * std::abs(slope.along) + half_v * std::abs(slope.across);
+    const bool is_on_one_side = std::abs(slope.middle) >= reach && slope.middle + reach <= search_.band_m;
+    return is_on_one_side && 2 * reach <= slice_m;
+  }
+
   static DepthSlope slope_of(const Below& plane, const FlatNode& flat) {
     return {plane.distance_m(flat.mean_S.cast<double>()), plane.normal_P.dot(flat.along_S.cast<double>()),
             plane.normal_P.dot(flat.across_S.cast<double>())};
@@ -351,33 +376,34 @@ class NodeContacts {
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
                   std::size_t most_parts) {
     if (rest.is_empty()) return true;
-    const double nearest_m = rest.least(slope);
+    const auto [nearest_m, farthest_m] = rest.range(slope);
     for (; !rest.is_empty(); slice_m *= kNextSlice) {
+      if (farthest_m <= nearest_m + slice_m) return add_part(plane, rest.sum() * density, most_parts);
       Polygon slice = rest;
-      if (std::isinf(slice_m)) {
-        rest.clear();
-      } else {
-        slice.cut(slope.below(nearest_m + slice_m));
-        rest.cut(-slope.below(nearest_m + slice_m));
-      }
-      const Group group = slice.is_empty() ? Group() : slice.sum() * density;
-      if (group.area < kMinShare) continue;
-      if (parts_.size() >= most_parts) return false;
-      parts_.push_back({&plane, Four(group)});
+      slice.cut(slope.below(nearest_m + slice_m));
+      rest.cut(-slope.below(nearest_m + slice_m));
+      if (!slice.is_empty() && !add_part(plane, slice.sum() * density, most_parts)) return false;
     }
+    return true;
+  }
+
+  bool add_part(const Below& plane, const Group& group, std::size_t most_parts) {
+    if (group.area < kMinShare) return true;
+    if (parts_.size() >= most_parts) return false;
+    parts_.push_back({&plane, Four(group)});
     return true;
   }
 
   void add(const Below& plane, const Vec3& p_P, double distance, double area_m2, std::uint32_t first,
            std::uint32_t end) {
     if (distance >= search_.band_m) return;
-    ContactPoint& contact = contacts_.emplace_back();
-    contact.p_W = R_WP_ * p_P + search_.X_WP.p;
-    contact.normal_W = plane.normal_W;
-    contact.depth_m = -distance;
-    contact.area_m2 = search_.share * area_m2;
-    contact.id = first | search_.id_bits;
-    contact.count = end - first;
+    contacts_.push_back(ContactPoint{.p_W = R_WP_ * p_P + search_.X_WP.p,
+                                     .normal_W = plane.normal_W,
+                                     .depth_m = -distance,
+                                     .area_m2 = search_.share * area_m2,
+                                     .bristle_W = Vec3::Zero(),
+                                     .id = first | search_.id_bits,
+                                     .count = end - first});
   }
 
   const PlaneContacts& search_;
