@@ -1,5 +1,5 @@
 // What one contact does to two bodies in a step, for hundreds of contacts at once: the inner loops of the contact
-// solver. Stored in pairs, each quantity of the pair side by side, so that the compiler's vectors are full.
+// solver. Stored by four, each quantity of the four side by side, so that vectors are full.
 #pragma once
 
 #include <span>
@@ -11,6 +11,8 @@
 #include "common/contact/contact_solver.hpp"
 
 namespace tandem::contact {
+
+struct ContactRow;
 
 /// What all contacts of a patch have in common, and where its rows are.
 struct PatchTerms {
@@ -66,13 +68,10 @@ class ContactRows {
   PatchResult finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;
 
  private:
-  struct Row;
-  struct Motion;
-  static Motion motion(const Row& row, const Twist& twist) noexcept;
-  static void set(Row& row, Eigen::Index half, const ContactPoint& contact, const PatchTerms& terms) noexcept;
-  static void set_empty(Row& row, Eigen::Index half) noexcept;
+  static void set(ContactRow& row, std::size_t lane, const ContactPoint& contact, const PatchTerms& terms) noexcept;
+  static void set_empty(ContactRow& row, std::size_t lane) noexcept;
 
-  std::vector<Row> rows_;
+  std::vector<ContactRow> rows_;
   std::size_t used_ = 0;
 };
 

@@ -14,6 +14,18 @@ struct DistanceSample {
   Vec3 gradient = Vec3::UnitZ();  ///< of the distance: out of the shape; length about 1, never 0
 };
 
+/// A place, or a sample, in each row, so that what is done with all of them is done with vectors.
+inline constexpr std::size_t kEight = 8;
+using EightPlaces = Eigen::Array<double, kEight, 3>;
+using EightSamples = Eigen::Array<double, kEight, 4>;
+
+inline Vec3 place_at(const EightPlaces& places, std::size_t i) {
+  return places.row(static_cast<Eigen::Index>(i)).matrix().transpose();
+}
+inline void set_sample(EightSamples& samples, std::size_t i, const DistanceSample& sample) {
+  samples.row(static_cast<Eigen::Index>(i)) << sample.distance_m, sample.gradient.transpose().array();
+}
+
 struct OrientedBox;
 
 /// A part of a surface is flat: distance = normal·p + offset.
@@ -39,11 +51,12 @@ class DistanceField {
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
   /// The same distance with its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
-  /// sample() of each place; faster together where what they read must come from memory.
+  /// sample() of `count` places; faster together.
   ///
-  /// Out     samples  as many as `p_S`
-  virtual void sample_all(std::span<const Vec3> p_S, std::span<DistanceSample> samples) const noexcept {
-    for (std::size_t i = 0; i < p_S.size(); ++i) samples[i] = sample(p_S[i]);
+  /// In      p_S      a place in each row
+  /// Out     samples  likewise: distance, gradient; of other rows anything
+  virtual void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
+    for (std::size_t i = 0; i < count; ++i) set_sample(samples, i, sample(place_at(p_S, i)));
   }
 
   /// The planes of its flat parts, kMaxPlanes at most; they live as long as the field.

@@ -2,13 +2,39 @@
 #include "common/contact/distance_grid.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "common/contact/lanes/lanes.hpp"
 
 namespace tandem::contact {
 namespace {
 
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
+
+/// Of a grid, what its cells are found by.
+struct GridCells {
+  Vec3 origin_S;
+  double bricks_per_m, quantum_m;
+  std::array<std::int32_t, 3> bricks;
+  const std::uint32_t* refs;
+  const std::int16_t* samples;
+};
+
+}  // namespace
+}  // namespace tandem::contact
+
+static_assert(std::endian::native == std::endian::little);  // of two samples at once, the lower half is the first
+#define TANDEM_KERNEL "common/contact/lanes/grid_cells.inc"
+#include "common/contact/lanes/twice.inc"
+
+namespace tandem::contact {
+namespace {
+
 constexpr double kFarthestPlace_m = 1e6;
 constexpr double kFarthest = 1e100;  ///< its square is finite
 
@@ -176,29 +202,13 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
   return sample_brick(place, ref_at(place));
 }
 
-// What a sample reads depends on what it read before: of several places at once, each of these waits is one.
-void DistanceGrid::sample_all(std::span<const Vec3> p_S, std::span<DistanceSample> samples) const noexcept {
-  constexpr std::size_t kAtOnce = 8;
-  std::array<Place, kAtOnce> places;
-  std::array<bool, kAtOnce> is_inside;
-  for (std::size_t begin = 0; begin < p_S.size(); begin += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, p_S.size() - begin);
-    for (std::size_t k = 0; k < count; ++k) {
-      is_inside[k] = locate(p_S[begin + k], places[k]);
-      if (is_inside[k]) __builtin_prefetch(&ref_at(places[k]));
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t ref = is_inside[k] ? ref_at(places[k]) : 0;
-      if (ref == 0) continue;
-      const auto cells = static_cast<std::int32_t>(cells_of(level_of(ref)));
-      const Cell<std::int16_t> cell = cell_of(&samples_[ref >> kLevelBits], cells, places[k].in_brick);
-      for (const std::int16_t* row :
-           {cell.at, cell.at + cell.row, cell.at + cell.plane, cell.at + cell.plane + cell.row})
-        __builtin_prefetch(row);
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      samples[begin + k] = is_inside[k] ? sample_brick(places[k], ref_at(places[k])) : sample_outside(p_S[begin + k]);
-    }
+void DistanceGrid::sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
+  const auto along = [this](std::size_t axis) { return static_cast<std::int32_t>(bricks_[axis]); };
+  const GridCells cells{origin_S_,    bricks_per_m_,  quantum_m_, {along(0), along(1), along(2)},
+                        refs_.data(), samples_.data()};
+  (uses_avx2() ? avx2::sample_cells : portable::sample_cells)(cells, p_S.data(), (count + 3) / 4, samples.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::isnan(samples(static_cast<Eigen::Index>(i), 0))) set_sample(samples, i, sample(place_at(p_S, i)));
   }
 }
 

@@ -42,7 +42,7 @@ class DistanceGrid final : public DistanceField {
 
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
-  void sample_all(std::span<const Vec3> p_S, std::span<DistanceSample> samples) const noexcept override;
+  void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_.planes(); }
   PlaneSet planes_over(const OrientedBox& box_S) const noexcept override { return planes_.planes_over(box_S); }
   /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it

@@ -21,11 +21,8 @@ constexpr double kPlaneMotion_m = 2e-4;
 // own ball, points near it may be a little outside; of a tiny solid that would be much.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// Room for rounding in a field; and until where motion is added up, since the cut keeps distances in single precision.
-constexpr double kRounding_m = 3e-8;
+// Until where motion is added up, since the cut keeps distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// What is sampled is steeper than a distance where a grid interpolates: each of its three slopes is about 1 at most.
-constexpr double kSteepest = 1.75;
 // So many times the looks that a step may take can be too many for one only; a cut that begins needs more.
 constexpr std::uint32_t kWalkLooks = 6, kFirstWalkLooks = 8;
 // A part is asked as a whole after this much motion, some of them earlier and one a step: small nodes next to a groove
@@ -44,11 +41,11 @@ double chord(const Quat& a, const Quat& b) {
   return 2 * (a.conjugate() * b).vec().norm();
 }
 
-/// The next below.
+/// Less by as much as rounding could make it more.
 float rounded_down(double a) {
   constexpr double kFar = 100;
-  const auto rounded = static_cast<float>(std::min(a, kFar));
-  return rounded > a ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+  const double least = std::min(a, kFar);
+  return static_cast<float>(least - std::numeric_limits<float>::epsilon() * std::abs(least));
 }
 
 /// 0.5 to 1, of each node another.
@@ -335,7 +332,9 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       const CutNode& entry = entries[i];
       // What is asked next is on its way while this is asked.
-      if (i + 2 < entries.size()) __builtin_prefetch(&shell_->nodes[entries[i + 2].node]);
+      if (i + 2 < entries.size() && !entries[i + 2].is_known(part.gone_m, band_m)) {
+        __builtin_prefetch(&shell_->nodes[entries[i + 2].node]);
+      }
       if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
         LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
       }
@@ -412,23 +411,8 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
   contacts_ += candidates_.size() - before;
   if (contacts_ > capacity_) return false;
 
-  std::array<double, kShellLeafPoints> at_m;
-  double first_m = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < leaf.size(); ++k) {
-    if (leaf.is_asked(k)) {
-      // Beyond the field's band samples may be too far.
-      const double sampled = std::min(leaf.distance_m(k), field_->band_m());
-      const double of_steepest = least_band_m_ + (sampled - least_band_m_) / kSteepest;
-      at_m[k] = gone_m + std::max(sampled - 2 * field_->error_m(), of_steepest) - kRounding_m;
-    } else {
-      at_m[k] = entry.asked_again_at_m + entry.lags[k] * kLagStep_m;
-    }
-    first_m = std::min(first_m, at_m[k]);
-  }
-  CutNode asked{.node = entry.node, .asked_again_at_m = rounded_down(first_m), .is_leaf = true};
-  for (std::size_t k = 0; k < leaf.size(); ++k) {
-    asked.lags[k] = static_cast<std::uint8_t>(std::min(255.0, (at_m[k] - first_m) / kLagStep_m));
-  }
+  CutNode asked{.node = entry.node, .lags = entry.lags, .is_leaf = true};
+  asked.asked_again_at_m = rounded_down(leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags));
   return keep(asked, gone_m, band_m);
 }
 

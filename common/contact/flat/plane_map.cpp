@@ -114,6 +114,7 @@ struct PlaneMap::Range {
   template <typename Visit>
   bool all_of(const OrientedBox& box, const Visit& visit) const {
     const Vec3 step = edge_m * box.axes.row(0).transpose();
+    const Vec3 per_step = step.cwiseInverse(), reach = (most.array() * per_step.array().abs()).matrix();
     for (std::int64_t z = begin[2]; z < end[2]; ++z) {
       for (std::int64_t y = begin[1]; y < end[1]; ++y) {
         const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
@@ -125,9 +126,9 @@ struct PlaneMap::Range {
             if (std::abs(at[i]) > most[i]) high = -1;
             continue;
           }
-          const double middle = -at[i] / step[i], reach = most[i] / std::abs(step[i]);
-          low = std::max(low, middle - reach);
-          high = std::min(high, middle + reach);
+          const double middle = -at[i] * per_step[i];
+          low = std::max(low, middle - reach[i]);
+          high = std::min(high, middle + reach[i]);
         }
         if (!(low <= high)) continue;
         const auto last = static_cast<std::int64_t>(std::floor(high));
@@ -173,6 +174,11 @@ Vec3 PlaneMap::middle_of(std::size_t brick) const {
   return origin_S_ + brick_m_ * place;
 }
 
+Vec3 PlaneMap::block_middle(const Vec3& p_S) const {
+  const double edge_m = brick_m_ / kBlocks;
+  return origin_S_ + edge_m * (((p_S - origin_S_) / edge_m).array().floor() + 0.5).matrix();
+}
+
 PlaneSet PlaneMap::harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const {
   PlaneSet harmless = 0;
   if (index == kNone || index == kInside) return harmless;
@@ -213,7 +219,7 @@ PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) cons
 }
 
 std::uint8_t PlaneMap::at(const Vec3& p_S) const noexcept {
-  const Vec3 scaled = (p_S - origin_S_) / brick_m_;
+  const Vec3 scaled = (p_S - origin_S_) * (1 / brick_m_);
   for (int i = 0; i < 3; ++i) {
     if (!(scaled[i] >= 0 && scaled[i] < bricks_[static_cast<std::size_t>(i)])) return kOutside;
   }
@@ -321,9 +327,15 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
     return index != kNone && std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // What ends at its corners fails there first.
+  // What ends at its corners fails there first; and where one plane is the nearest, so that all of them never are.
   if (!look_at(at(box_S.centre))) return 0;
   if (!for_corners(box_S.centre, half_edges, [&](const Vec3& corner) { return look_at(at(corner)); })) return 0;
+  const double block_m = brick_m_ / kBlocks;
+  const auto may_be_largest = [&](const Vec3& p_S) {
+    const std::uint8_t index = at(p_S);
+    return index <= kInside || is_below(all & ~sets_[index], sets_[index], block_middle(p_S), block_m);
+  };
+  if (!may_be_largest(box_S.centre) || !for_corners(box_S.centre, half_edges, may_be_largest)) return 0;
   const auto look_at_brick = [&](std::size_t brick) { return look_at(static_cast<std::uint8_t>(refs_[brick])); };
   if (!for_blocks(box_S, look_at_brick, [&](std::uint8_t index, const Vec3&) { return look_at(index); })) return 0;
   if (all == 0 || (std::popcount(all) == 1 && !is_beyond_anywhere)) return all;

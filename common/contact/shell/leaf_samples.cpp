@@ -4,8 +4,18 @@
 #include <cmath>
 #include <limits>
 
+#include "common/contact/lanes/lanes.hpp"
+
 namespace tandem::contact {
 namespace {
+
+static_assert(kShellLeafPoints == kEight);
+
+/// Over points: of their areas, and of these or of their forces times something.
+struct MeanSums {
+  double area = 0, distance = 0, weight = 0;
+  Vec3 place = Vec3::Zero(), gradient = Vec3::Zero();
+};
 
 // Points whose distances differ by less than this act as one: a few quanta of a distance grid.
 constexpr double kAlike_m = 1e-6;
@@ -13,40 +23,87 @@ constexpr double kAlike_m = 1e-6;
 constexpr double kSameWay = 0.98;
 
 }  // namespace
+}  // namespace tandem::contact
+
+#define TANDEM_KERNEL "common/contact/lanes/leaf_samples.inc"
+#include "common/contact/lanes/twice.inc"
+
+namespace tandem::contact {
+
+void LeafSamples::prefetch(const PointShell& shell, const ShellNode& node) noexcept {
+  const std::size_t size = std::min(node.count, kShellLeafPoints);
+  if (size < node.count) {
+    for (std::size_t k = 0; k < size; ++k) __builtin_prefetch(&shell.points[first_of(node, size, k)]);
+    return;
+  }
+  // Side by side: once for each line of a cache.
+  constexpr std::size_t kLineBytes = 64;
+  const auto* const begin = reinterpret_cast<const char*>(&shell.points[node.first]);
+  for (std::size_t at = 0; at < size * sizeof(ShellPoint); at += kLineBytes) __builtin_prefetch(begin + at);
+  __builtin_prefetch(begin + size * sizeof(ShellPoint) - 1);
+}
 
 LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field,
                          const Eigen::Matrix3d& R_FP, const Vec3& p_FP, const LeafLags& lags, double up_to_m) noexcept
-    : shell_(shell),
-      node_(node),
-      size_(std::min(node.count, kShellLeafPoints)),
-      nearest_m_(std::numeric_limits<double>::infinity()) {
+    : shell_(shell), node_(node), field_(field), size_(std::min(node.count, kShellLeafPoints)) {
   prefetch(shell, node);
-  std::array<Vec3, kShellLeafPoints> places_F;
-  std::array<std::size_t, kShellLeafPoints> asked;
-  double area = 0;
+  std::array<const ShellPoint*, kShellLeafPoints> points;
+  std::array<std::uint8_t, kShellLeafPoints> asked;
+  const double up_to = up_to_m / kLagStep_m;
   for (std::size_t k = 0; k < size_; ++k) {
-    const ShellPoint& point = shell_.points[first_of(k)];
-    area += point.area_m2;
-    samples_[k].distance_m = std::numeric_limits<double>::infinity();
-    if (lags[k] * kLagStep_m > up_to_m) continue;
-    places_F[asked_] = R_FP * point.p_S.cast<double>() + p_FP;
-    asked[asked_++] = k;
+    if (lags[k] > up_to) continue;
+    points[asked_] = &shell_.points[first_of(k)];
+    asked[asked_++] = static_cast<std::uint8_t>(k);
   }
-  std::array<DistanceSample, kShellLeafPoints> samples;
-  field.sample_all({places_F.data(), asked_}, {samples.data(), asked_});
-  for (std::size_t i = 0; i < asked_; ++i) {
-    samples_[asked[i]] = samples[i];
-    nearest_m_ = std::min(nearest_m_, samples[i].distance_m);
+  samples_.col(0).setConstant(std::numeric_limits<double>::infinity());
+  nearest_m_ = farthest_m_ = std::numeric_limits<double>::infinity();
+  if (asked_ == 0) return;
+  for (std::size_t i = asked_; i % 4 != 0; ++i) points[i] = points[i - 1];
+  EightPlaces places_F;
+  EightSamples samples;
+  (uses_avx2() ? avx2::place_points : portable::place_points)(points.data(), (asked_ + 3) / 4, R_FP.data(), p_FP.data(),
+                                                              places_F.data());
+  field.sample_all(places_F, asked_, samples);
+  for (std::uint32_t i = 0; i < asked_; ++i) samples_.row(asked[i]) = samples.row(i);
+  const auto distances = samples_.col(0).head(static_cast<Eigen::Index>(size_));
+  nearest_m_ = distances.minCoeff();
+  farthest_m_ = distances.maxCoeff();
+  if (node.count > size_) area_scale_ = area_scale();
+}
+
+// Of points that stand for others.
+double LeafSamples::area_scale() const {
+  double area = 0;
+  for (std::size_t k = 0; k < size_; ++k) area += shell_.points[first_of(k)].area_m2;
+  return area > 0 ? node_.mean.area_m2 / area : 1;
+}
+
+double LeafSamples::asked_again(double gone_m, double least_band_m, double before_m, LeafLags& lags) const {
+  std::array<double, kShellLeafPoints> at_m;
+  double first_m = std::numeric_limits<double>::infinity();
+  const double farthest_m = field_.band_m(), error_m = 2 * field_.error_m();
+  for (std::size_t k = 0; k < size_; ++k) {
+    if (is_asked(k)) {
+      // Beyond the field's band samples may be too far.
+      const double sampled = std::min(distance_m(k), farthest_m);
+      const double of_steepest = least_band_m + (sampled - least_band_m) * (1 / kSteepest);
+      at_m[k] = gone_m + std::max(sampled - error_m, of_steepest) - kRounding_m;
+    } else {
+      at_m[k] = before_m + lags[k] * kLagStep_m;
+    }
+    first_m = std::min(first_m, at_m[k]);
   }
-  farthest_m_ = nearest_m_;
-  for (std::size_t k = 0; k < size_; ++k) farthest_m_ = std::max(farthest_m_, samples_[k].distance_m);
-  if (node.count > size_ && area > 0) area_scale_ = node.mean.area_m2 / area;
+  constexpr double kMaxLag = 255;
+  for (std::size_t k = 0; k < size_; ++k) {
+    lags[k] = static_cast<std::uint8_t>(std::min(kMaxLag, (at_m[k] - first_m) * (1 / kLagStep_m)));
+  }
+  return first_m;
 }
 
 std::size_t LeafSamples::near_count(double band_m) const {
   if (nearest_m_ >= band_m) return 0;
   std::size_t count = 0;
-  for (std::size_t k = 0; k < size_; ++k) count += samples_[k].distance_m < band_m ? 1 : 0;
+  for (std::size_t k = 0; k < size_; ++k) count += distance_m(k) < band_m ? 1 : 0;
   return count * node_.count / size_;
 }
 
@@ -54,32 +111,23 @@ ShellCandidate LeafSamples::candidate_of(std::size_t k) const {
   const ShellPoint& point = shell_.points[first_of(k)];
   return {.p_P = point.p_S,
           .area_m2 = static_cast<float>(area_scale_ * point.area_m2),
-          .distance_m = samples_[k].distance_m,
-          .gradient_F = samples_[k].gradient,
+          .distance_m = distance_m(k),
+          .gradient_F = samples_.row(static_cast<Eigen::Index>(k)).tail<3>().matrix().transpose(),
           .first = first_of(k),
           .count = first_of(k + 1) - first_of(k)};
 }
 
 ShellCandidate LeafSamples::mean_of(double low_m, double high_m) const {
-  double area_m2 = 0, distance = 0, weights = 0;
-  Vec3 p_P = Vec3::Zero(), gradient_F = Vec3::Zero();
-  for (std::size_t k = 0; k < size_; ++k) {
-    const double distance_m = samples_[k].distance_m;
-    if (!(distance_m >= low_m && distance_m < high_m)) continue;
-    const ShellPoint& point = shell_.points[first_of(k)];
-    const double area = area_scale_ * point.area_m2;
-    const double weight = high_m <= 0 ? -area * distance_m : area;
-    area_m2 += area;
-    distance += area * distance_m;
-    weights += weight;
-    p_P += weight * point.p_S.cast<double>();
-    gradient_F += weight * samples_[k].gradient.normalized();
-  }
-  if (!(weights > 0)) return {};
-  return {.p_P = (p_P / weights).cast<float>(),
-          .area_m2 = static_cast<float>(area_m2),
-          .distance_m = distance / area_m2,
-          .gradient_F = gradient_F / weights,
+  std::array<const ShellPoint*, kShellLeafPoints> points;
+  for (std::size_t k = 0; k < kShellLeafPoints; ++k) points[k] = &shell_.points[first_of(std::min(k, size_ - 1))];
+  MeanSums sums;
+  (uses_avx2() ? avx2::add_means : portable::add_means)(points.data(), samples_.data(), low_m, high_m, area_scale_,
+                                                        sums);
+  if (!(sums.weight > 0)) return {};
+  return {.p_P = (sums.place / sums.weight).cast<float>(),
+          .area_m2 = static_cast<float>(sums.area),
+          .distance_m = sums.distance / sums.area,
+          .gradient_F = sums.gradient / sums.weight,
           .first = node_.first,
           .count = node_.count};
 }
@@ -92,26 +140,27 @@ void LeafSamples::add_points(double band_m, std::vector<ShellCandidate>& candida
     if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kAlike_m) return candidates.push_back(mean);
   }
   for (std::size_t k = 0; k < size_; ++k) {
-    if (samples_[k].distance_m < band_m) candidates.push_back(candidate_of(k));
+    if (distance_m(k) < band_m) candidates.push_back(candidate_of(k));
   }
 }
 
 void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
                              std::vector<ShellCandidate>& candidates) const {
   if (nearest_m_ >= band_m) return;
-  ShellCandidate press = mean_of(-std::numeric_limits<double>::infinity(), 0);
-  ShellCandidate gap = mean_of(0, band_m);
+  ShellCandidate press, gap;
+  if (nearest_m_ < 0) press = mean_of(-std::numeric_limits<double>::infinity(), 0);
+  if (farthest_m_ >= 0) gap = mean_of(0, band_m);
   const bool presses = press.area_m2 > 0, has_gap = gap.area_m2 > 0;
   const double coherence = press.gradient_F.norm();
   if (presses && !must) {
     std::size_t rigid = 0, pressing = 0;
     for (std::size_t k = 0; k < size_; ++k) {
-      rigid += samples_[k].distance_m <= -rigid_depth_m ? 1 : 0;
-      pressing += samples_[k].distance_m < 0 ? 1 : 0;
+      rigid += distance_m(k) <= -rigid_depth_m ? 1 : 0;
+      pressing += distance_m(k) < 0 ? 1 : 0;
     }
     if (coherence < kSameWay || (rigid > 0 && rigid < pressing)) {
       for (std::size_t k = 0; k < size_; ++k) {
-        if (samples_[k].distance_m < band_m) candidates.push_back(candidate_of(k));
+        if (distance_m(k) < band_m) candidates.push_back(candidate_of(k));
       }
       return;
     }

@@ -29,6 +29,11 @@ struct ShellCandidate {
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
 
+/// What is sampled is steeper than a distance where a grid interpolates: each of its three slopes is about 1 at most.
+inline constexpr double kSteepest = 1.75;
+/// Room for rounding in a field.
+inline constexpr double kRounding_m = 3e-8;
+
 /// kShellLeafPoints points of a node (frame P) in a field (frame F): all of a leaf's, or some, each with its share of the
 /// node's area.
 class LeafSamples {
@@ -38,16 +43,18 @@ class LeafSamples {
               const Vec3& p_FP, const LeafLags& lags, double up_to_m) noexcept;
 
   /// Brings near what one of such a node is going to read.
-  static void prefetch(const PointShell& shell, const ShellNode& node) noexcept {
-    for (std::size_t k = 0, size = std::min(node.count, kShellLeafPoints); k < size; ++k) {
-      __builtin_prefetch(&shell.points[first_of(node, size, k)]);
-    }
-  }
+  static void prefetch(const PointShell& shell, const ShellNode& node) noexcept;
 
   std::size_t size() const { return size_; }
   std::uint32_t asked() const { return asked_; }
-  bool is_asked(std::size_t k) const { return std::isfinite(samples_[k].distance_m); }
-  double distance_m(std::size_t k) const { return samples_[k].distance_m; }
+  bool is_asked(std::size_t k) const { return std::isfinite(distance_m(k)); }
+  double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
+  /// When part and field have moved by that against each other, a point may be as near as the least band.
+  ///
+  /// In      gone_m    now
+  ///         before_m  of the points that were not asked, as `lags` says
+  /// Out     lags      of all points
+  double asked_again(double gone_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Points of the node that are nearer, about.
   std::size_t near_count(double band_m) const;
 
@@ -64,19 +71,21 @@ class LeafSamples {
   /// shorter than 1 where theirs differ.
   ShellCandidate mean_of(double low_m, double high_m) const;
   static std::uint32_t first_of(const ShellNode& node, std::size_t size, std::size_t k) {
-    return node.first + static_cast<std::uint32_t>(k * node.count / size);
+    return node.first + static_cast<std::uint32_t>(size == node.count ? k : k * node.count / size);
   }
   std::uint32_t first_of(std::size_t k) const { return first_of(node_, size_, k); }
   ShellCandidate candidate_of(std::size_t k) const;
+  double area_scale() const;
 
   const PointShell& shell_;
   const ShellNode& node_;
+  const DistanceField& field_;
   std::size_t size_;
   std::uint32_t asked_ = 0;
   double area_scale_ = 1;  ///< the node's over that of these points
   double nearest_m_;
-  double farthest_m_ = 0;
-  std::array<DistanceSample, kShellLeafPoints> samples_;
+  double farthest_m_;
+  EightSamples samples_;  ///< distance infinite: not asked
 };
 
 }  // namespace tandem::contact

@@ -1,7 +1,10 @@
 // What people bring: meshes of many triangles, felt in every detail.
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "common/contact/contact_reduction.hpp"
+#include "common/contact/lanes/avx2.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
@@ -125,6 +128,38 @@ TEST(Drop, ABunnyComesToRestAndNeverGainsEnergy) {
   EXPECT_LT(risen_j, 1e-4 * (start_j - least_j));
   EXPECT_GT(start_j - least_j, 0.01);
   EXPECT_LT(rig.speed_m_per_s(), 5e-3);
+}
+
+/// A ball of triangles falls on another one and rolls off.
+std::tuple<Pose, Vec3, double> after_a_fall(const ShapePointer& ball) {
+  ContactSolver solver({});
+  TouchRig rig(solver);
+  rig.shape = ball;
+  rig.mass_kg = 0.1;
+  rig.inertia_B = sphere_inertia(0.1, 0.02);
+  rig.X_WB = {{0.005, 0.003, 0.0405}, quaternion_of({1, 0.3, 0})};
+  rig.gravity_m_per_s2 = kGravity_m_per_s2;
+  rig.add_obstacle(ball);
+  double most_n = 0;
+  for (int i = 0; i < 150; ++i) {
+    rig.step();
+    most_n = std::max(most_n, rig.normal_force_n);
+  }
+  return {rig.X_WB, rig.V_WB.v, most_n};
+}
+
+TEST(Lanes, AFallIsTheSameToTheBitWithAndWithoutAvx2) {
+  if (!uses_avx2()) GTEST_SKIP() << "this processor has no AVX2";
+  const ShapePointer ball = solid_of(sphere_mesh(0.02, 3));
+  const auto [X_WB, v_W, most_n] = after_a_fall(ball);
+  uses_avx2() = false;
+  const auto [X_WB_portable, v_W_portable, most_n_portable] = after_a_fall(ball);
+  uses_avx2() = true;
+  EXPECT_GT(most_n, 1);
+  EXPECT_EQ(most_n, most_n_portable);
+  EXPECT_EQ(X_WB.p, X_WB_portable.p);
+  EXPECT_EQ(X_WB.q.coeffs(), X_WB_portable.q.coeffs());
+  EXPECT_EQ(v_W, v_W_portable);
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+// Four numbers side by side. A kernel of lanes is compiled twice from one text (twice.inc), for any processor and for
+// those with AVX2: the same operations in the same order, none of them contracted, so that results do not change with
+// the processor.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "common/contact/lanes/avx2.hpp"
+
+#define TANDEM_KERNEL "common/contact/lanes/operations.inc"
+#include "common/contact/lanes/twice.inc"
