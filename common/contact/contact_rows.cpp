@@ -30,7 +30,7 @@ bool is_usable(const ContactPoint& c) {
 
 /// Four contacts; those that are not there have no force.
 struct alignas(32) ContactRow {
-  using Lanes = double __attribute__((vector_size(32)));
+  using Lanes = portable::Lanes;
 
   Lanes nx, ny, nz;  // normal
   Lanes rx, ry, rz;  // from about_W
@@ -121,7 +121,7 @@ Mat6 ContactRows::derivative(const PatchTerms& terms) const noexcept {
   const std::span<const ContactRow> rows = std::span(rows_).subspan(terms.first, terms.end - terms.first);
   std::array<double, 6> vv, ww;
   std::array<double, 9> vw;
-  (uses_avx2() ? avx2::add_derivatives : portable::add_derivatives)(rows, vv, vw, ww);
+  (uses_avx2() ? avx2::sum_derivatives : portable::sum_derivatives)(rows, vv, vw, ww);
   Mat6 k;
   k.topLeftCorner<3, 3>() << vv[0], vv[1], vv[2], vv[1], vv[3], vv[4], vv[2], vv[4], vv[5];
   k.topRightCorner<3, 3>() << vw[0], vw[1], vw[2], vw[3], vw[4], vw[5], vw[6], vw[7], vw[8];

@@ -174,11 +174,6 @@ Vec3 PlaneMap::middle_of(std::size_t brick) const {
   return origin_S_ + brick_m_ * place;
 }
 
-Vec3 PlaneMap::block_middle(const Vec3& p_S) const {
-  const double edge_m = brick_m_ / kBlocks;
-  return origin_S_ + edge_m * (((p_S - origin_S_) / edge_m).array().floor() + 0.5).matrix();
-}
-
 PlaneSet PlaneMap::harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const {
   PlaneSet harmless = 0;
   if (index == kNone || index == kInside) return harmless;
@@ -327,15 +322,9 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
     return index != kNone && std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // What ends at its corners fails there first; and where one plane is the nearest, so that all of them never are.
+  // What ends at its corners fails there first.
   if (!look_at(at(box_S.centre))) return 0;
   if (!for_corners(box_S.centre, half_edges, [&](const Vec3& corner) { return look_at(at(corner)); })) return 0;
-  const double block_m = brick_m_ / kBlocks;
-  const auto may_be_largest = [&](const Vec3& p_S) {
-    const std::uint8_t index = at(p_S);
-    return index <= kInside || is_below(all & ~sets_[index], sets_[index], block_middle(p_S), block_m);
-  };
-  if (!may_be_largest(box_S.centre) || !for_corners(box_S.centre, half_edges, may_be_largest)) return 0;
   const auto look_at_brick = [&](std::size_t brick) { return look_at(static_cast<std::uint8_t>(refs_[brick])); };
   if (!for_blocks(box_S, look_at_brick, [&](std::uint8_t index, const Vec3&) { return look_at(index); })) return 0;
   if (all == 0 || (std::popcount(all) == 1 && !is_beyond_anywhere)) return all;

@@ -56,7 +56,6 @@ class PlaneMap {
   bool for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, const OfBlock& of_block) const noexcept;
   PlaneSet harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const;
   Vec3 middle_of(std::size_t brick) const;
-  Vec3 block_middle(const Vec3& p_S) const;
   bool is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, double edge_m) const noexcept;
   bool is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept;
   bool is_deep(PlaneSet set, const Vec3& middle, double edge_m) const noexcept;

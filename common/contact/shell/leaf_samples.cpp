@@ -121,7 +121,7 @@ ShellCandidate LeafSamples::mean_of(double low_m, double high_m) const {
   std::array<const ShellPoint*, kShellLeafPoints> points;
   for (std::size_t k = 0; k < kShellLeafPoints; ++k) points[k] = &shell_.points[first_of(std::min(k, size_ - 1))];
   MeanSums sums;
-  (uses_avx2() ? avx2::add_means : portable::add_means)(points.data(), samples_.data(), low_m, high_m, area_scale_,
+  (uses_avx2() ? avx2::sum_means : portable::sum_means)(points.data(), samples_.data(), low_m, high_m, area_scale_,
                                                         sums);
   if (!(sums.weight > 0)) return {};
   return {.p_P = (sums.place / sums.weight).cast<float>(),

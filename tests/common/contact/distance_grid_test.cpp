@@ -2,12 +2,16 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "common/base/random.hpp"
 #include "common/contact/contact_shape.hpp"
+#include "common/contact/lanes/avx2.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/test_meshes.hpp"
@@ -207,6 +211,38 @@ TEST(DistanceGrid, AnswersEveryFinitePointWithAFiniteDirection) {
     ASSERT_TRUE(is_finite(sample.gradient)) << p.transpose();
     ASSERT_GE(sample.gradient.norm(), 0.0999) << p.transpose();
     ASSERT_LE(sample.gradient.norm(), 2.0) << p.transpose();
+  }
+}
+
+/// Near the surface, deep inside, far outside, where bricks have no samples, and not a number.
+TEST(DistanceGrid, AnswersSeveralPlacesAsEachAlone) {
+  const geometry::TriangleMesh mesh = bumpy_sphere();
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  for (const bool avx2 : {false, uses_avx2()}) {
+    const bool before = std::exchange(uses_avx2(), avx2);
+    std::size_t near = 0;
+    for (std::size_t i = 0; i < 20000; ++i) {
+      const std::size_t count = 1 + i % kEight;
+      EightPlaces places;
+      EightSamples samples;
+      for (std::size_t k = 0; k < count; ++k) {
+        const double reach_m = std::array{2e-4, 2e-3, 0.01, 0.05}[random.next_u32() % 4];
+        Vec3 p = point_near(mesh, random, reach_m);
+        if (random.next_u32() % 64 == 0) p.y() = std::numeric_limits<double>::quiet_NaN();
+        places.row(static_cast<Eigen::Index>(k)) = p.transpose().array();
+      }
+      grid->sample_all(places, count, samples);
+      for (std::size_t k = 0; k < count; ++k) {
+        const DistanceSample alone = grid->sample(place_at(places, k));
+        const auto row = static_cast<Eigen::Index>(k);
+        ASSERT_EQ(samples(row, 0), alone.distance_m) << place_at(places, k).transpose();
+        ASSERT_EQ(Vec3(samples.row(row).tail<3>().matrix()), alone.gradient) << place_at(places, k).transpose();
+        near += std::abs(alone.distance_m) < grid->band_m() ? 1 : 0;
+      }
+    }
+    EXPECT_GT(near, 20000U);
+    uses_avx2() = before;
   }
 }
 
