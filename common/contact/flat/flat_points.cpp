@@ -3,11 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <bitset>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "common/contact/point_shell.hpp"
 
@@ -22,32 +22,27 @@ constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// Of the way from point to point: how near to a side some must be, in each part of it that is so wide.
-constexpr double kToSide = 1.0;
-constexpr double kSideBin = 1.5;
-constexpr int kMaxSideBins = 1024;
+// Of the way from point to point: what is so wide each way, and on the surface, has a point in it.
+constexpr double kPart = 2;
 // Of a box in single precision, 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
-/// Whether there are points all along the sides of a box: what ends before it does is no rectangle of this size.
-bool reaches_sides(std::span<const ShellPoint> points, const OrientedBox& box) {
-  const double spacing_m = 2 * std::sqrt(box.half_m[0] * box.half_m[1] / static_cast<double>(points.size()));
-  for (const int along : {0, 1}) {
-    const int across = 1 - along;
-    if (box.half_m[across] <= kFlat_m) continue;  // a line
-    const bool is_line = box.half_m[along] <= kFlat_m;
-    const double most_bins = is_line ? 1 : 2 * box.half_m[along] / (kSideBin * std::max(spacing_m, kFlat_m));
-    const auto bins = static_cast<int>(std::clamp<double>(most_bins, 1, kMaxSideBins));
-    std::array<std::bitset<kMaxSideBins>, 2> found;
-    for (const ShellPoint& point : points) {
-      const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
-      if (box.half_m[across] - std::abs(off[across]) > kToSide * spacing_m) continue;
-      const auto bin = is_line ? 0 : static_cast<int>(bins * (off[along] / box.half_m[along] + 1) / 2);
-      found[off[across] > 0 ? 1 : 0].set(static_cast<std::size_t>(std::clamp(bin, 0, bins - 1)));
-    }
-    if (static_cast<int>(found[0].count()) < bins || static_cast<int>(found[1].count()) < bins) return false;
+/// Whether each small part of a box has a point: what is missing, of a side or from a hole, has no such part in it.
+bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box) {
+  if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
+  const auto count = static_cast<double>(points.size());
+  const double part_m = kPart * 2 * std::sqrt(box.half_m[0] * box.half_m[1] / count);
+  const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
+  const Eigen::Array2d parts(parts_along(0), parts_along(1));
+  if (!(parts.prod() <= count)) return false;  // narrow: there are fewer points
+  std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
+  for (const ShellPoint& point : points) {
+    const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
+    const Eigen::Array2d share = (off.head<2>().array() / box.half_m.head<2>().array() + 1) / 2;
+    const Eigen::Array2d part = (parts * share).floor().max(0).min(parts - 1);
+    is_empty[static_cast<std::size_t>(part[1] * parts[0] + part[0])] = false;
   }
-  return true;
+  return std::ranges::find(is_empty, true) == is_empty.end();
 }
 
 /// Whether the points have the mean and the covariance of a rectangle, and each of its cells its share of their area.
@@ -136,7 +131,7 @@ Moments moments_of(std::span<const ShellPoint> points) {
 }
 
 bool cover_rectangle(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box) {
-  return has_even_cells(points, moments, box) && reaches_sides(points, box);
+  return has_even_cells(points, moments, box) && has_no_hole(points, box);
 }
 
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes) {

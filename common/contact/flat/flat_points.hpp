@@ -32,7 +32,7 @@ FlatNode node_along(std::span<const ShellPoint> points, const ShellNode& node, c
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
 /// Whether the points have the mean and the covariance of the rectangle that `box` is, each of its cells its share of their
-/// area, and each part of its sides a point.
+/// area, and each part of it that is twice as wide as they are apart, a point.
 bool cover_rectangle(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box);
 
 /// Nodes that are rectangles, but reach beyond the surface of `field` by more than a tenth of a millimetre, become flat

@@ -27,24 +27,8 @@ std::vector<std::pair<Vec3, Vec3>> wall_boxes() {
 
 /// One solid with a square hole through it.
 geometry::TriangleMesh block_mesh() {
-  geometry::TriangleMesh mesh;
-  const double inner = kPeg_m / 2 + kClearance_m;
-  for (const double half : {inner, inner + kWall_m}) {
-    for (const double z : {0.0, kMouth_m}) {
-      for (const auto& [x, y] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)}) {
-        mesh.vertices.emplace_back(half * x, half * y, z);
-      }
-    }
-  }
-  // Rings of four corners: 0 inner low, 4 inner high, 8 outer low, 12 outer high; each face joins two rings.
-  for (int i = 0; i < 4; ++i) {
-    const int next = (i + 1) % 4;
-    for (const auto& [from, to] : {std::pair(8, 12), std::pair(12, 4), std::pair(4, 0), std::pair(0, 8)}) {
-      mesh.triangles.push_back({from + i, from + next, to + next});
-      mesh.triangles.push_back({from + i, to + next, to + i});
-    }
-  }
-  return mesh;
+  const double hole_m = kPeg_m + 2 * kClearance_m;
+  return block_with_hole_mesh(hole_m, hole_m + 2 * kWall_m, kMouth_m);
 }
 
 class Peg {

@@ -53,6 +53,29 @@ inline geometry::TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S 
   return mesh;
 }
 
+/// A square block from z = 0 up about `middle`, with a square hole through it about x = y = 0.
+inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m, double height_m,
+                                                   const Vec3& middle = Vec3::Zero()) {
+  geometry::TriangleMesh mesh;
+  for (const double half_m : {hole_m / 2, outer_m / 2}) {
+    for (const double z : {0.0, height_m}) {
+      for (const auto& [x, y] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)}) {
+        const Vec3 corner(half_m * x, half_m * y, z);
+        mesh.vertices.push_back(2 * half_m == outer_m ? Vec3(corner + middle) : corner);
+      }
+    }
+  }
+  // Rings of four corners: 0 inner low, 4 inner high, 8 outer low, 12 outer high; each face joins two rings.
+  for (int i = 0; i < 4; ++i) {
+    const int next = (i + 1) % 4;
+    for (const auto& [from, to] : {std::pair(8, 12), std::pair(12, 4), std::pair(4, 0), std::pair(0, 8)}) {
+      mesh.triangles.push_back({from + i, from + next, to + next});
+      mesh.triangles.push_back({from + i, to + next, to + i});
+    }
+  }
+  return mesh;
+}
+
 /// A subdivided octahedron with its vertices on the sphere: 8 · 4^`times` triangles.
 inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
   geometry::TriangleMesh mesh;

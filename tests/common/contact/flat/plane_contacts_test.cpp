@@ -148,18 +148,23 @@ TEST(FlatNode, IsARectangleOnlyIfItIsCoveredEvenly) {
     return shell.flat_nodes.at(shell.nodes.at(0).flat);
   };
   const Quat turn(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
-  std::vector<Vec3> face, two_sides, triangle, line;
+  std::vector<Vec3> face, face_with_hole, two_sides, triangle, line;
   for (int i = 0; i < 40; ++i) {
     line.push_back(turn * Vec3(4e-4 * i, 0, 0));
     two_sides.push_back(turn * Vec3(4e-4 * i, 0, 0));
     two_sides.push_back(turn * Vec3(0, 4e-4 * (i + 1), 0));
-    for (int k = 0; k < 30; ++k) face.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
+    for (int k = 0; k < 30; ++k) {
+      face.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
+      const bool is_in_hole = i >= 22 && i < 26 && k >= 17 && k < 21;
+      if (!is_in_hole) face_with_hole.push_back(face.back());
+    }
     for (int k = 0; k < i; ++k) triangle.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
   }
   EXPECT_TRUE(root_of(face).is_rectangle);
   EXPECT_NEAR(root_of(face).half_m.head<2>().maxCoeff(), 19.5 * 4e-4, 5e-6);
   EXPECT_NEAR(root_of(face).half_m.head<2>().minCoeff(), 14.5 * 4e-4, 5e-6);
   EXPECT_TRUE(root_of(line).is_rectangle);
+  EXPECT_FALSE(root_of(face_with_hole).is_rectangle) << "its mean and deviations are a rectangle's, about";
   EXPECT_FALSE(root_of(triangle).is_rectangle);
   EXPECT_FALSE(root_of(two_sides).is_rectangle) << "projected on its axes it looks like one";
 }
@@ -337,6 +342,22 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   }
   EXPECT_GT(pressing, 1000U);
   EXPECT_LT(pair.contacts().size(), 600U);
+}
+
+// Of its face so little is missing that the points have a rectangle's mean and deviations, about.
+TEST(PlaneContacts, NothingPressesOnARodInAHole) {
+  // Where the middle of the plate is: the hole is well inside of a node of some thousand points.
+  for (const Vec3& middle : {Vec3(0.1 / 12, 0.003125, 0), Vec3(0.125 / 12, 0.009375, 0)}) {
+    const auto plate =
+        make_contact_mesh({block_with_hole_mesh(3e-3, 0.1, 0.005, middle), geometry::SurfaceKind::kSolid, {}});
+    const auto rod = make_contact_box({2.5e-3, 2.5e-3, 0.1});
+    for (const double z_m : {0.0, 0.0525, 0.05499}) {
+      ContactPair pair;
+      pair.bind(rod.get(), plate.get());
+      pair.find({Vec3(0, 0, z_m), Quat::Identity()}, Pose{}, kPlaneContactsBand_m);
+      EXPECT_EQ(of_contacts(pair).stiffness_n_per_m, 0) << middle.transpose() << ", rod at " << z_m;
+    }
+  }
 }
 
 // At 5e9 N/m³ a face of 20 mm has 2 N/µm: what stands for its points must not show.
