@@ -27,6 +27,16 @@ constexpr double kPart = 2;
 // Of a box in single precision, 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
+/// Of so many cells along each side of a box, the one that a point is in; of a line, across it, the first.
+std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen::Array2i& cells) {
+  const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
+  const auto cell = [&](int i) {
+    const double place = box.half_m[i] <= kFlat_m ? 0 : cells[i] * (off[i] / box.half_m[i] + 1) / 2;
+    return std::clamp(static_cast<int>(place), 0, cells[i] - 1);
+  };
+  return static_cast<std::size_t>(cell(1) * cells[0] + cell(0));
+}
+
 /// Whether each small part of a box has a point: what is missing, of a side or from a hole, has no such part in it.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box) {
   if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
@@ -36,12 +46,7 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box) {
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
   if (!(parts.prod() <= count)) return false;  // narrow: there are fewer points
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
-  for (const ShellPoint& point : points) {
-    const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
-    const Eigen::Array2d share = (off.head<2>().array() / box.half_m.head<2>().array() + 1) / 2;
-    const Eigen::Array2d part = (parts * share).floor().max(0).min(parts - 1);
-    is_empty[static_cast<std::size_t>(part[1] * parts[0] + part[0])] = false;
-  }
+  for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
   return std::ranges::find(is_empty, true) == is_empty.end();
 }
 
@@ -59,15 +64,7 @@ bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, 
   }
   constexpr int kCells = 4;  // along each side; nothing in one of them is no rectangle
   std::array<double, std::size_t{kCells} * kCells> areas{};
-  for (const ShellPoint& point : points) {
-    const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
-    const auto cell = [&](int i) {
-      // Of a line, across it, all is in the first.
-      const double place = box.half_m[i] <= kFlat_m ? 0 : kCells * (off[i] / box.half_m[i] + 1) / 2;
-      return std::clamp(static_cast<int>(place), 0, kCells - 1);
-    };
-    areas[static_cast<std::size_t>(cell(1) * kCells + cell(0))] += point.area_m2;
-  }
+  for (const ShellPoint& point : points) areas[cell_of(point, box, {kCells, kCells})] += point.area_m2;
   const bool is_line = box.half_m[1] <= kFlat_m || box.half_m[0] <= kFlat_m;
   const double even = moments.area_m2 / (is_line ? kCells : kCells * kCells);
   const double uneven = points.size() >= kManyPoints ? kUnevenCell : kUnevenSmallCell;

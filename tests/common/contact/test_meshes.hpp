@@ -57,11 +57,10 @@ inline geometry::TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S 
 inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m, double height_m,
                                                    const Vec3& middle = Vec3::Zero()) {
   geometry::TriangleMesh mesh;
-  for (const double half_m : {hole_m / 2, outer_m / 2}) {
+  for (const auto& [half_m, about] : {std::pair(hole_m / 2, Vec3(0, 0, 0)), std::pair(outer_m / 2, middle)}) {
     for (const double z : {0.0, height_m}) {
       for (const auto& [x, y] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)}) {
-        const Vec3 corner(half_m * x, half_m * y, z);
-        mesh.vertices.push_back(2 * half_m == outer_m ? Vec3(corner + middle) : corner);
+        mesh.vertices.push_back(about + Vec3(half_m * x, half_m * y, z));
       }
     }
   }
