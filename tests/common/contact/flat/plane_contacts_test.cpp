@@ -351,12 +351,16 @@ TEST(PlaneContacts, NothingPressesOnARodInAHole) {
     const auto plate =
         make_contact_mesh({block_with_hole_mesh(3e-3, 0.1, 0.005, middle), geometry::SurfaceKind::kSolid, {}});
     const auto rod = make_contact_box({2.5e-3, 2.5e-3, 0.1});
-    for (const double z_m : {0.0, 0.0525, 0.05499}) {
+    const auto pressed_at = [&](const Vec3& p_W) {
       ContactPair pair;
       pair.bind(rod.get(), plate.get());
-      pair.find({Vec3(0, 0, z_m), Quat::Identity()}, Pose{}, kPlaneContactsBand_m);
-      EXPECT_EQ(of_contacts(pair).stiffness_n_per_m, 0) << middle.transpose() << ", rod at " << z_m;
+      pair.find({p_W, Quat::Identity()}, Pose{}, kPlaneContactsBand_m);
+      return of_contacts(pair);
+    };
+    for (const double z_m : {0.0, 0.0525, 0.05499}) {
+      EXPECT_EQ(pressed_at({0, 0, z_m}).stiffness_n_per_m, 0) << middle.transpose() << ", rod at " << z_m;
     }
+    EXPECT_LT(pressed_at({3e-4, 0, 0}).on_a_W.f.x(), 0) << "against the wall of the hole";
   }
 }
 
