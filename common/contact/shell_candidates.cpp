@@ -29,6 +29,8 @@ constexpr std::uint32_t kWalkLooks = 6, kFirstWalkLooks = 8;
 // that was passed by may be one large one above planes again. Where nothing came of it, after twice as much.
 constexpr double kWholeAgain_m = 4e-3, kMaxWholeAgain_m = 16e-3;
 constexpr double kWorthIt = 0.8;  ///< of the nodes that there were
+// A node that is not above planes is asked again after so much motion at most, or half of it.
+constexpr double kNoPlanes_m = 6e-4;
 // So many nodes a step are asked whether they are above planes: a grid needs microseconds to answer.
 constexpr std::uint32_t kMaxPlaneTurns = 32, kMaxFirstPlaneTurns = 1024;
 
@@ -104,6 +106,7 @@ ShellCandidates::ShellCandidates(std::uint32_t capacity)
   before_->cut.reserve(cut_limit() / 2);  // finer levels are tried where there is room
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
+  answers_.resize(kAnswers);
 }
 
 void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, const ContactShape& solid,
@@ -127,6 +130,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   is_try_ = false;
   // At the coarsest level a part is two candidates.
   divide(std::clamp<std::size_t>(capacity_ / 4, 1, kParts));
+  std::ranges::fill(answers_, CutNode{});
   std::uint32_t most_points = 0;
   for (const Part& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
   for (coarsest_level_ = 0; kShellLeafPoints << static_cast<unsigned>(coarsest_level_) < most_points;)
@@ -165,10 +169,9 @@ void ShellCandidates::begin_cut() noexcept {
   for (Part& part : parts_) {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     part.count = 1;
-    part.gone_m = 0;
     part.asked_again_at_m = -std::numeric_limits<double>::infinity();
     part.whole_again_m = kWholeAgain_m;
-    part.whole_again_at_m = share_of(part.node) * kWholeAgain_m;
+    part.whole_again_at_m = part.gone_m + share_of(part.node) * kWholeAgain_m;
     cut_.push_back({.node = part.node, .asked_again_at_m = -std::numeric_limits<float>::infinity()});
   }
 }
@@ -289,6 +292,7 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
   part.asked_again_at_m = -std::numeric_limits<double>::infinity();
   part.whole_again_at_m -= part.gone_m;
   part.gone_m = 0;
+  std::ranges::fill(answers_, CutNode{});
 }
 
 // False: there are more than there is room for.
@@ -377,12 +381,12 @@ bool ShellCandidates::open(std::uint32_t root, double gone_m, double band_m) noe
     if (work_.looks() > looks_end_) return false;
     const double nearest = nearest_m(node);
     const bool is_far = nearest > band_m, is_small = node.count <= leaf_points_;
-    const PlaneSet planes = is_far || is_small ? 0 : planes_below(node);
+    const CutNode above = is_far || is_small ? CutNode{} : planes_below(i, gone_m);
     if (is_far) {
       if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
       i = node.next;
-    } else if (planes != 0) {
-      if (!open_planes(i, planes, gone_m, band_m)) return false;
+    } else if (above.planes != 0) {
+      if (!open_planes(above, gone_m, band_m)) return false;
       i = node.next;
     } else if (is_small || node.is_leaf) {
       if (!open_leaf({.node = i}, gone_m, band_m)) return false;
@@ -439,30 +443,39 @@ bool ShellCandidates::put(const CutNode& entry) noexcept {
 }
 
 // For all places that the node may go to until it is asked again.
-PlaneSet ShellCandidates::planes_below(const ShellNode& node) noexcept {
-  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m || plane_turns_ == 0) return 0;
+ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, double gone_m) noexcept {
+  const ShellNode& node = shell_->nodes[index];
+  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return {};
+  CutNode& answer = answers_[index % kAnswers];
+  if (answer.node == index && gone_m < answer.asked_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
   // How far the shapes move is measured at the solid: what is farther out may move more.
-  if ((box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_) return 0;
+  const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
+  if (is_beside || plane_turns_ == 0) return {};
   --plane_turns_;
   box_F.half_m.array() += kSideways * kPlaneMotion_m;
-  return largest_over(field_->planes(), field_->planes_over(box_F), box_F);
+  const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F), box_F);
+  const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;
+  answer = {.node = index, .asked_again_at_m = rounded_down(gone_m + good_for_m), .planes = planes};
+  return answer;
 }
 
 // A node above planes. False: there is no room.
-bool ShellCandidates::open_planes(std::uint32_t index, PlaneSet planes, double gone_m, double band_m) noexcept {
-  const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[index].flat].box_S().moved(R_FP_, p_FP_);
+bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double band_m) noexcept {
+  const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(R_FP_, p_FP_);
   double nearest = -std::numeric_limits<double>::infinity();
-  for (PlaneSet rest = planes; rest != 0; rest &= rest - 1) {
+  for (PlaneSet rest = above.planes; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane_F = field_->planes()[static_cast<std::size_t>(std::countr_zero(rest))];
     nearest = std::max(nearest, plane_F.distance_m(box_F.centre) - box_F.reach_m(plane_F.normal));
   }
   nearest -= 2 * field_->error_m() + kRounding_m;
   if (nearest > band_m) {
-    return keep({.node = index, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
+    return keep({.node = above.node, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
   }
-  const float at_m = rounded_down(gone_m + share_of(index) * kPlaneMotion_m);
-  return add_planes(index, planes) && put({.node = index, .asked_again_at_m = at_m, .planes = planes});
+  const float at_m =
+      std::min<float>(rounded_down(gone_m + share_of(above.node) * kPlaneMotion_m), above.asked_again_at_m);
+  return add_planes(above.node, above.planes) &&
+         put({.node = above.node, .asked_again_at_m = at_m, .planes = above.planes});
 }
 
 // False: there is no room.

@@ -63,7 +63,7 @@ class ShellCandidates {
   struct Part;
   struct Found;
 
-  static constexpr std::size_t kParts = 64;
+  static constexpr std::size_t kParts = 64, kAnswers = 4096;
 
   std::uint32_t most_looks() const;
   std::size_t cut_limit() const { return 4 * std::size_t{largest_capacity_} + 4 * kParts; }
@@ -90,8 +90,8 @@ class ShellCandidates {
   bool keep(CutNode entry, double gone_m, double band_m) noexcept;
   bool put(const CutNode& entry) noexcept;
   double nearest_m(const ShellNode& node) const;
-  PlaneSet planes_below(const ShellNode& node) noexcept;
-  bool open_planes(std::uint32_t index, PlaneSet planes, double gone_m, double band_m) noexcept;
+  CutNode planes_below(std::uint32_t index, double gone_m) noexcept;
+  bool open_planes(const CutNode& above, double gone_m, double band_m) noexcept;
   bool add_planes(std::uint32_t index, PlaneSet planes) noexcept;
 
   const PointShell* shell_ = nullptr;
@@ -108,9 +108,10 @@ class ShellCandidates {
   std::vector<CutNode> cut_;
   std::vector<CutNode> old_cut_;
   std::vector<ShellCandidate> candidates_;
-  std::size_t contacts_ = 0;    ///< that must find room
-  std::size_t near_count_ = 0;  ///< as many candidates there would be if each were a point
-  int level_ = kFine;           ///< kFine, or of the points of 2^level leaves at most two candidates are made
+  std::vector<CutNode> answers_;  ///< of nodes that were asked for planes; each has one place
+  std::size_t contacts_ = 0;      ///< that must find room
+  std::size_t near_count_ = 0;    ///< as many candidates there would be if each were a point
+  int level_ = kFine;             ///< kFine, or of the points of 2^level leaves at most two candidates are made
   std::uint32_t leaf_points_ = 0;
   int coarsest_level_ = 0;          ///< where each part is a leaf
   std::uint32_t steps_to_try_ = 0;  ///< a finer level

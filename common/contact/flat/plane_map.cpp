@@ -325,6 +325,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
   // What ends at its corners fails there first.
   if (!look_at(at(box_S.centre))) return 0;
   if (!for_corners(box_S.centre, half_edges, [&](const Vec3& corner) { return look_at(at(corner)); })) return 0;
+  if (all == 0) return 0;
   const auto look_at_brick = [&](std::size_t brick) { return look_at(static_cast<std::uint8_t>(refs_[brick])); };
   if (!for_blocks(box_S, look_at_brick, [&](std::uint8_t index, const Vec3&) { return look_at(index); })) return 0;
   if (all == 0 || (std::popcount(all) == 1 && !is_beyond_anywhere)) return all;
