@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "common/contact/contact_pair.hpp"
 #include "common/contact/flat/flat_node.hpp"
@@ -35,10 +36,13 @@ class LinedTable final : public DistanceField {
   DistanceSample sample(const Vec3& p_S) const noexcept override { return table_->sample(p_S); }
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
   PlaneSet planes_over(const OrientedBox& box_S) const noexcept override {
+    asked.push_back(box_S.centre);
     return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) ? 0 : table_->planes_over(box_S);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
+
+  mutable std::vector<Vec3> asked;  ///< middles of boxes
 
  private:
   std::shared_ptr<const DistanceField> table_;
@@ -63,6 +67,23 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   EXPECT_GT(most, 2 * of_a_face) << "on the line it is many";
   EXPECT_LE(last, 2 * of_a_face);
   EXPECT_EQ(points, 0U);
+}
+
+TEST(ShellCut, ANodeIsAskedForPlanesOnceInAStepThatTriesSeveralLevels) {
+  const Vec3 table_m(0.4, 0.1, 0.02);
+  const ContactShape block = fine_box(Vec3(0.016, 0.016, 0.016));
+  ContactShape table = fine_box(table_m, 4e-3);
+  const auto field = std::make_shared<LinedTable>(table_m);
+  table.field = field;
+  ContactPair pair(64);
+  pair.bind(&block, &table);
+  ASSERT_TRUE(pair.find({Vec3(0, 0, 0.018 - 1e-5), Quat::Identity()}, {}, kShellCutBand_m).is_coarse);
+  std::vector<Vec3>& asked = field->asked;
+  std::ranges::sort(asked, [](const Vec3& a, const Vec3& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  });
+  EXPECT_GT(asked.size(), 10U);
+  EXPECT_EQ(std::ranges::adjacent_find(asked), asked.end());
 }
 
 TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
