@@ -276,12 +276,16 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   const double of_solid = (solid_P - solid_before_P).norm() + turned * solid_radius_m_;
   const Eigen::Matrix3d turn = R_FP_ - R_before;
   const Vec3 shift = p_FP_ - p_before;
+  bool do_answers_hold = true;
   for (Part& part : parts_) {
     const ShellNode& node = shell_->nodes[part.node];
     const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + turned * node.radius_m;
     part.gone_m += std::min(of_points, of_solid);
-    if (part.gone_m > kFarthest_m) start_again_from_0(part);
+    if (!(part.gone_m > kFarthest_m)) continue;
+    start_again_from_0(part);
+    do_answers_hold = false;
   }
+  if (!do_answers_hold) std::ranges::fill(answers_, CutNode{});
 }
 
 // Single precision is kept that way.
@@ -292,7 +296,6 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
   part.asked_again_at_m = -std::numeric_limits<double>::infinity();
   part.whole_again_at_m -= part.gone_m;
   part.gone_m = 0;
-  std::ranges::fill(answers_, CutNode{});
 }
 
 // False: there are more than there is room for.

@@ -328,7 +328,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
   if (all == 0) return 0;
   const auto look_at_brick = [&](std::size_t brick) { return look_at(static_cast<std::uint8_t>(refs_[brick])); };
   if (!for_blocks(box_S, look_at_brick, [&](std::uint8_t index, const Vec3&) { return look_at(index); })) return 0;
-  if (all == 0 || (std::popcount(all) == 1 && !is_beyond_anywhere)) return all;
+  if (std::popcount(all) == 1 && !is_beyond_anywhere) return all;
   // Of several it is the largest, everywhere: also where blocks know only some of them.
   const auto is_largest_of_brick = [&](std::size_t brick) {
     const auto index = static_cast<std::uint8_t>(refs_[brick]);
