@@ -55,8 +55,8 @@ std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField
                                              const ContactShapeOptions& options) {
   auto shape = std::make_shared<ContactShape>();
   shape->shells = sample_surface(outline, *field, options);
-  drop_rectangles_off(*field, shape->shells.surface);
-  drop_rectangles_off(*field, shape->shells.features);
+  drop_polygons_off(*field, shape->shells.surface);
+  drop_polygons_off(*field, shape->shells.features);
   shape->field = std::move(field);
   shape->rigid_depth_m = rigid_depth_of(half_thickness_m);
   shape->set_bounds();

@@ -45,8 +45,8 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   auto features = PointShell::read(rest, limit_bytes);
   if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
   grid->find_planes(planes_of(*surface));
-  drop_rectangles_off(*grid, *surface);
-  drop_rectangles_off(*grid, *features);
+  drop_polygons_off(*grid, *surface);
+  drop_polygons_off(*grid, *features);
   shape->field = std::move(grid);
   shape->shells = {std::move(*surface), std::move(*features)};
   for (const PointShell* shell : {&shape->shells.surface, &shape->shells.features}) {

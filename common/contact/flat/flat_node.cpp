@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -38,22 +37,16 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
     if (box_along(points, solver.eigenvectors().rowwise().reverse()).half_m[2] > kFlat_m) return {};
     of_part = axes_of_rectangle(points, moments.covariance);
   }
-  const auto rectangle_along = [&](const Eigen::Matrix3d& sides) -> std::optional<FlatNode> {
-    const OrientedBox box = box_along(points, sides);
-    if (!cover_rectangle(points, moments, box)) return {};
-    FlatNode flat = node_along(points, node, box.centre, box.half_m / std::numbers::sqrt3, sides);
-    flat.is_rectangle = true;
-    return flat;
-  };
-  if (const auto rectangle = rectangle_along(*of_part)) return rectangle;
+  if (auto rectangle = rectangle_of(points, node, moments, box_along(points, *of_part))) return rectangle;
   // What lies on one plane may be several parts.
   if (must_be && node.count >= kMinPart) {
     const Eigen::Matrix3d own = axes_of_rectangle(points, moments.covariance);
-    if (const auto rectangle = rectangle_along(own)) {
+    if (auto rectangle = rectangle_of(points, node, moments, box_along(points, own))) {
       of_part = own;
       return rectangle;
     }
   }
+  if (auto polygon = polygon_of(points, node, moments)) return polygon;
   return node_as_it_is(points, node, moments);
 }
 

@@ -33,22 +33,28 @@ double largest_m(std::span<const FieldPlane> planes, PlaneSet set, const Vec3& p
 /// Of planes of a field those whose distance may be the largest somewhere in a box.
 PlaneSet largest_over(std::span<const FieldPlane> planes, PlaneSet set, const OrientedBox& box);
 
+/// Of the polygon that a flat node is.
+inline constexpr std::size_t kMaxFlatCorners = 8;
+
 /// The points of a node that lie within a few micrometres of a plane.
 ///
-/// Model   area, mean and covariance of the points, or of the rectangle that they cover evenly; four points, each with a
-///         quarter of the area, at mean ± deviations have the same, so that a force that is linear over the node has the
-///         same sum and moment
+/// Model   area, mean and covariance of the points; four points, each with a quarter of the area, at mean ± deviations
+///         have the same, so that a force that is linear over the node has the same sum and moment. Or the convex polygon
+///         that they cover evenly, of which that is true of each part
 struct FlatNode {
   Eigen::Vector3f mean_S = Eigen::Vector3f::Zero();
-  Eigen::Vector3f along_S = Eigen::Vector3f::UnitX();   ///< unit: the axes of the covariance in the plane
-  Eigen::Vector3f across_S = Eigen::Vector3f::UnitY();  ///< unit
+  /// Unit, in the plane: the axes of the covariance; of a polygon, along the smallest box.
+  Eigen::Vector3f along_S = Eigen::Vector3f::UnitX();
+  Eigen::Vector3f across_S = Eigen::Vector3f::UnitY();
   float deviation_along_m = 0;
   float deviation_across_m = 0;
-  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();  ///< of the box around the points, along these axes
+  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();  ///< of the box around points and polygon, along these axes
   Eigen::Vector3f half_m = Eigen::Vector3f::Zero();
-  /// They cover the box evenly.
-  bool is_rectangle = false;
+  std::uint32_t corner_count = 0;  ///< 0: it is no polygon
+  /// Along and across from the mean, anticlockwise.
+  std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 
+  bool is_polygon() const { return corner_count > 0; }
   OrientedBox box_S() const;
 };
 

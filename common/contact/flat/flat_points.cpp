@@ -1,5 +1,6 @@
 #include "common/contact/flat/flat_points.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/contact/flat/polygon.hpp"
 #include "common/contact/point_shell.hpp"
 
 namespace tandem::contact {
@@ -16,14 +18,23 @@ namespace {
 
 // Of a place along a side, beyond the surface: samples of a field err at sharp edges by up to a tenth of a millimetre.
 constexpr double kBeyond_m = 1.1e-4;
-// Points that cover a rectangle: fewer are looked at one by one. Of its half sides and their deviations; of its cells.
-constexpr std::size_t kMinRectangle = 33;
+// Points that cover a polygon: fewer are looked at one by one. Of a rectangle's half sides and their deviations; of cells.
+constexpr std::size_t kMinPolygon = 33;
 constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
 // Of the way from point to point: what is so wide each way, and on the surface, has a point in it.
 constexpr double kPart = 2;
+// Of a part, in the polygon: as good as all of it.
+constexpr double kWholePart = 0.8;
+// What a polygon may leave out of what is around its points, and how far its sides may be from there.
+constexpr double kLost_m = 2e-4;
+constexpr double kMaxShift_m = 3e-4;
+// What is as narrow is a line.
+constexpr double kMinDeviation_m = 5e-4;
+// Of a line, half of what it is wide, at least.
+constexpr double kThinnest_m = 1e-7;
 // Of a box in single precision, 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
@@ -37,23 +48,67 @@ std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen
   return static_cast<std::size_t>(cell(1) * cells[0] + cell(0));
 }
 
-/// Whether each small part of a box has a point: what is missing, of a side or from a hole, has no such part in it.
-bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box) {
-  if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
-  const auto count = static_cast<double>(points.size());
-  const double part_m = kPart * 2 * std::sqrt(box.half_m[0] * box.half_m[1] / count);
-  const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
-  const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  if (!(parts.prod() <= count)) return false;  // narrow: there are fewer points
-  std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
-  for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
-  return std::ranges::find(is_empty, true) == is_empty.end();
+/// Of a polygon about the middle of a box, what is in each cell: visit(index, that part, whether the cell is all in it).
+template <typename Visit>
+void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Array2i& cells, const Visit& visit) {
+  const Eigen::Vector2d half_m = box.half_m.head<2>().cwiseMax(kThinnest_m);
+  const Eigen::Array2d size_m = 2 * half_m.array() / cells.cast<double>();
+  for (int v = 0; v < cells[1]; ++v) {
+    for (int u = 0; u < cells[0]; ++u) {
+      const Eigen::Array2d low_m = size_m * Eigen::Array2d(u, v) - half_m.array();
+      const Eigen::Array2d high_m = low_m + size_m;
+      Polygon part = polygon;
+      cut(part, {low_m[0], -1, 0});
+      cut(part, {-high_m[0], 1, 0});
+      cut(part, {low_m[1], 0, -1});
+      cut(part, {-high_m[1], 0, 1});
+      const double share = moments_of(part)(0, 0) / size_m.prod();
+      visit(static_cast<std::size_t>(v * cells[0] + u), share);
+    }
+  }
 }
 
-/// Whether the points have the mean and the covariance of a rectangle, and each of its cells its share of their area.
-bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box) {
+/// Whether each small part of a polygon has a point: what is missing, of a side or from a hole, has no such part in it.
+bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
+  if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
+  const auto count = static_cast<double>(points.size());
+  const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
+  const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
+  const Eigen::Array2d parts(parts_along(0), parts_along(1));
+  // Narrow: there are fewer points.
+  if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
+  std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
+  for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
+  bool has_hole = false;
+  for_cells(polygon, box, parts.cast<int>(),
+            [&](std::size_t part, double share) { has_hole = has_hole || (is_empty[part] && share > kWholePart); });
+  return !has_hole;
+}
+
+/// Whether each cell of a polygon has its share of the points' area.
+bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
+                    const Polygon& polygon) {
   // Axes of another line in the plane may be those of another plane.
-  if (points.size() < kMinRectangle || box.half_m[2] > 2 * kFlat_m) return false;
+  if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
+  constexpr int kCells = 4;  // along each side; nothing in one of them is no polygon
+  Eigen::Array2i cells(kCells, kCells);
+  for (int i = 0; i < 2; ++i) {
+    if (box.half_m[i] <= kFlat_m) cells[i] = 1;
+  }
+  std::array<double, std::size_t{kCells} * kCells> areas{};
+  for (const ShellPoint& point : points) areas[cell_of(point, box, cells)] += point.area_m2;
+  const Eigen::Vector2d half_m = box.half_m.head<2>().cwiseMax(kThinnest_m);
+  const double even = moments.area_m2 * 4 * half_m.prod() / (cells.prod() * moments_of(polygon)(0, 0));
+  const double uneven = points.size() >= kManyPoints ? kUnevenCell : kUnevenSmallCell;
+  bool is_even = true;
+  for_cells(polygon, box, cells, [&](std::size_t cell, double share) {
+    is_even = is_even && std::abs(areas[cell] / even - share) <= uneven;
+  });
+  return is_even;
+}
+
+/// Whether they are those of a rectangle.
+bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   const Vec3 way = (box.axes.transpose() * (moments.mean - box.centre)).cwiseAbs();
   const Eigen::Matrix3d covariance = box.axes.transpose() * moments.covariance * box.axes;
   for (int i = 0; i < 2; ++i) {
@@ -62,24 +117,26 @@ bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, 
     if (way[i] > kUneven * box.half_m[i]) return false;
     if (std::abs(std::sqrt(covariance(i, i)) - deviation_m) > kUneven * deviation_m) return false;
   }
-  constexpr int kCells = 4;  // along each side; nothing in one of them is no rectangle
-  std::array<double, std::size_t{kCells} * kCells> areas{};
-  for (const ShellPoint& point : points) areas[cell_of(point, box, {kCells, kCells})] += point.area_m2;
-  const bool is_line = box.half_m[1] <= kFlat_m || box.half_m[0] <= kFlat_m;
-  const double even = moments.area_m2 / (is_line ? kCells : kCells * kCells);
-  const double uneven = points.size() >= kManyPoints ? kUnevenCell : kUnevenSmallCell;
-  return std::ranges::none_of(
-      areas, [&](double area) { return std::abs(area / even - 1) > uneven && !(is_line && area == 0); });
+  return true;
 }
 
-/// Whether one of some places along the sides of a rectangle is outside of what has this field.
-bool reaches_beyond(const OrientedBox& rectangle, const DistanceField& field) {
-  constexpr int kSteps = 4;  // of each side
-  for (int u = 0; u <= kSteps; ++u) {
-    for (int v = 0; v <= kSteps; v += u == 0 || u == kSteps ? 1 : kSteps) {
-      const Eigen::Vector2d place(2.0 * u / kSteps - 1, 2.0 * v / kSteps - 1);
-      const Vec3 p_S = rectangle.centre + rectangle.axes.leftCols<2>() * rectangle.half_m.head<2>().cwiseProduct(place);
-      if (field.distance_m(p_S) > kBeyond_m) return true;
+/// Whether one of some places of a polygon, along its sides or on the way from there to its mean, is outside of what has
+/// this field.
+bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
+  constexpr double kStep_m = 1.5e-3;
+  constexpr int kMinSteps = 4, kMaxSteps = 32, kRounds = 3;
+  const OrientedBox box = flat.box_S();
+  const Polygon polygon = corners_of(flat);
+  for (std::size_t i = 0; i < flat.corner_count; ++i) {
+    const Eigen::Vector2d corner = polygon[i];
+    const Eigen::Vector2d side = polygon[(i + 1) % flat.corner_count] - corner;
+    const int steps = std::clamp(static_cast<int>(std::ceil(side.norm() / kStep_m)), kMinSteps, kMaxSteps);
+    for (int step = 0; step < steps; ++step) {
+      const Eigen::Vector2d place = corner + side * step / steps;
+      for (int round = 0; round < kRounds; ++round) {
+        const Vec3 p_S = flat.mean_S.cast<double>() + box.axes.leftCols<2>() * (place * (kRounds - round) / kRounds);
+        if (field.distance_m(p_S) > kBeyond_m) return true;
+      }
     }
   }
   return false;
@@ -127,10 +184,6 @@ Moments moments_of(std::span<const ShellPoint> points) {
   return sum;
 }
 
-bool cover_rectangle(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box) {
-  return has_even_cells(points, moments, box) && has_no_hole(points, box);
-}
-
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = -low;
@@ -149,13 +202,105 @@ FlatNode node_along(std::span<const ShellPoint> points, const ShellNode& node, c
   moments.mean = mean;
   if (!node.is_leaf) direct_axes(points, node, moments, deviations, axes);
   const OrientedBox box = box_along(points, axes);
-  return {mean.cast<float>(),
-          axes.col(0).cast<float>(),
-          axes.col(1).cast<float>(),
-          static_cast<float>(deviations[0]),
-          static_cast<float>(deviations[1]),
-          box.centre.cast<float>(),
-          box.half_m.cast<float>() + Eigen::Vector3f::Constant(kPointRounding_m)};
+  FlatNode flat;
+  flat.mean_S = mean.cast<float>();
+  flat.along_S = axes.col(0).cast<float>();
+  flat.across_S = axes.col(1).cast<float>();
+  flat.deviation_along_m = static_cast<float>(deviations[0]);
+  flat.deviation_across_m = static_cast<float>(deviations[1]);
+  flat.centre_S = box.centre.cast<float>();
+  flat.half_m = box.half_m.cast<float>() + Eigen::Vector3f::Constant(kPointRounding_m);
+  return flat;
+}
+
+namespace {
+
+/// Corners in S; the box grows to have them.
+void set_corners(FlatNode& flat, std::span<const Vec3> corners_S) {
+  const Eigen::Matrix3d axes = flat.box_S().axes;
+  const Vec3 middle = axes.transpose() * (flat.centre_S - flat.mean_S).cast<double>();
+  Vec3 low = middle - flat.half_m.cast<double>(), high = middle + flat.half_m.cast<double>();
+  for (const Vec3& corner_S : corners_S) {
+    const Vec3 corner = axes.transpose() * (corner_S - flat.mean_S.cast<double>());
+    low.head<2>() = low.head<2>().cwiseMin(corner.head<2>());
+    high.head<2>() = high.head<2>().cwiseMax(corner.head<2>());
+    flat.corners_m[flat.corner_count++] = corner.head<2>().cast<float>();
+  }
+  const auto corners = std::span(flat.corners_m).first(flat.corner_count);
+  if (moments_of(corners_of(flat))(0, 0) < 0) std::ranges::reverse(corners);
+  flat.centre_S = (flat.mean_S.cast<double>() + axes * (low + high) / 2).cast<float>();
+  flat.half_m = ((high - low) / 2).cast<float>();
+}
+
+/// Whether each side of a polygon is where it was.
+bool has_sides_near(const Polygon& now, const Polygon& before) {
+  const std::size_t count = now.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t next = (i + 1) % count;
+    const Eigen::Vector2d side = (before[next] - before[i]).normalized();
+    for (const std::size_t end : {i, next}) {
+      const Eigen::Vector2d shift = now[end] - before[end];
+      if (!(std::abs(side.x() * shift.y() - side.y() * shift.x()) <= kMaxShift_m)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
+                                     const OrientedBox& box) {
+  const Polygon sides = rectangle(box.half_m.head<2>().cwiseMax(kThinnest_m));
+  if (!has_moments_of(moments, box) || !has_even_cells(points, moments, box, sides)) return {};
+  if (!has_no_hole(points, box, sides)) return {};
+  FlatNode flat = node_along(points, node, box.centre, box.half_m / std::numbers::sqrt3, box.axes);
+  std::array<Vec3, 4> corners_S;
+  for (std::size_t i = 0; i < 4; ++i) corners_S[i] = box.centre + box.axes.leftCols<2>() * sides[i];
+  set_corners(flat, corners_S);
+  return flat;
+}
+
+std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments) {
+  if (points.size() < kMinPolygon) return {};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments.covariance);
+  if (!(solver.eigenvalues()[1] > kMinDeviation_m * kMinDeviation_m)) return {};
+  Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  const auto places_along = [&] {
+    std::vector<Eigen::Vector2d> places;
+    places.reserve(points.size());
+    for (const ShellPoint& point : points) {
+      places.emplace_back(axes.leftCols<2>().transpose() * (point.p_S.cast<double>() - moments.mean));
+    }
+    return places;
+  };
+  const Polygon around = polygon_in_places(places_along(), kLost_m);
+  if (is_empty(around)) return {};
+  const Eigen::Vector2d along = axis_of_box(around);
+  axes.leftCols<2>() =
+      (axes.leftCols<2>() * (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished()).eval();
+  Polygon polygon = polygon_in_places(places_along(), kLost_m);
+  if (is_empty(polygon)) return {};
+  // With the points' own mean and covariance: about what lies between their outermost and the middle to the next ones.
+  const AreaMoments sum = moments_of(polygon);
+  const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();
+  const Eigen::LLT<Eigen::Matrix2d> from(covariance_of(sum)), to(covariance);
+  if (from.info() != Eigen::Success || to.info() != Eigen::Success) return {};
+  const Eigen::Matrix2d change = to.matrixL().toDenseMatrix() * from.matrixL().toDenseMatrix().inverse();
+  const Polygon hull = polygon;
+  for (Eigen::Vector2d& corner : polygon) corner = change * (corner - mean_of(sum));
+  if (!has_sides_near(polygon, hull)) return {};
+  FlatNode flat =
+      node_along(points, node, moments.mean, Vec3(std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), 0), axes);
+  std::vector<Vec3> corners_S;
+  for (const Eigen::Vector2d& corner : polygon) corners_S.push_back(moments.mean + axes.leftCols<2>() * corner);
+  set_corners(flat, corners_S);
+  const OrientedBox box = flat.box_S();
+  Polygon about_middle = corners_of(flat);
+  const Eigen::Vector2d middle = (box.axes.transpose() * (box.centre - flat.mean_S.cast<double>())).head<2>();
+  for (Eigen::Vector2d& corner : about_middle) corner -= middle;
+  if (!has_even_cells(points, moments, box, about_middle) || !has_no_hole(points, box, about_middle)) return {};
+  return flat;
 }
 
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments) {
@@ -164,13 +309,16 @@ FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node
   return node_along(points, node, moments.mean, deviations, solver.eigenvectors().rowwise().reverse());
 }
 
-void drop_rectangles_off(const DistanceField& field, PointShell& shell) {
+void drop_polygons_off(const DistanceField& field, PointShell& shell) {
   for (const ShellNode& node : shell.nodes) {
     if (node.flat == ShellNode::kNotFlat) continue;
     FlatNode& flat = shell.flat_nodes[node.flat];
-    if (!flat.is_rectangle || !reaches_beyond(flat.box_S(), field)) continue;
+    if (!flat.is_polygon() || !reaches_beyond(flat, field)) continue;
     const auto points = std::span<const ShellPoint>(shell.points).subspan(node.first, node.count);
-    flat = node_as_it_is(points, node, moments_of(points));
+    const Moments moments = moments_of(points);
+    // Of a rectangle with a corner cut off, the points may be a polygon that leaves it out.
+    const std::optional<FlatNode> polygon = polygon_of(points, node, moments);
+    flat = polygon && !reaches_beyond(*polygon, field) ? *polygon : node_as_it_is(points, node, moments);
   }
 }
 

@@ -1,6 +1,7 @@
-// Points of one plane: their moments and axes, and whether they are a rectangle.
+// Points of one plane: their moments and axes, and the convex polygon that they cover.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "common/base/spatial.hpp"
@@ -25,18 +26,17 @@ Moments moments_of(std::span<const ShellPoint> points);
 /// About the points, along these axes.
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
 
-/// In      mean, deviations, axes  of the points, or of the rectangle that they cover; the first two axes in any order
-FlatNode node_along(std::span<const ShellPoint> points, const ShellNode& node, const Vec3& mean, Vec3 deviations,
-                    Eigen::Matrix3d axes);
-/// What is no rectangle, by the moments of its points.
+/// The rectangle that is `box`, if the points cover it evenly: mean and covariance are the rectangle's, each of its cells
+/// has its share of their area, and each part of it that is twice as wide as they are apart, a point.
+std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
+                                     const OrientedBox& box);
+/// A convex polygon with the mean and the covariance of the points, if they cover one evenly.
+std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
+/// What is no polygon, by the moments of its points.
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
-/// Whether the points have the mean and the covariance of the rectangle that `box` is, each of its cells its share of their
-/// area, and each part of it that is twice as wide as they are apart, a point.
-bool cover_rectangle(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box);
-
-/// Nodes that are rectangles, but reach beyond the surface of `field` by more than a tenth of a millimetre, become flat
+/// Nodes that are polygons, but reach beyond the surface of `field` by more than a tenth of a millimetre, become flat
 /// nodes like others. The points alone do not tell: a corner of a rectangle may be as far out as they are from each other.
-void drop_rectangles_off(const DistanceField& field, PointShell& shell);
+void drop_polygons_off(const DistanceField& field, PointShell& shell);
 
 }  // namespace tandem::contact

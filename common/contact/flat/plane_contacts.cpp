@@ -7,11 +7,11 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "common/contact/contact_pair.hpp"
 #include "common/contact/flat/plane_map.hpp"
+#include "common/contact/flat/polygon.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -69,103 +69,16 @@ struct Mean {
   }
 };
 
-/// Sums over a part of a node, in the axes of its plane: its share of the node's area, and moments of that.
-struct Group {
-  double area = 0, u = 0, v = 0, uu = 0, uv = 0, vv = 0;
-
-  Group operator*(double factor) const {
-    return {factor * area, factor * u, factor * v, factor * uu, factor * uv, factor * vv};
-  }
-};
-
-/// A distance that is linear over a patch: `middle + u · along + v · across`.
-struct DepthSlope {
-  double middle = 0, along = 0, across = 0;
-
-  double at(const Eigen::Vector2d& p) const { return middle + p.x() * along + p.y() * across; }
-  DepthSlope operator-(const DepthSlope& other) const {
-    return {middle - other.middle, along - other.along, across - other.across};
-  }
-  DepthSlope operator-() const { return {-middle, -along, -across}; }
-  /// Below `distance`.
-  DepthSlope below(double distance) const { return {middle - distance, along, across}; }
-};
-
-/// A convex part of a rectangle about (0, 0).
-class Polygon {
- public:
-  Polygon(double half_u, double half_v)
-      : corners_{Eigen::Vector2d(-half_u, -half_v), Eigen::Vector2d(half_u, -half_v), Eigen::Vector2d(half_u, half_v),
-                 Eigen::Vector2d(-half_u, half_v)} {}
-
-  /// Leaves what is not above 0: mostly all of it, or nothing.
-  void cut(const DepthSlope& slope) {
-    std::array<double, kMaxCorners> at;
-    std::size_t above = 0;
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      at[i] = slope.at(corners_[i]);
-      above += at[i] > 0 ? 1 : 0;
-    }
-    if (above == 0) return;
-    if (above == corners_.size()) return clear();
-    boost::container::static_vector<Eigen::Vector2d, kMaxCorners> left;
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const std::size_t next = i + 1 == corners_.size() ? 0 : i + 1;
-      // Of a convex part one corner more is left at most; where rounding makes it another, what is lost is as small.
-      if (left.size() + 2 > left.capacity()) break;
-      if (at[i] <= 0) left.push_back(corners_[i]);
-      if ((at[i] <= 0) == (at[next] <= 0)) continue;
-      const double share = at[i] / (at[i] - at[next]);
-      left.emplace_back(corners_[i] + share * (corners_[next] - corners_[i]));
-    }
-    corners_ = left;
-  }
-  bool is_empty() const { return corners_.size() < 3; }
-  void clear() { corners_.clear(); }
-  /// The least and the most.
-  std::pair<double, double> range(const DepthSlope& slope) const {
-    double least = std::numeric_limits<double>::infinity(), most = -least;
-    for (const Eigen::Vector2d& corner : corners_) {
-      const double at = slope.at(corner);
-      least = std::min(least, at);
-      most = std::max(most, at);
-    }
-    return {least, most};
-  }
-
-  Group sum() const {
-    Group sum;
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const Eigen::Vector2d& p = corners_[i];
-      const Eigen::Vector2d& q = corners_[i + 1 == corners_.size() ? 0 : i + 1];
-      const double cross = p.x() * q.y() - q.x() * p.y();  // twice the area of the triangle with the middle
-      sum.area += cross / 2;
-      sum.u += cross * (p.x() + q.x()) / 6;
-      sum.v += cross * (p.y() + q.y()) / 6;
-      sum.uu += cross * (p.x() * p.x() + p.x() * q.x() + q.x() * q.x()) / 12;
-      sum.vv += cross * (p.y() * p.y() + p.y() * q.y() + q.y() * q.y()) / 12;
-      sum.uv += cross * (p.x() * q.y() + 2 * p.x() * p.y() + 2 * q.x() * q.y() + q.x() * p.y()) / 24;
-    }
-    return sum;
-  }
-
- private:
-  /// Each cut adds one.
-  static constexpr std::size_t kMaxCorners = 4 + PlaneMap::kMaxInBox + 6;
-
-  boost::container::static_vector<Eigen::Vector2d, kMaxCorners> corners_;
-};
-
 /// Four points that have the sums of a group, each a quarter: at mean + s₁ ± s₂.
 struct Four {
   double area;
   std::array<double, 4> u, v;
 
-  explicit Four(const Group& group) : area(group.area) {
-    const double mean_u = group.u / group.area, mean_v = group.v / group.area;
-    const double uu = std::max(0.0, group.uu / group.area - mean_u * mean_u);
-    const double uv = group.uv / group.area - mean_u * mean_v;
-    const double vv = std::max(0.0, group.vv / group.area - mean_v * mean_v);
+  explicit Four(const AreaMoments& moments) : area(moments(0, 0)) {
+    const double mean_u = moments(1, 0) / area, mean_v = moments(2, 0) / area;
+    const double uu = std::max(0.0, moments(1, 1) / area - mean_u * mean_u);
+    const double uv = moments(2, 1) / area - mean_u * mean_v;
+    const double vv = std::max(0.0, moments(2, 2) / area - mean_v * mean_v);
     // Cholesky's factor of the covariance: it turns with it, and never jumps.
     const double along = std::sqrt(uu);
     const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
@@ -257,35 +170,43 @@ class NodeContacts {
     }
   }
 
-  /// As a rectangle with its mean and covariance: where each plane is the nearest, what presses and what does not.
+  /// As a polygon: where each plane is the nearest, what presses and what does not.
   ///
-  /// In      is_sliced  in slices of depth, so that the nearest place is not hidden
+  /// In      is_sliced  what does not press, or is about to become rigid, in slices of depth, so that the nearest place
+  ///                    is not hidden; of all else four points say all
   /// Out     false: there would be more of them than its points have names, or than there is room for
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
-    const double half_u = std::max(kThinnest_m, std::numbers::sqrt3 * flat.deviation_along_m);
-    const double half_v = std::max(kThinnest_m, std::numbers::sqrt3 * flat.deviation_across_m);
+    const Polygon whole = corners_of(flat);
+    const AreaMoments sum = moments_of(whole);
+    const double density = 1 / sum(0, 0);
     boost::container::static_vector<DepthSlope, PlaneMap::kMaxInBox> slopes;
     for (const Below& plane : planes_) slopes.push_back(slope_of(plane, flat));
     const std::size_t most_parts = std::min({room / 4, std::size_t{node.count} / 4, parts_.capacity()});
-    const double slice_m = is_sliced ? kFirstSlice_m : std::numeric_limits<double>::infinity();
+    const auto first_slice_m = [&](double nearest_m) {
+      const bool is_linear = nearest_m <= 0 && nearest_m >= -kLinear * search_.rigid_depth_m;
+      return is_sliced && !is_linear ? kFirstSlice_m : std::numeric_limits<double>::infinity();
+    };
     parts_.clear();
-    if (slopes.size() == 1 && acts_as_one(slopes[0], half_u, half_v, slice_m)) {
-      const Group whole{.area = 1, .uu = half_u * half_u / 3, .vv = half_v * half_v / 3};
-      first_slices_ = slopes[0].middle <= 0 ? 1 : 0;
-      if (!add_part(planes_[0], whole, most_parts)) return false;
+    first_slices_ = 0;
+    const auto [nearest_m, farthest_m] = range(whole, slopes[0]);
+    const bool is_on_one_side = farthest_m <= 0 || (nearest_m >= 0 && farthest_m <= search_.band_m);
+    if (slopes.size() == 1 && is_on_one_side && farthest_m - nearest_m <= first_slice_m(nearest_m)) {
+      first_slices_ = slopes[0][0] <= 0 ? 1 : 0;
+      if (!add_part(planes_[0], sum * density, most_parts)) return false;
       put_parts(node, flat);
       return true;
     }
     for (const bool is_gap : {false, true}) {
       for (std::size_t i = 0; i < slopes.size(); ++i) {
-        Polygon polygon(half_u, half_v);
-        polygon.cut(is_gap ? -slopes[i] : slopes[i]);
-        if (is_gap) polygon.cut(slopes[i].below(search_.band_m));
+        Polygon polygon = whole;
+        cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
+        if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
           // Beyond an edge there is nothing to press on.
-          if (k != i) polygon.cut(is_gap ? slopes[k] : slopes[k] - slopes[i]);
+          if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
-        const double density = 1 / (4 * half_u * half_v);
+        if (is_empty(polygon)) continue;
+        const double slice_m = first_slice_m(is_gap ? 1 : range(polygon, slopes[i]).first);
         if (!add_slices(planes_[i], slopes[i], polygon, slice_m, density, most_parts)) return false;
         if (!is_gap && i == 0) {
           first_slices_ = parts_.size();
@@ -332,13 +253,6 @@ class NodeContacts {
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
 
-  /// All of a rectangle presses, or none, in one slice.
-  bool acts_as_one(const DepthSlope& slope, double half_u, double half_v, double slice_m) const {
-    const double reach = half_u * std::abs(slope.along) + half_v * std::abs(slope.across);
-    const bool is_on_one_side = std::abs(slope.middle) >= reach && slope.middle + reach <= search_.band_m;
-    return is_on_one_side && 2 * reach <= slice_m;
-  }
-
   static DepthSlope slope_of(const Below& plane, const FlatNode& flat) {
     return {plane.distance_m(flat.mean_S.cast<double>()), plane.normal_P.dot(flat.along_S.cast<double>()),
             plane.normal_P.dot(flat.across_S.cast<double>())};
@@ -368,29 +282,29 @@ class NodeContacts {
     }
   }
 
-  static constexpr double kThinnest_m = 1e-7;
   // From the nearest place on: what four points in a slice hide of it is a fifth.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
+  // Of the depth that is rigid: what is less deep is linear after a step too.
+  static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
                   std::size_t most_parts) {
-    if (rest.is_empty()) return true;
-    const auto [nearest_m, farthest_m] = rest.range(slope);
-    for (; !rest.is_empty(); slice_m *= kNextSlice) {
-      if (farthest_m <= nearest_m + slice_m) return add_part(plane, rest.sum() * density, most_parts);
+    const auto [nearest_m, farthest_m] = range(rest, slope);
+    for (; !is_empty(rest); slice_m *= kNextSlice) {
+      if (farthest_m <= nearest_m + slice_m) return add_part(plane, moments_of(rest) * density, most_parts);
       Polygon slice = rest;
-      slice.cut(slope.below(nearest_m + slice_m));
-      rest.cut(-slope.below(nearest_m + slice_m));
-      if (!slice.is_empty() && !add_part(plane, slice.sum() * density, most_parts)) return false;
+      cut(slice, below(slope, nearest_m + slice_m));
+      cut(rest, -below(slope, nearest_m + slice_m));
+      if (!is_empty(slice) && !add_part(plane, moments_of(slice) * density, most_parts)) return false;
     }
     return true;
   }
 
-  bool add_part(const Below& plane, const Group& group, std::size_t most_parts) {
-    if (group.area < kMinShare) return true;
+  bool add_part(const Below& plane, const AreaMoments& moments, std::size_t most_parts) {
+    if (moments(0, 0) < kMinShare) return true;
     if (parts_.size() >= most_parts) return false;
-    parts_.push_back({&plane, Four(group)});
+    parts_.push_back({&plane, Four(moments)});
     return true;
   }
 
@@ -464,7 +378,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     if (node.is_leaf || (is_one && is_small)) {
       node_contacts.add_points(node);
       merge_contacts(contacts, begin, rigid_depth_m, room < node.count);
-    } else if (!flat.is_rectangle || !node_contacts.add_parts(node, flat, room, true)) {
+    } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, room, true)) {
       std::size_t of_children = 0;
       for (std::uint32_t k = child; k < node.next; k = shell.nodes[k].next) {
         of_children += contacts_of_node(shell.nodes[k], plane_count);
@@ -475,9 +389,9 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
       } else if (is_small) {
         node_contacts.add_points(node);
         merge_contacts(contacts, begin, rigid_depth_m, true);
-      } else if ((low >= 0 || high <= 0) && node_contacts.has_one_plane()) {
+      } else if (!flat.is_polygon() && (low >= 0 || high <= 0) && node_contacts.has_one_plane()) {
         node_contacts.add_whole(node, flat);
-      } else if (!flat.is_rectangle || !node_contacts.add_parts(node, flat, room, false)) {
+      } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, room, false)) {
         node_contacts.add_some_points(node, kMaxNodeContacts);
       }
     }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -125,6 +127,26 @@ inline std::optional<geometry::TriangleMesh> bunny_mesh(double size_m) {
   }
   const double scale = size_m / (high - low).maxCoeff();
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - 0.5 * (low + high)) * scale;
+  return mesh;
+}
+
+/// Of so many sides, from z = 0.
+inline geometry::TriangleMesh prism_mesh(int sides, double radius_m, double height_m) {
+  geometry::TriangleMesh mesh;
+  for (const double z : {0.0, height_m}) {
+    for (int i = 0; i < sides; ++i) {
+      const double angle = 2 * std::numbers::pi * i / sides;
+      mesh.vertices.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), z);
+    }
+    mesh.vertices.emplace_back(0, 0, z);
+  }
+  for (int i = 0; i < sides; ++i) {
+    const int next = (i + 1) % sides, up = sides + 1;
+    mesh.triangles.push_back({i, next, next + up});
+    mesh.triangles.push_back({i, next + up, i + up});
+    mesh.triangles.push_back({sides, next, i});
+    mesh.triangles.push_back({sides + up, i + up, next + up});
+  }
   return mesh;
 }
 

@@ -10,6 +10,8 @@
 #include <tuple>
 
 #include "common/contact/contact_pair.hpp"
+#include "common/contact/flat/flat_points.hpp"
+#include "common/contact/flat/polygon.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
@@ -27,25 +29,6 @@ std::shared_ptr<const ContactShape> oblique_cube(const Quat& q_SB) {
   geometry::TriangleMesh mesh = box_mesh(Vec3::Constant(kEdge_m));
   for (Vec3& vertex : mesh.vertices) vertex = q_SB * vertex;
   return make_contact_mesh({mesh, geometry::SurfaceKind::kSolid, {}});
-}
-
-geometry::TriangleMesh prism_mesh(int sides, double radius_m, double height_m) {
-  geometry::TriangleMesh mesh;
-  for (const double z : {0.0, height_m}) {
-    for (int i = 0; i < sides; ++i) {
-      const double angle = 2 * std::numbers::pi * i / sides;
-      mesh.vertices.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), z);
-    }
-    mesh.vertices.emplace_back(0, 0, z);
-  }
-  for (int i = 0; i < sides; ++i) {
-    const int next = (i + 1) % sides, up = sides + 1;
-    mesh.triangles.push_back({i, next, next + up});
-    mesh.triangles.push_back({i, next + up, i + up});
-    mesh.triangles.push_back({sides, next, i});
-    mesh.triangles.push_back({sides + up, i + up, next + up});
-  }
-  return mesh;
 }
 
 /// What presses on A, about the origin of the world.
@@ -102,111 +85,6 @@ struct Stack {
 Stack oblique_stack() {
   const Quat q_SB(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
   return {oblique_cube(q_SB), q_SB};
-}
-
-TEST(FlatNode, ItsFourPointsHaveItsAreaMeanAndCovariance) {
-  const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
-  std::size_t checked = 0, rectangles = 0;
-  for (const ShellNode& node : shell.nodes) {
-    if (node.flat == ShellNode::kNotFlat) continue;
-    const FlatNode& flat = shell.flat_nodes[node.flat];
-    Vec3 mean = Vec3::Zero();
-    Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
-    double area = 0;
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const Vec3 p = shell.points[i].p_S.cast<double>();
-      area += shell.points[i].area_m2;
-      mean += shell.points[i].area_m2 * p;
-      square += shell.points[i].area_m2 * p * p.transpose();
-      const OrientedBox box = flat.box_S();
-      EXPECT_TRUE(((box.axes.transpose() * (p - box.centre)).cwiseAbs().array() <= box.half_m.array() + 1e-8).all());
-    }
-    mean /= area;
-    const Eigen::Matrix3d covariance = square / area - mean * mean.transpose();
-    Eigen::Matrix3d of_four = Eigen::Matrix3d::Zero();
-    for (const auto& [axis, deviation] :
-         {std::pair(flat.along_S, flat.deviation_along_m), std::pair(flat.across_S, flat.deviation_across_m)}) {
-      of_four += deviation * deviation * axis.cast<double>() * axis.cast<double>().transpose();
-    }
-    // What is taken for a rectangle is one within a few per cent.
-    const double extent_m = flat.half_m.norm();
-    EXPECT_NEAR((flat.mean_S.cast<double>() - mean).norm(), 0, flat.is_rectangle ? 0.06 * extent_m : 1e-8);
-    EXPECT_NEAR((of_four - covariance).norm(), 0, (flat.is_rectangle ? 0.15 : 1e-5) * covariance.trace() + 1e-12);
-    checked += node.is_leaf ? 0 : 1;
-    rectangles += flat.is_rectangle ? 1 : 0;
-  }
-  EXPECT_GT(checked, 100U);
-  EXPECT_GT(rectangles, 20U);
-}
-
-TEST(FlatNode, IsARectangleOnlyIfItIsCoveredEvenly) {
-  const auto root_of = [](const std::vector<Vec3>& places) {
-    std::vector<ShellPoint> points;
-    for (const Vec3& p : places) points.push_back({p.cast<float>(), Eigen::Vector3f::UnitZ(), 1e-7F});
-    const PointShell shell = PointShell::of(std::move(points), 5e-4);
-    EXPECT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
-    return shell.flat_nodes.at(shell.nodes.at(0).flat);
-  };
-  const Quat turn(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
-  std::vector<Vec3> face, face_with_hole, two_sides, triangle, line;
-  for (int i = 0; i < 40; ++i) {
-    line.push_back(turn * Vec3(4e-4 * i, 0, 0));
-    two_sides.push_back(turn * Vec3(4e-4 * i, 0, 0));
-    two_sides.push_back(turn * Vec3(0, 4e-4 * (i + 1), 0));
-    for (int k = 0; k < 30; ++k) {
-      face.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
-      const bool is_in_hole = i >= 22 && i < 26 && k >= 17 && k < 21;
-      if (!is_in_hole) face_with_hole.push_back(face.back());
-    }
-    for (int k = 0; k < i; ++k) triangle.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
-  }
-  EXPECT_TRUE(root_of(face).is_rectangle);
-  EXPECT_NEAR(root_of(face).half_m.head<2>().maxCoeff(), 19.5 * 4e-4, 5e-6);
-  EXPECT_NEAR(root_of(face).half_m.head<2>().minCoeff(), 14.5 * 4e-4, 5e-6);
-  EXPECT_TRUE(root_of(line).is_rectangle);
-  EXPECT_FALSE(root_of(face_with_hole).is_rectangle) << "its mean and deviations are a rectangle's, about";
-  EXPECT_FALSE(root_of(triangle).is_rectangle);
-  EXPECT_FALSE(root_of(two_sides).is_rectangle) << "projected on its axes it looks like one";
-}
-
-TEST(FlatNode, WhatIsARectangleLiesOnTheSurface) {
-  // Five sides: edges of one plane in different directions. Eight and 32: corners of rectangles beside the rim of the end.
-  for (const auto& [sides, radius_m, height_m] :
-       {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
-    const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);
-    const auto shape = make_contact_mesh({mesh, geometry::SurfaceKind::kSolid, {}});
-    const geometry::TriangleTree exact(mesh);
-    double farthest_m = 0;
-    std::size_t rectangles = 0;
-    for (const PointShell* shell : {&shape->shells.surface, &shape->shells.features}) {
-      for (const FlatNode& flat : shell->flat_nodes) {
-        if (!flat.is_rectangle) continue;
-        ++rectangles;
-        const OrientedBox box = flat.box_S();
-        for (const double u : {-1, 1}) {
-          for (const double v : {-1, 1}) {
-            const Vec3 corner_S = box.centre + box.axes * box.half_m.cwiseProduct(Vec3(u, v, 0));
-            farthest_m = std::max(farthest_m, exact.closest(corner_S).distance_m);
-          }
-        }
-      }
-    }
-    EXPECT_GT(rectangles, 1000U);
-    EXPECT_LE(farthest_m, 1.3e-4) << sides << " sides";
-  }
-}
-
-TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
-  const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
-  // What is on rectangles of more than a leaf.
-  double area_m2 = 0;
-  for (std::size_t i = 0; i < shell.nodes.size();) {
-    const ShellNode& node = shell.nodes[i];
-    const bool is_rectangle = node.flat != ShellNode::kNotFlat && shell.flat_nodes[node.flat].is_rectangle;
-    if (is_rectangle) area_m2 += node.mean.area_m2;
-    i = is_rectangle ? node.next : i + 1;
-  }
-  EXPECT_GT(area_m2, 0.8 * shell.area_m2());
 }
 
 // Where a field says that it is a plane over a box, it is.
@@ -326,6 +204,31 @@ TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
       EXPECT_NEAR((few.on_a_W.f - all.on_a_W.f).norm(), 0, error_n) << "tilt " << tilt << ", depth " << depth_m;
       EXPECT_NEAR((few.on_a_W.t - all.on_a_W.t).norm(), 0, error_n * kEdge_m) << "tilt " << tilt;
       EXPECT_LE(few.on_a_W.f.cross(all.on_a_W.f).norm(), 0.0175 * few.on_a_W.f.norm() * all.on_a_W.f.norm());
+    }
+  }
+}
+
+// As the ends of prisms: a triangle's halves, and what is no rectangle in any direction.
+TEST(PlaneContacts, OfAPolygonHaveTheForceAndMomentOfAllPoints) {
+  constexpr double kHeight_m = 0.02;
+  for (const int sides : {3, 6, 12}) {
+    const auto shape = make_contact_mesh({prism_mesh(sides, 0.02, kHeight_m), geometry::SurfaceKind::kSolid, {}});
+    for (const double tilt : {0.0, 1e-4, 1e-3, 1e-2}) {
+      for (const double depth_m : {2e-5, 2e-4}) {
+        ContactPair pair(8192);
+        pair.bind(shape.get(), shape.get());
+        const Quat q = Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY())) * Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
+        const Pose X_WA{Vec3(0.002, 0.001, kHeight_m + 0.015 * std::sin(tilt) - depth_m), q};
+        const ContactWork work = pair.find(X_WA, Pose{}, kPlaneContactsBand_m);
+        EXPECT_FALSE(work.is_coarse) << sides << ", " << tilt << ", " << depth_m;
+        const Pressure few = of_contacts(pair);
+        const Pressure all = of_all_points(*shape, X_WA, *shape, Pose{});
+        const double error_n = 0.02 * all.on_a_W.f.norm() + 9e-7 * all.stiffness_n_per_m;
+        EXPECT_GT(all.on_a_W.f.norm(), 0.02);
+        EXPECT_NEAR((few.on_a_W.f - all.on_a_W.f).norm(), 0, error_n) << sides << ", " << tilt << ", " << depth_m;
+        EXPECT_NEAR((few.on_a_W.t - all.on_a_W.t).norm(), 0, error_n * 0.02)
+            << sides << ", " << tilt << ", " << depth_m;
+      }
     }
   }
 }
