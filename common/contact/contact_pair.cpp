@@ -47,6 +47,14 @@ struct ContactPair::Direction {
   double share = 1;  ///< of the points' area
 };
 
+ContactWork& ContactWork::operator+=(const ContactWork& other) {
+  nodes += other.nodes;
+  points += other.points;
+  is_coarse = is_coarse || other.is_coarse;
+  is_refreshed = is_refreshed || other.is_refreshed;
+  return *this;
+}
+
 ContactPair::ContactPair(std::uint32_t budget) : budget_(std::max(8U, budget)), primary_(budget_), other_(budget_ / 2) {
   now_.reserve(budget_ + kSmallNode);
   before_.reserve(budget_ + kSmallNode);

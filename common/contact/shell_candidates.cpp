@@ -15,12 +15,6 @@ namespace {
 
 // Two nodes are one again when they may go so far before they must be asked.
 constexpr double kJoinAt_m = 3e-4;
-// Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
-constexpr double kPlaneMotion_m = 2e-4;
-// How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
-// own ball, points near it may be a little outside; of a tiny solid that would be much.
-constexpr double kSideways = 1.5;
-constexpr double kMinSolid_m = 5e-3;
 // Until where motion is added up, since the cut keeps distances in single precision.
 constexpr double kFarthest_m = 0.25;
 // So many times the looks that a step may take can be too many for one only; a cut that begins needs more.
@@ -29,10 +23,17 @@ constexpr std::uint32_t kWalkLooks = 6, kFirstWalkLooks = 8;
 // that was passed by may be one large one above planes again. Where nothing came of it, after twice as much.
 constexpr double kWholeAgain_m = 4e-3, kMaxWholeAgain_m = 16e-3;
 constexpr double kWorthIt = 0.8;  ///< of the nodes that there were
+
+// Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
+constexpr double kPlaneMotion_m = 2e-4;
 // A node that is not above planes is asked again after so much motion at most, or half of it.
 constexpr double kNoPlanes_m = 6e-4;
-// So many nodes a step are asked whether they are above planes: a grid needs microseconds to answer.
-constexpr std::uint32_t kMaxPlaneTurns = 32, kMaxFirstPlaneTurns = 1024;
+// How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
+// own ball, points near it may be a little outside; of a tiny solid that would be much.
+constexpr double kSideways = 1.5;
+constexpr double kMinSolid_m = 5e-3;
+// So many nodes a step are asked, of a cut that began: a grid needs microseconds to answer.
+constexpr std::uint32_t kMaxQuestions = 32, kMaxFirstQuestions = 512;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
@@ -86,14 +87,6 @@ struct ShellCandidates::Found {
   std::size_t contacts = 0, near_count = 0;
   std::uint32_t walk_points = 0, steps_at_level = 0, dense_steps = 0;
 };
-
-ContactWork& ContactWork::operator+=(const ContactWork& other) {
-  nodes += other.nodes;
-  points += other.points;
-  is_coarse = is_coarse || other.is_coarse;
-  is_refreshed = is_refreshed || other.is_refreshed;
-  return *this;
-}
 
 ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
 ShellCandidates::~ShellCandidates() = default;
@@ -214,6 +207,7 @@ void ShellCandidates::take_back_found() noexcept {
 
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
+  plane_questions_ = 0;
   if (steps_to_try_ > 0) --steps_to_try_;
   ++steps_at_level_;
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
@@ -306,7 +300,6 @@ bool ShellCandidates::walk(double band_m) noexcept {
   contacts_ = 0;
   near_count_ = 0;
   has_whole_turn_ = !field_->planes().empty();
-  plane_turns_ = steps_at_level_ > 1 ? kMaxPlaneTurns : kMaxFirstPlaneTurns;
   const std::uint32_t points_before = work_.points;
   const std::uint32_t share = steps_at_level_ > 1 ? kWalkLooks : kFirstWalkLooks;
   looks_end_ =
@@ -327,6 +320,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     cut_.insert(cut_.end(), entries.begin(), entries.end());
   } else {
     root_ = part.node;
+    is_question_open_ = false;
     if (is_whole) {
       has_whole_turn_ = false;
       if (!open(part.node, part.gone_m, band_m)) return false;
@@ -357,6 +351,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       if (!has_room) return false;
       was_asked = !is_known;
     }
+    if (is_question_open_ && (is_whole || steps_at_level_ <= 1)) part.whole_again_at_m = part.gone_m;
     part.asked_again_at_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = begin; i < cut_.size(); ++i) {
       const double at_m = cut_[i].planes != 0 ? part.gone_m : double{cut_[i].asked_again_at_m};
@@ -454,8 +449,13 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
   // How far the shapes move is measured at the solid: what is farther out may move more.
   const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
-  if (is_beside || plane_turns_ == 0) return {};
-  --plane_turns_;
+  if (is_beside) return {};
+  // At a new level nothing is known: what is not asked now is asked as soon as its part may be asked as a whole.
+  if (plane_questions_ >= (steps_at_level_ > 1 ? kMaxQuestions : kMaxFirstQuestions)) {
+    is_question_open_ = true;
+    return {};
+  }
+  ++plane_questions_;
   box_F.half_m.array() += kSideways * kPlaneMotion_m;
   const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F), box_F);
   const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;

@@ -130,10 +130,11 @@ class ShellCandidates {
   // Of the step that goes on.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
-  std::uint32_t root_ = 0;         ///< of the part that is walked
-  std::uint32_t plane_turns_ = 0;  ///< left
-  std::uint32_t looks_end_ = 0;    ///< of the walk
-  bool has_whole_turn_ = false;    ///< a part may be asked as a whole
+  std::uint32_t root_ = 0;             ///< of the part that is walked
+  std::uint32_t plane_questions_ = 0;  ///< nodes that were asked for planes
+  bool is_question_open_ = false;      ///< in the part that is walked
+  std::uint32_t looks_end_ = 0;        ///< of the walk
+  bool has_whole_turn_ = false;        ///< a part may be asked as a whole
   ContactWork work_;
 
   static constexpr int kFine = -1;
