@@ -32,7 +32,7 @@ constexpr double kNoPlanes_m = 6e-4;
 // own ball, points near it may be a little outside; of a tiny solid that would be much.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// So many nodes a step are asked, of a cut that began: a grid needs microseconds to answer.
+// So many nodes a step are asked whether they are above planes, and where a cut begins: a grid needs microseconds to answer.
 constexpr std::uint32_t kMaxQuestions = 32, kMaxFirstQuestions = 512;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.

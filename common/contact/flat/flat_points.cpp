@@ -48,7 +48,7 @@ std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen
   return static_cast<std::size_t>(cell(1) * cells[0] + cell(0));
 }
 
-/// Of a polygon about the middle of a box, what is in each cell: visit(index, that part, whether the cell is all in it).
+/// Of a polygon about the middle of a box, what is in each cell: visit(index, its share of the cell).
 template <typename Visit>
 void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Array2i& cells, const Visit& visit) {
   const Eigen::Vector2d half_m = box.half_m.head<2>().cwiseMax(kThinnest_m);
@@ -266,21 +266,17 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
   if (!(solver.eigenvalues()[1] > kMinDeviation_m * kMinDeviation_m)) return {};
   Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
   axes.col(2) = axes.col(0).cross(axes.col(1));
-  const auto places_along = [&] {
-    std::vector<Eigen::Vector2d> places;
-    places.reserve(points.size());
-    for (const ShellPoint& point : points) {
-      places.emplace_back(axes.leftCols<2>().transpose() * (point.p_S.cast<double>() - moments.mean));
-    }
-    return places;
-  };
-  const Polygon around = polygon_in_places(places_along(), kLost_m);
-  if (is_empty(around)) return {};
-  const Eigen::Vector2d along = axis_of_box(around);
-  axes.leftCols<2>() =
-      (axes.leftCols<2>() * (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished()).eval();
-  Polygon polygon = polygon_in_places(places_along(), kLost_m);
+  std::vector<Eigen::Vector2d> places;
+  places.reserve(points.size());
+  for (const ShellPoint& point : points) {
+    places.emplace_back(axes.leftCols<2>().transpose() * (point.p_S.cast<double>() - moments.mean));
+  }
+  Polygon polygon = polygon_in_places(places, kLost_m);
   if (is_empty(polygon)) return {};
+  const Eigen::Vector2d along = axis_of_box(polygon);
+  const Eigen::Matrix2d turn = (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished();
+  axes.leftCols<2>() = (axes.leftCols<2>() * turn).eval();
+  for (Eigen::Vector2d& corner : polygon) corner = (turn.transpose() * corner).eval();
   // With the points' own mean and covariance: about what lies between their outermost and the middle to the next ones.
   const AreaMoments sum = moments_of(polygon);
   const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();

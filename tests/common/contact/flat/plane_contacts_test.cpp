@@ -10,8 +10,6 @@
 #include <tuple>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/contact/flat/flat_points.hpp"
-#include "common/contact/flat/polygon.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
