@@ -128,7 +128,7 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   const OrientedBox box = flat.box_S();
   const Polygon polygon = corners_of(flat);
   for (std::size_t i = 0; i < flat.corner_count; ++i) {
-    const Eigen::Vector2d corner = polygon[i];
+    const Eigen::Vector2d& corner = polygon[i];
     const Eigen::Vector2d side = polygon[(i + 1) % flat.corner_count] - corner;
     const int steps = std::clamp(static_cast<int>(std::ceil(side.norm() / kStep_m)), kMinSteps, kMaxSteps);
     for (int step = 0; step < steps; ++step) {
