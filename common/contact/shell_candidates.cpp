@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "common/contact/contact_shape.hpp"
@@ -17,11 +18,12 @@ namespace {
 constexpr double kJoinAt_m = 3e-4;
 // Until where motion is added up, since the cut keeps distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// So many times the looks that a step may take can be too many for one only; a cut that begins needs more.
-constexpr std::uint32_t kWalkLooks = 6, kFirstWalkLooks = 8;
-// A part is asked as a whole after this much motion, some of them earlier and one a step: small nodes next to a groove
-// that was passed by may be one large one above planes again. Where nothing came of it, after twice as much.
-constexpr double kWholeAgain_m = 4e-3, kMaxWholeAgain_m = 16e-3;
+// So many times the looks that a step may take can be too many for one only; a cut that begins needs more, and the first
+// one most.
+constexpr std::uint32_t kWalkLooks = 6, kNewCutLooks = 8, kFirstCutLooks = 16;
+// A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
+// passed by may be one large one above planes again. Where nothing came of it, after twice as much.
+constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
 constexpr double kWorthIt = 0.8;  ///< of the nodes that there were
 
 // Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
@@ -72,20 +74,18 @@ struct ShellCandidates::CutNode {
 struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< the root of its tree
   std::uint32_t begin = 0, count = 0;
-  double gone_m = 0;            ///< a sum over steps: none of its points has come nearer by more
-  double asked_again_at_m = 0;  ///< the least of its nodes'
-  double whole_again_at_m = 0;  ///< its cut begins anew
-  double whole_again_m = 0;     ///< and after so much motion the next time
+  double gone_m = 0;               ///< a sum over steps: none of its points has come nearer by more
+  double asked_again_at_m = 0;     ///< the least of its nodes'
+  double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
+  double looked_over_after_m = 0;  ///< and after so much motion the next time
+  bool has_open_question = false;  ///< whether some node of it is above planes: its cut begins anew
 };
 
-/// What a level found.
+/// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
-  int level = 0;
-  std::vector<Part> parts;
-  std::vector<CutNode> cut;
-  std::vector<ShellCandidate> candidates;
-  std::size_t contacts = 0, near_count = 0;
-  std::uint32_t walk_points = 0, steps_at_level = 0, dense_steps = 0;
+  std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::vector<ShellCandidate>, std::size_t, std::size_t,
+             std::uint32_t, std::uint32_t, std::uint32_t>
+      all;
 };
 
 ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
@@ -93,10 +93,10 @@ ShellCandidates::~ShellCandidates() = default;
 
 ShellCandidates::ShellCandidates(std::uint32_t capacity)
     : largest_capacity_(capacity), capacity_(capacity), before_(std::make_unique<Found>()) {
-  for (std::vector<Part>* parts : {&parts_, &before_->parts}) parts->reserve(kParts + 1);
-  for (std::vector<ShellCandidate>* candidates : {&candidates_, &before_->candidates})
+  for (auto* parts : {&parts_, &std::get<std::vector<Part>>(before_->all)}) parts->reserve(kParts + 1);
+  for (auto* candidates : {&candidates_, &std::get<std::vector<ShellCandidate>>(before_->all)})
     candidates->reserve(capacity + kShellLeafPoints);
-  before_->cut.reserve(cut_limit() / 2);  // finer levels are tried where there is room
+  std::get<std::vector<CutNode>>(before_->all).reserve(cut_limit() / 2);  // finer levels are tried where there is room
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
   answers_.resize(kAnswers);
@@ -126,8 +126,8 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   std::ranges::fill(answers_, CutNode{});
   std::uint32_t most_points = 0;
   for (const Part& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
-  for (coarsest_level_ = 0; kShellLeafPoints << static_cast<unsigned>(coarsest_level_) < most_points;)
-    ++coarsest_level_;
+  for (level_ = 0; leaf_points(0) < most_points;) ++level_;
+  coarsest_level_ = level_;
   change_level(kFine);
 }
 
@@ -163,8 +163,9 @@ void ShellCandidates::begin_cut() noexcept {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     part.count = 1;
     part.asked_again_at_m = -std::numeric_limits<double>::infinity();
-    part.whole_again_m = kWholeAgain_m;
-    part.whole_again_at_m = part.gone_m + share_of(part.node) * kWholeAgain_m;
+    part.looked_over_after_m = kLookOver_m;
+    part.looked_over_at_m = part.gone_m + share_of(part.node) * kLookOver_m;
+    part.has_open_question = false;
     cut_.push_back({.node = part.node, .asked_again_at_m = -std::numeric_limits<float>::infinity()});
   }
 }
@@ -174,58 +175,21 @@ void ShellCandidates::change_level(int level) noexcept {
   is_try_ = false;
   steps_at_level_ = 0;
   dense_steps_ = 0;
-  leaf_points_ = level == kFine ? 0 : kShellLeafPoints << static_cast<unsigned>(level);
   begin_cut();
 }
 
 // False: it is too much.
 bool ShellCandidates::keep_found() noexcept {
-  if (cut_.size() > before_->cut.capacity()) return false;
-  before_->level = level_;
-  before_->parts = parts_;
-  before_->cut = cut_;
-  before_->candidates = candidates_;
-  before_->contacts = contacts_;
-  before_->near_count = near_count_;
-  before_->walk_points = walk_points_;
-  before_->steps_at_level = steps_at_level_;
-  before_->dense_steps = dense_steps_;
+  if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
+  before_->all =
+      std::tie(level_, parts_, cut_, candidates_, contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_);
   return true;
 }
 
 void ShellCandidates::take_back_found() noexcept {
-  change_level(before_->level);
-  parts_ = before_->parts;
-  cut_ = before_->cut;
-  candidates_ = before_->candidates;
-  contacts_ = before_->contacts;
-  near_count_ = before_->near_count;
-  walk_points_ = before_->walk_points;
-  steps_at_level_ = before_->steps_at_level;
-  dense_steps_ = before_->dense_steps;
-}
-
-ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
-  work_ = {};
-  plane_questions_ = 0;
-  if (steps_to_try_ > 0) --steps_to_try_;
-  ++steps_at_level_;
-  if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
-  work_.is_coarse = level_ != kFine;
-  const bool is_at_rest =
-      has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
-  if (is_at_rest && !may_be_finer()) return work_;
-  work_.is_refreshed = true;
-  move(X_FP);
-  allow_band(band_m);
-  if (!walk(band_m) || is_too_dense()) {
-    search_coarser(band_m);
-  } else if (may_be_finer()) {
-    search_finer(band_m);
-  }
-  remember_gap(X_FP);
-  work_.is_coarse = level_ != kFine;
-  return work_;
+  change_level(std::get<int>(before_->all));
+  std::tie(level_, parts_, cut_, candidates_, contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_) =
+      before_->all;
 }
 
 // Far apart, one look at the poses is enough.
@@ -264,7 +228,7 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   p_FP_ = X_FP.p;
   const double turned = chord(X_FP_before_.q, X_FP.q);
   X_FP_before_ = X_FP;
-  if (!std::exchange(has_walked_, true)) return;
+  if (!has_walked_) return;
   const Vec3 solid_P = R_FP_.transpose() * (solid_centre_F_ - p_FP_);
   const Vec3 solid_before_P = R_before.transpose() * (solid_centre_F_ - p_before);
   const double of_solid = (solid_P - solid_before_P).norm() + turned * solid_radius_m_;
@@ -288,7 +252,7 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
     entry.asked_again_at_m = rounded_down(entry.asked_again_at_m - part.gone_m);
   }
   part.asked_again_at_m = -std::numeric_limits<double>::infinity();
-  part.whole_again_at_m -= part.gone_m;
+  part.looked_over_at_m -= part.gone_m;
   part.gone_m = 0;
 }
 
@@ -299,9 +263,9 @@ bool ShellCandidates::walk(double band_m) noexcept {
   candidates_.clear();
   contacts_ = 0;
   near_count_ = 0;
-  has_whole_turn_ = !field_->planes().empty();
+  may_look_over_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;
-  const std::uint32_t share = steps_at_level_ > 1 ? kWalkLooks : kFirstWalkLooks;
+  const std::uint32_t share = !has_walked_ ? kFirstCutLooks : steps_at_level_ > 1 ? kWalkLooks : kNewCutLooks;
   looks_end_ =
       level_ == coarsest_level_ ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + share * most_looks();
   for (Part& part : parts_) {
@@ -314,21 +278,15 @@ bool ShellCandidates::walk(double band_m) noexcept {
 bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
   const auto begin = static_cast<std::uint32_t>(cut_.size());
-  const bool is_whole = part.gone_m > part.whole_again_at_m && has_whole_turn_;
-  if (!is_whole && part.gone_m + band_m < part.asked_again_at_m) {
+  const bool is_due = part.gone_m > part.looked_over_at_m && may_look_over_;
+  if (!is_due && part.gone_m + band_m < part.asked_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
   } else {
     root_ = part.node;
     is_question_open_ = false;
-    if (is_whole) {
-      has_whole_turn_ = false;
-      if (!open(part.node, part.gone_m, band_m)) return false;
-      const bool was_worth_it =
-          static_cast<double>(cut_.size() - begin) <= kWorthIt * static_cast<double>(entries.size());
-      part.whole_again_m = was_worth_it ? kWholeAgain_m : std::min(2 * part.whole_again_m, kMaxWholeAgain_m);
-      part.whole_again_at_m = part.gone_m + share_of(part.node) * part.whole_again_m;
-    }
+    const bool is_whole = is_due && part.has_open_question;
+    if (is_whole && !open(part.node, part.gone_m, band_m)) return false;
     bool was_asked = false;  // the entry before
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       const CutNode& entry = entries[i];
@@ -348,10 +306,21 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       } else {
         has_room = was_asked ? keep(entry, part.gone_m, band_m) : put(entry);
       }
-      if (!has_room) return false;
+      if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
       was_asked = !is_known;
     }
-    if (is_question_open_ && (is_whole || steps_at_level_ <= 1)) part.whole_again_at_m = part.gone_m;
+    if (is_due) {
+      may_look_over_ = false;
+      const bool was_worth_it =
+          static_cast<double>(cut_.size() - begin) <= kWorthIt * static_cast<double>(entries.size());
+      part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
+      part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
+      part.has_open_question = false;
+    }
+    if (is_question_open_ && (is_whole || steps_at_level_ <= 1)) {
+      part.has_open_question = true;
+      part.looked_over_at_m = part.gone_m;
+    }
     part.asked_again_at_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = begin; i < cut_.size(); ++i) {
       const double at_m = cut_[i].planes != 0 ? part.gone_m : double{cut_[i].asked_again_at_m};
@@ -378,7 +347,7 @@ bool ShellCandidates::open(std::uint32_t root, double gone_m, double band_m) noe
     ++work_.nodes;
     if (work_.looks() > looks_end_) return false;
     const double nearest = nearest_m(node);
-    const bool is_far = nearest > band_m, is_small = node.count <= leaf_points_;
+    const bool is_far = nearest > band_m, is_small = node.count <= leaf_points(nearest);
     const CutNode above = is_far || is_small ? CutNode{} : planes_below(i, gone_m);
     if (is_far) {
       if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
@@ -399,6 +368,8 @@ bool ShellCandidates::open(std::uint32_t root, double gone_m, double band_m) noe
 // Of its points, those that may be near: of the others is known until when they are not.
 bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
+  if (entry.is_leaf && !node.is_leaf && node.count > leaf_points(0) && node.count > leaf_points(nearest_m(node)))
+    return open(entry.node, gone_m, band_m);
   const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
   const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m);
   work_.points += leaf.asked();
@@ -440,6 +411,29 @@ bool ShellCandidates::put(const CutNode& entry) noexcept {
   return true;
 }
 
+// The last two of the cut, if they are halves of a node above planes; and so on up. False: there is no room.
+bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
+  const auto& nodes = shell_->nodes;
+  while (cut_.size() > 1) {
+    const CutNode &first = cut_[cut_.size() - 2], &last = cut_.back();
+    const auto is_near = [&](const CutNode& entry) { return entry.planes != 0 || !entry.is_known(gone_m, band_m); };
+    if (first.node <= root_ || nodes[first.node].next != last.node || !(is_near(first) || is_near(last))) return true;
+    const std::uint32_t parent = first.node - 1;
+    if (nodes[parent].is_leaf || nodes[parent].next != nodes[last.node].next) return true;
+    const CutNode above = planes_below(parent, gone_m);
+    if (above.planes == 0) return true;
+    for (; !candidates_.empty() && candidates_.back().first >= nodes[parent].first; candidates_.pop_back()) {
+      const ShellCandidate& old = candidates_.back();
+      const std::size_t contacts = old.planes == 0 ? 1 : contacts_of(old.node, old.planes);
+      contacts_ -= contacts;
+      near_count_ -= std::min<std::size_t>(near_count_, old.planes == 0 ? old.count : contacts);
+    }
+    cut_.resize(cut_.size() - 2);
+    if (!open_planes(above, gone_m, band_m)) return false;
+  }
+  return true;
+}
+
 // For all places that the node may go to until it is asked again.
 ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, double gone_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
@@ -463,6 +457,10 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   return answer;
 }
 
+std::size_t ShellCandidates::contacts_of(std::uint32_t index, PlaneSet planes) const {
+  return contacts_of_node(shell_->nodes[index], static_cast<std::size_t>(std::popcount(planes)));
+}
+
 // A node above planes. False: there is no room.
 bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double band_m) noexcept {
   const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(R_FP_, p_FP_);
@@ -484,7 +482,7 @@ bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double ba
 // False: there is no room.
 bool ShellCandidates::add_planes(std::uint32_t index, PlaneSet planes) noexcept {
   const ShellNode& node = shell_->nodes[index];
-  const std::size_t contacts = contacts_of_node(node, static_cast<std::size_t>(std::popcount(planes)));
+  const std::size_t contacts = contacts_of(index, planes);
   contacts_ += contacts;
   near_count_ += contacts;
   if (contacts_ > capacity_) return false;

@@ -33,7 +33,8 @@ struct ContactWork {
 ///         the shell and field have moved by that against each other, it is not asked. Of a node, no point is nearer than
 ///         distance(centre) − radius; a leaf has its points asked. Where more are near than there is room for, the points
 ///         of a leaf that press are one candidate, with their force and the moment of it, and those that do not press
-///         yet another; and where that is too much, larger nodes are leaves, with as many of their points
+///         yet another; and where that is too much, larger nodes are leaves, with as many of their points: first those that
+///         cannot press, then what may
 /// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: motion that is allowed for;
 ///         the cut, the bound of the motion and the larger leaves are ours
 /// Thread  one at a time; after construction no allocation
@@ -90,7 +91,11 @@ class ShellCandidates {
   bool keep(CutNode entry, double gone_m, double band_m) noexcept;
   bool put(const CutNode& entry) noexcept;
   double nearest_m(const ShellNode& node) const;
+  /// So few points make a node so far away a leaf.
+  std::uint32_t leaf_points(double nearest_m) const;
   CutNode planes_below(std::uint32_t index, double gone_m) noexcept;
+  bool join_above_planes(double gone_m, double band_m) noexcept;
+  std::size_t contacts_of(std::uint32_t index, PlaneSet planes) const;
   bool open_planes(const CutNode& above, double gone_m, double band_m) noexcept;
   bool add_planes(std::uint32_t index, PlaneSet planes) noexcept;
 
@@ -108,12 +113,11 @@ class ShellCandidates {
   std::vector<CutNode> cut_;
   std::vector<CutNode> old_cut_;
   std::vector<ShellCandidate> candidates_;
-  std::vector<CutNode> answers_;  ///< of nodes that were asked for planes; each has one place
-  std::size_t contacts_ = 0;      ///< that must find room
-  std::size_t near_count_ = 0;    ///< as many candidates there would be if each were a point
-  int level_ = kFine;             ///< kFine, or of the points of 2^level leaves at most two candidates are made
-  std::uint32_t leaf_points_ = 0;
-  int coarsest_level_ = 0;          ///< where each part is a leaf
+  std::vector<CutNode> answers_;    ///< of nodes that were asked for planes; each has one place
+  std::size_t contacts_ = 0;        ///< that must find room
+  std::size_t near_count_ = 0;      ///< as many candidates there would be if each were a point
+  int level_ = kFine;               ///< kFine, or of the points of 2^level leaves at most two candidates are made
+  int coarsest_level_ = 0;          ///< where each part is a leaf, whatever it does
   std::uint32_t steps_to_try_ = 0;  ///< a finer level
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
   bool is_try_ = false;            ///< this level was tried
@@ -132,9 +136,9 @@ class ShellCandidates {
   Vec3 p_FP_ = Vec3::Zero();
   std::uint32_t root_ = 0;             ///< of the part that is walked
   std::uint32_t plane_questions_ = 0;  ///< nodes that were asked for planes
-  bool is_question_open_ = false;      ///< in the part that is walked
+  bool is_question_open_ = false;      ///< in the part that is walked: some node was not asked
   std::uint32_t looks_end_ = 0;        ///< of the walk
-  bool has_whole_turn_ = false;        ///< a part may be asked as a whole
+  bool may_look_over_ = false;         ///< a part, for halves that are one above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;

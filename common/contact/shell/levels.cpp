@@ -1,4 +1,4 @@
-// Which level of a shell's tree the candidates are made at.
+// A step's search, and which level of a shell's tree the candidates are made at.
 #include <algorithm>
 
 #include "common/contact/shell_candidates.hpp"
@@ -14,8 +14,36 @@ constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
 // More looks for each candidate than this, in so many steps on end, are too many.
 constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
+constexpr double kWideBand_m = 1e-3;
+// Nodes that may press, or are nearer than this, are leaves as at a level finer by so much.
+constexpr double kMayPress_m = 2e-4;
+constexpr int kFinerWherePressed = 4;
 
 }  // namespace
+
+ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
+  work_ = {};
+  plane_questions_ = 0;
+  if (steps_to_try_ > 0) --steps_to_try_;
+  ++steps_at_level_;
+  if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
+  work_.is_coarse = level_ != kFine;
+  const bool is_at_rest =
+      has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
+  if (is_at_rest && !may_be_finer()) return work_;
+  work_.is_refreshed = true;
+  move(X_FP);
+  allow_band(band_m);
+  if (!walk(band_m) || is_too_dense()) {
+    search_coarser(band_m);
+  } else if (may_be_finer()) {
+    search_finer(band_m);
+  }
+  has_walked_ = true;
+  remember_gap(X_FP);
+  work_.is_coarse = level_ != kFine;
+  return work_;
+}
 
 void ShellCandidates::try_in(std::uint32_t steps) noexcept {
   steps_per_try_ = std::min(steps, kMaxStepsPerTry);
@@ -37,11 +65,19 @@ void ShellCandidates::search_coarser(double band_m) noexcept {
 
 // Of larger nodes some points are asked for all: where few are near, only if it must be.
 bool ShellCandidates::is_too_dense() noexcept {
-  // Surfaces that follow each other just beyond the band have many points to ask and few that are near.
-  const bool is_over = walk_points_ > (near_count_ > capacity_ ? 1 : 2) * most_looks();
+  // Surfaces that follow each other just beyond the band have many points to ask and few that are near. Who may get far
+  // in a step looks far ahead: most of what is near then does not press, and what does shall be found.
+  const bool is_near = near_count_ > capacity_ && band_m_ <= kWideBand_m;
+  const bool is_over = walk_points_ > (is_near ? 1 : 2) * most_looks();
   const bool is_dense = is_over && level_ < coarsest_level_;
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
   return dense_steps_ > kMaxDenseSteps;
+}
+
+std::uint32_t ShellCandidates::leaf_points(double nearest_m) const {
+  if (level_ == kFine) return 0;
+  const int doublings = nearest_m > kMayPress_m ? level_ : std::max(0, level_ - kFinerWherePressed);
+  return kShellLeafPoints << static_cast<unsigned>(doublings);
 }
 
 std::uint32_t ShellCandidates::most_looks() const {

@@ -28,7 +28,7 @@ ContactShape pointwise(ContactShape shape) {
   return shape;
 }
 
-/// A table with a line across it at x = 0 where it says of nothing that it is flat.
+/// A table with a line of 2 mm across it at x = 0 where it says of nothing that it is flat.
 class LinedTable final : public DistanceField {
  public:
   explicit LinedTable(const Vec3& size_m) : table_(box_field(size_m)) {}
@@ -37,7 +37,7 @@ class LinedTable final : public DistanceField {
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
   PlaneSet planes_over(const OrientedBox& box_S) const noexcept override {
     asked.push_back(box_S.centre);
-    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) ? 0 : table_->planes_over(box_S);
+    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 1e-3 ? 0 : table_->planes_over(box_S);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
@@ -54,7 +54,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   ContactShape table = fine_box(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
   const auto at = [](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), Quat::Identity()}; };
-  ContactPair pair;
+  ContactPair pair(2048);
   pair.bind(&block, &table);
   pair.find(at(-0.05), {}, kShellCutBand_m);
   const std::size_t of_a_face = pair.contacts().size();
@@ -64,7 +64,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
     last = pair.contacts().size();
     most = std::max(most, last);
   }
-  EXPECT_GT(2 * most, 3 * of_a_face) << "on the line it is many";
+  EXPECT_GT(most, 2 * of_a_face) << "on the line it is many";
   EXPECT_LE(4 * last, 5 * of_a_face);
   EXPECT_EQ(points, 0U);
 }
