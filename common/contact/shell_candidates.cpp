@@ -18,13 +18,11 @@ namespace {
 constexpr double kJoinAt_m = 3e-4;
 // Until where motion is added up, since the cut keeps distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// So many times the looks that a step may take can be too many for one only; a cut that begins needs more, and the first
-// one most.
+// So many times the looks that a step may take can be too many for one only; a cut that begins needs more, the first most.
 constexpr std::uint32_t kWalkLooks = 6, kNewCutLooks = 8, kFirstCutLooks = 16;
 // A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
 // passed by may be one large one above planes again. Where nothing came of it, after twice as much.
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
-constexpr double kWorthIt = 0.8;  ///< of the nodes that there were
 
 // Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
 constexpr double kPlaneMotion_m = 2e-4;
@@ -309,17 +307,15 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
       was_asked = !is_known;
     }
-    if (is_due) {
-      may_look_over_ = false;
-      const bool was_worth_it =
-          static_cast<double>(cut_.size() - begin) <= kWorthIt * static_cast<double>(entries.size());
+    may_look_over_ = may_look_over_ && !is_due;
+    if (is_question_open_ && steps_at_level_ <= 1) {
+      part.has_open_question = true;
+      part.looked_over_at_m = part.gone_m;
+    } else if (is_due && !is_question_open_) {
+      const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
       part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
       part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
       part.has_open_question = false;
-    }
-    if (is_question_open_ && (is_whole || steps_at_level_ <= 1)) {
-      part.has_open_question = true;
-      part.looked_over_at_m = part.gone_m;
     }
     part.asked_again_at_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = begin; i < cut_.size(); ++i) {
@@ -330,12 +326,6 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   part.begin = begin;
   part.count = static_cast<std::uint32_t>(cut_.size()) - begin;
   return true;
-}
-
-// At least; of its ball.
-double ShellCandidates::nearest_m(const ShellNode& node) const {
-  const double distance = field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_);
-  return distance - node.radius_m - 2 * field_->error_m() - kRounding_m;
 }
 
 // All below a node. False: there is no room.
@@ -368,8 +358,13 @@ bool ShellCandidates::open(std::uint32_t root, double gone_m, double band_m) noe
 // Of its points, those that may be near: of the others is known until when they are not.
 bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  if (entry.is_leaf && !node.is_leaf && node.count > leaf_points(0) && node.count > leaf_points(nearest_m(node)))
-    return open(entry.node, gone_m, band_m);
+  // As long as none of a larger node's points can press, some of them are enough.
+  double divided_at_m = std::numeric_limits<double>::infinity();
+  if (!node.is_leaf && node.count > leaf_points(0)) {
+    const double nearest = nearest_m(node);
+    if (entry.is_leaf && node.count > leaf_points(nearest)) return open(entry.node, gone_m, band_m);
+    divided_at_m = gone_m + nearest - kMayPress_m + least_band_m_;
+  }
   const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
   const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m);
   work_.points += leaf.asked();
@@ -385,7 +380,8 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
   if (contacts_ > capacity_) return false;
 
   CutNode asked{.node = entry.node, .lags = entry.lags, .is_leaf = true};
-  asked.asked_again_at_m = rounded_down(leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags));
+  const double at_m = leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags);
+  asked.asked_again_at_m = rounded_down(std::min(at_m, divided_at_m));
   return keep(asked, gone_m, band_m);
 }
 
@@ -422,12 +418,17 @@ bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
     if (nodes[parent].is_leaf || nodes[parent].next != nodes[last.node].next) return true;
     const CutNode above = planes_below(parent, gone_m);
     if (above.planes == 0) return true;
-    for (; !candidates_.empty() && candidates_.back().first >= nodes[parent].first; candidates_.pop_back()) {
-      const ShellCandidate& old = candidates_.back();
-      const std::size_t contacts = old.planes == 0 ? 1 : contacts_of(old.node, old.planes);
-      contacts_ -= contacts;
-      near_count_ -= std::min<std::size_t>(near_count_, old.planes == 0 ? old.count : contacts);
+    std::size_t size = candidates_.size(), contacts = 0, near = 0;
+    for (; size > 0 && candidates_[size - 1].first >= nodes[parent].first; --size) {
+      const ShellCandidate& old = candidates_[size - 1];
+      const std::size_t count = old.planes == 0 ? 1 : contacts_of(old.node, old.planes);
+      contacts += count;
+      near += old.planes != 0 ? count : level_ == kFine ? old.count : 0;
     }
+    if (contacts_ - contacts + contacts_of(parent, above.planes) > capacity_) return true;
+    candidates_.resize(size);
+    contacts_ -= contacts;
+    near_count_ -= near;
     cut_.resize(cut_.size() - 2);
     if (!open_planes(above, gone_m, band_m)) return false;
   }

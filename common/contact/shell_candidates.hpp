@@ -79,6 +79,7 @@ class ShellCandidates {
   bool walk_part(Part& part, double band_m) noexcept;
   bool is_too_dense() noexcept;
   bool may_be_finer() const;
+  bool is_as_fine(int level) const;
   void try_in(std::uint32_t steps) noexcept;
   void search_coarser(double band_m) noexcept;
   void search_finer(double band_m) noexcept;
@@ -116,7 +117,7 @@ class ShellCandidates {
   std::vector<CutNode> answers_;    ///< of nodes that were asked for planes; each has one place
   std::size_t contacts_ = 0;        ///< that must find room
   std::size_t near_count_ = 0;      ///< as many candidates there would be if each were a point
-  int level_ = kFine;               ///< kFine, or of the points of 2^level leaves at most two candidates are made
+  int level_ = kFine;               ///< kFine, or as leaf_points() says nodes are leaves, at most two candidates each
   int coarsest_level_ = 0;          ///< where each part is a leaf, whatever it does
   std::uint32_t steps_to_try_ = 0;  ///< a finer level
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
@@ -142,6 +143,7 @@ class ShellCandidates {
   ContactWork work_;
 
   static constexpr int kFine = -1;
+  static constexpr double kMayPress_m = 2e-4;        ///< nearer than this
   static constexpr std::uint32_t kStepsPerTry = 64;  ///< at first
 };
 

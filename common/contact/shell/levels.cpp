@@ -15,8 +15,7 @@ constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
 // More looks for each candidate than this, in so many steps on end, are too many.
 constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
 constexpr double kWideBand_m = 1e-3;
-// Nodes that may press, or are nearer than this, are leaves as at a level finer by so much.
-constexpr double kMayPress_m = 2e-4;
+// Where something may press, nodes are leaves as at a level finer by so much.
 constexpr int kFinerWherePressed = 4;
 
 }  // namespace
@@ -26,7 +25,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   plane_questions_ = 0;
   if (steps_to_try_ > 0) --steps_to_try_;
   ++steps_at_level_;
-  if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
+  if (shell_ == nullptr || shell_->nodes.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   work_.is_coarse = level_ != kFine;
   const bool is_at_rest =
       has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
@@ -50,6 +49,11 @@ void ShellCandidates::try_in(std::uint32_t steps) noexcept {
   steps_to_try_ = steps_per_try_;
 }
 
+// As level 0: of a narrow band all may press.
+bool ShellCandidates::is_as_fine(int level) const {
+  return level > 0 && level <= kFinerWherePressed && band_m_ <= kMayPress_m;
+}
+
 void ShellCandidates::search_coarser(double band_m) noexcept {
   // Each try costs a walk: when it did not last, the next comes later.
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
@@ -59,7 +63,7 @@ void ShellCandidates::search_coarser(double band_m) noexcept {
     // contacts that were too many, it is left out.
     const bool has_too_many = contacts_ > capacity_ && dense_steps_ == 0;
     const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
-    change_level(std::min(next, coarsest_level_));
+    change_level(std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_));
   } while (!walk(band_m) && level_ < coarsest_level_);
 }
 
@@ -72,6 +76,12 @@ bool ShellCandidates::is_too_dense() noexcept {
   const bool is_dense = is_over && level_ < coarsest_level_;
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
   return dense_steps_ > kMaxDenseSteps;
+}
+
+// At least; of its ball.
+double ShellCandidates::nearest_m(const ShellNode& node) const {
+  const double distance = field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_);
+  return distance - node.radius_m - 2 * field_->error_m() - kRounding_m;
 }
 
 std::uint32_t ShellCandidates::leaf_points(double nearest_m) const {
@@ -91,14 +101,15 @@ bool ShellCandidates::may_be_finer() const {
   if (is_below(near_count_, kFinestBelow) && !has_failed) return steps_at_level_ >= kStepsToFinest;
   if (steps_to_try_ > 0) return false;
   if (is_below(near_count_, kFinestBelow)) return true;
-  if (level_ == 0) return is_below(near_count_, kFinerBelow);
+  if (level_ == 0 || is_as_fine(level_)) return is_below(near_count_, kFinerBelow);
   return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
 }
 
 // A level that has no room costs its one walk: what the level before has found is right as it was.
 void ShellCandidates::search_finer(double band_m) noexcept {
   const bool is_kept = keep_found();
-  change_level(static_cast<double>(near_count_) <= kFinestBelow * capacity_ ? kFine : level_ - 1);
+  const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;
+  change_level(static_cast<double>(near_count_) <= kFinestBelow * capacity_ ? kFine : next);
   is_try_ = true;
   steps_to_try_ = steps_per_try_;
   if (walk(band_m)) return;

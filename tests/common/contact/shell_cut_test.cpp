@@ -28,7 +28,7 @@ ContactShape pointwise(ContactShape shape) {
   return shape;
 }
 
-/// A table with a line of 2 mm across it at x = 0 where it says of nothing that it is flat.
+/// A table with a line of 6 mm across it at x = 0 where it says of nothing that it is flat.
 class LinedTable final : public DistanceField {
  public:
   explicit LinedTable(const Vec3& size_m) : table_(box_field(size_m)) {}
@@ -37,7 +37,7 @@ class LinedTable final : public DistanceField {
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
   PlaneSet planes_over(const OrientedBox& box_S) const noexcept override {
     asked.push_back(box_S.centre);
-    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 1e-3 ? 0 : table_->planes_over(box_S);
+    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
