@@ -32,8 +32,8 @@ constexpr double kNoPlanes_m = 6e-4;
 // own ball, points near it may be a little outside; of a tiny solid that would be much.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// So many nodes a step are asked whether they are above planes, and where a cut begins: a grid needs microseconds to answer.
-constexpr std::uint32_t kMaxQuestions = 32, kMaxFirstQuestions = 512;
+// So many nodes a step are newly asked for planes, and where a cut begins: a grid needs microseconds to answer.
+constexpr std::uint32_t kMaxQuestions = 8, kMaxFirstQuestions = 512;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
@@ -445,12 +445,13 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   // How far the shapes move is measured at the solid: what is farther out may move more.
   const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
   if (is_beside) return {};
-  // At a new level nothing is known: what is not asked now is asked as soon as its part may be asked as a whole.
-  if (plane_questions_ >= (steps_at_level_ > 1 ? kMaxQuestions : kMaxFirstQuestions)) {
+  // What was above planes is asked in any case; what is not asked now, when its part is looked over.
+  const bool was_above = answer.node == index && answer.planes != 0;
+  if (!was_above && plane_questions_ >= (steps_at_level_ > 1 ? kMaxQuestions : kMaxFirstQuestions)) {
     is_question_open_ = true;
     return {};
   }
-  ++plane_questions_;
+  plane_questions_ += was_above ? 0 : 1;
   box_F.half_m.array() += kSideways * kPlaneMotion_m;
   const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F), box_F);
   const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;
