@@ -53,20 +53,28 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
   ContactShape table = fine_box(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
-  const auto at = [](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), Quat::Identity()}; };
-  ContactPair pair(2048);
-  pair.bind(&block, &table);
-  pair.find(at(-0.05), {}, kShellCutBand_m);
-  const std::size_t of_a_face = pair.contacts().size();
-  std::size_t most_points = 0, last = 0, points = 0;
-  for (double x_m = -0.05; x_m < 0.05; x_m += 1e-4) {
-    points = pair.find(at(x_m), {}, kShellCutBand_m).points;
-    last = pair.contacts().size();
-    most_points = std::max(most_points, points);
+  // Of a face that lies flat eight points are one contact; tilted, each is one.
+  for (const double tilt_rad : {0.0, 2e-3}) {
+    const auto at = [&](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), quaternion_of(Vec3(tilt_rad, 0, 0))}; };
+    ContactPair pair(2048);
+    pair.bind(&block, &table);
+    pair.find(at(-0.05), {}, kShellCutBand_m);
+    const std::size_t of_a_face = pair.contacts().size();
+    std::size_t most = 0, most_points = 0, last = 0, points = 0;
+    for (double x_m = -0.05; x_m < 0.05; x_m += 1e-4) {
+      points = pair.find(at(x_m), {}, kShellCutBand_m).points;
+      last = pair.contacts().size();
+      most = std::max(most, last);
+      most_points = std::max(most_points, points);
+    }
+    EXPECT_GT(most_points, 500U) << "on the line it is points";
+    EXPECT_LE(4 * last, 5 * of_a_face);
+    if (tilt_rad == 0) {
+      EXPECT_EQ(points, 0U);
+    } else {
+      EXPECT_GT(most, 2 * of_a_face) << "on the line it is many";
+    }
   }
-  EXPECT_GT(most_points, 500U) << "on the line it is points";
-  EXPECT_LE(4 * last, 5 * of_a_face);
-  EXPECT_EQ(points, 0U);
 }
 
 TEST(ShellCut, ANodeIsAskedForPlanesOnceInAStepThatTriesSeveralLevels) {
