@@ -136,7 +136,7 @@ class ShellCandidates {
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
   std::uint32_t root_ = 0;             ///< of the part that is walked
-  std::uint32_t plane_questions_ = 0;  ///< nodes that were asked for planes
+  std::uint32_t plane_questions_ = 0;  ///< nodes that were newly asked for planes
   bool is_question_open_ = false;      ///< in the part that is walked: some node was not asked
   std::uint32_t looks_end_ = 0;        ///< of the walk
   bool may_look_over_ = false;         ///< a part, for halves that are one above planes
