@@ -131,7 +131,8 @@ class Replay {
     }
     const server::StateHashes now = server::hashes_of(*room_);
     if (is_equal(now, recorded)) return true;
-    result_.divergence = {next, thing_of(room_->scene().description, now, recorded)};
+    result_.differs_at_step = next;
+    result_.differing_thing = thing_of(room_->scene().description, now, recorded);
     return false;
   }
 
@@ -168,7 +169,7 @@ ReplayResult replay_session(const std::filesystem::path& recording, const std::f
   const proto::RecordingEnd end = proto::read_recording(
       recording, [&replay](const std::string& topic, const auto& message) { return replay.take(topic, message); });
   ReplayResult result = replay.result();
-  if (result.steps == 0 && !result.missing_step && !result.divergence && result.program.empty()) {
+  if (result.steps == 0 && !result.missing_step && !result.differs_at_step && result.program.empty()) {
     throw std::invalid_argument(recording.string() + " is no recording of a room; name one of tandem-server --record");
   }
   result.is_whole = end.is_whole;

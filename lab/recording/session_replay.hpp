@@ -14,19 +14,14 @@
 
 namespace tandem::lab {
 
-/// The first step after which the two rooms are not the same.
-struct Divergence {
-  std::uint64_t step = 0;
-  std::string thing;  ///< of the scene: the first that differs
-};
-
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0, inputs = 0;
-  std::optional<Divergence> divergence;
-  std::optional<std::uint64_t> missing_step;  ///< played to there: this one is not in the recording
-  bool is_whole = true;                       ///< of the recording's files: each had its end
-  std::string program;                        ///< that recorded
-  std::string note;                           ///< why the states may differ, as far as that is known
+  std::optional<std::uint64_t> differs_at_step;  ///< the first after which the two rooms are not the same
+  std::string differing_thing;                   ///< of the scene: the first that differs then
+  std::optional<std::uint64_t> missing_step;     ///< played to there: this one is not in the recording
+  bool is_whole = true;                          ///< of the recording's files: each had its end
+  std::string program;                           ///< that recorded
+  std::string note;                              ///< why the states may differ, as far as that is known
 };
 
 /// The scene that a room's recording names.

@@ -79,27 +79,29 @@ int save_complex(const Options& options) {
 std::string verdict(const ReplayResult& result) {
   std::string text = std::to_string(result.steps) + " steps with " + std::to_string(result.inputs) + " inputs and " +
                      std::to_string(result.commands) + " commands: ";
-  if (result.divergence) {
-    text += "the first difference is " + result.divergence->thing + " after step " +
-            std::to_string(result.divergence->step);
+  if (result.differs_at_step) {
+    text +=
+        "the first difference is " + result.differing_thing + " after step " + std::to_string(*result.differs_at_step);
   } else {
     text += "the same state after each";
   }
   if (result.missing_step) text += "; step " + std::to_string(*result.missing_step) + " is not in the recording";
   if (!result.is_whole) text += "; the recording ends without its end";
   if (!result.note.empty()) text += "; " + result.note;
-  if (result.divergence && result.program != "tandem-server " TANDEM_VERSION) {
+  if (result.differs_at_step && result.program != "tandem-server " TANDEM_VERSION) {
     text += "; it was recorded by " + result.program + ", and this is version " TANDEM_VERSION;
   }
   return text;
 }
 
 boost::json::object to_json(const ReplayResult& result) {
-  boost::json::object out{{"steps", result.steps},          {"inputs", result.inputs},   {"commands", result.commands},
-                          {"is_equal", !result.divergence}, {"divergence", nullptr},     {"missing_step", nullptr},
-                          {"is_whole", result.is_whole},    {"program", result.program}, {"note", result.note}};
-  if (result.divergence) {
-    out["divergence"] = boost::json::object{{"step", result.divergence->step}, {"thing", result.divergence->thing}};
+  boost::json::object out{{"steps", result.steps},       {"inputs", result.inputs},
+                          {"commands", result.commands}, {"is_equal", !result.differs_at_step},
+                          {"divergence", nullptr},       {"missing_step", nullptr},
+                          {"is_whole", result.is_whole}, {"program", result.program},
+                          {"note", result.note}};
+  if (result.differs_at_step) {
+    out["divergence"] = boost::json::object{{"step", *result.differs_at_step}, {"thing", result.differing_thing}};
   }
   if (result.missing_step) out["missing_step"] = *result.missing_step;
   return out;
@@ -108,7 +110,7 @@ boost::json::object to_json(const ReplayResult& result) {
 int play(const Options& options) {
   const ReplayResult result = replay_session(options.file, options.scene);
   std::cout << (options.writes_json ? boost::json::serialize(to_json(result)) : verdict(result)) << '\n';
-  return result.divergence || result.missing_step ? 1 : 0;
+  return result.differs_at_step || result.missing_step ? 1 : 0;
 }
 
 void declare(CLI::App& app, Options& options, int& exit_code) {
