@@ -32,7 +32,7 @@ struct ContactPoint {
 
 /// Points of a pair that a step looks at; beyond it, they are merged with their neighbours. A budget in points and
 /// never in time: a replay degrades alike.
-inline constexpr std::uint32_t kContactBudget = 1024;
+inline constexpr std::uint32_t kContactBudget = 768;
 
 /// The contacts of shape A with shape B, searched each step. Remembers which parts of the tree cannot be near yet, and how far
 /// the shapes may move until they can.

@@ -1,6 +1,7 @@
 // The one question that contact asks of a shape: how far is this point from your surface, and which way is out?
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,6 +17,7 @@ struct DistanceSample {
 
 /// A place, or a sample, in each row, so that what is done with all of them is done with vectors.
 inline constexpr std::size_t kEight = 8;
+using EightNumbers = std::array<double, kEight>;
 using EightPlaces = Eigen::Array<double, kEight, 3>;
 using EightSamples = Eigen::Array<double, kEight, 4>;
 
@@ -57,6 +59,14 @@ class DistanceField {
   /// Out     samples  likewise: distance, gradient; of other rows anything
   virtual void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
     for (std::size_t i = 0; i < count; ++i) set_sample(samples, i, sample(place_at(p_S, i)));
+  }
+
+  /// distance_m() of `count` places; faster together.
+  ///
+  /// In      p_S          a place in each row
+  /// Out     distances_m  of other rows anything
+  virtual void distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept {
+    for (std::size_t i = 0; i < count; ++i) distances_m[i] = distance_m(place_at(p_S, i));
   }
 
   /// The planes of its flat parts, kMaxPlanes at most; they live as long as the field.

@@ -202,13 +202,27 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
   return sample_brick(place, ref_at(place));
 }
 
-void DistanceGrid::sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
+// What is NaN is to be asked alone.
+void DistanceGrid::sample_cells(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
   const auto along = [this](std::size_t axis) { return static_cast<std::int32_t>(bricks_[axis]); };
   const GridCells cells{origin_S_,    bricks_per_m_,  quantum_m_, {along(0), along(1), along(2)},
                         refs_.data(), samples_.data()};
   (uses_avx2() ? avx2::sample_cells : portable::sample_cells)(cells, p_S.data(), (count + 3) / 4, samples.data());
+}
+
+void DistanceGrid::sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
+  sample_cells(p_S, count, samples);
   for (std::size_t i = 0; i < count; ++i) {
     if (std::isnan(samples(static_cast<Eigen::Index>(i), 0))) set_sample(samples, i, sample(place_at(p_S, i)));
+  }
+}
+
+void DistanceGrid::distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept {
+  EightSamples samples;
+  sample_cells(p_S, count, samples);
+  for (std::size_t i = 0; i < count; ++i) {
+    distances_m[i] = samples(static_cast<Eigen::Index>(i), 0);
+    if (!(std::abs(distances_m[i]) <= band_m_)) distances_m[i] = distance_m(place_at(p_S, i));
   }
 }
 

@@ -43,6 +43,7 @@ class DistanceGrid final : public DistanceField {
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
   void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept override;
+  void distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_.planes(); }
   PlaneSet planes_over(const OrientedBox& box_S) const noexcept override { return planes_.planes_over(box_S); }
   /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
@@ -104,6 +105,7 @@ class DistanceGrid final : public DistanceField {
   bool locate(const Vec3& p_S, Place& place) const noexcept;
   const std::uint32_t& ref_at(const Place& place) const noexcept;
   DistanceSample sample_brick(const Place& place, std::uint32_t ref) const noexcept;
+  void sample_cells(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept;
   DistanceSample sample_corners(const Place& place) const noexcept;
   double far_distance_m(const Place& place) const noexcept;
   DistanceSample sample_outside(const Vec3& p_S) const noexcept;

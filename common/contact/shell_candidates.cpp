@@ -9,31 +9,19 @@
 #include <utility>
 
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/flat/plane_contacts.hpp"
+#include "common/contact/shell/cut_node.hpp"
 
 namespace tandem::contact {
 namespace {
 
-// Two nodes are one again when they may go so far before they must be asked.
-constexpr double kJoinAt_m = 3e-4;
 // Until where motion is added up, since the cut keeps distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// So many times the looks that a step may take can be too many for one only; a cut that begins needs more, the first most.
-constexpr std::uint32_t kWalkLooks = 6, kNewCutLooks = 8, kFirstCutLooks = 16;
+// So many times the looks that a step may take can be too many for one only; a level that begins needs more, the first cut
+// most; and twice as many who looks far ahead.
+constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
 // A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
 // passed by may be one large one above planes again. Where nothing came of it, after twice as much.
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
-
-// Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
-constexpr double kPlaneMotion_m = 2e-4;
-// A node that is not above planes is asked again after so much motion at most, or half of it.
-constexpr double kNoPlanes_m = 6e-4;
-// How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
-// own ball, points near it may be a little outside; of a tiny solid that would be much.
-constexpr double kSideways = 1.5;
-constexpr double kMinSolid_m = 5e-3;
-// So many nodes a step are newly asked for planes, and where a cut begins: a grid needs microseconds to answer.
-constexpr std::uint32_t kMaxQuestions = 8, kMaxFirstQuestions = 512;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
@@ -44,29 +32,7 @@ double chord(const Quat& a, const Quat& b) {
   return 2 * (a.conjugate() * b).vec().norm();
 }
 
-/// Less by as much as rounding could make it more.
-float rounded_down(double a) {
-  constexpr double kFar = 100;
-  const double least = std::min(a, kFar);
-  return static_cast<float>(least - std::numeric_limits<float>::epsilon() * std::abs(least));
-}
-
-/// 0.5 to 1, of each node another.
-double share_of(std::uint32_t node) {
-  return 0.5 + 0x1.0p-33 * (node * 2654435769U);
-}
-
 }  // namespace
-
-/// A node of the cut.
-struct ShellCandidates::CutNode {
-  std::uint32_t node = 0;
-  float asked_again_at_m = 0;  ///< when its part has gone that far, and the band is added
-  PlaneSet planes = 0;         ///< it is above these, until then; without the band
-  LeafLags lags = {};          ///< of a leaf's points that were asked: how much later each of them is asked again
-  bool is_leaf = false;        ///< whose points were asked
-  bool is_known(double gone_m, double band_m) const { return gone_m + (planes != 0 ? 0 : band_m) < asked_again_at_m; }
-};
 
 /// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
 struct ShellCandidates::Part {
@@ -126,7 +92,8 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   for (const Part& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
   for (level_ = 0; leaf_points(0) < most_points;) ++level_;
   coarsest_level_ = level_;
-  change_level(kFine);
+  set_level(kFine);
+  begin_cut();
 }
 
 // Cuts the tree into subtrees, the largest first.
@@ -164,16 +131,63 @@ void ShellCandidates::begin_cut() noexcept {
     part.looked_over_after_m = kLookOver_m;
     part.looked_over_at_m = part.gone_m + share_of(part.node) * kLookOver_m;
     part.has_open_question = false;
-    cut_.push_back({.node = part.node, .asked_again_at_m = -std::numeric_limits<float>::infinity()});
+    cut_.push_back(unknown(part.node));
   }
 }
 
-void ShellCandidates::change_level(int level) noexcept {
+void ShellCandidates::set_level(int level) noexcept {
   level_ = level;
   is_try_ = false;
   steps_at_level_ = 0;
   dense_steps_ = 0;
-  begin_cut();
+}
+
+// What the cut knows of what is far stays true; who moves far in a step has no use for it.
+void ShellCandidates::change_level(int level) noexcept {
+  const bool is_coarser = level > level_;
+  set_level(level);
+  if (level_ == coarsest_level_ || is_band_wide()) return begin_cut();
+  std::swap(cut_, old_cut_);
+  cut_.clear();
+  for (Part& part : parts_) {
+    const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
+    part.begin = static_cast<std::uint32_t>(cut_.size());
+    for (const CutNode& entry : entries) {
+      if (is_coarser) {
+        put_as_coarse(entry, part);
+      } else {
+        const bool is_fine = entry.is_leaf && shell_->nodes[entry.node].count <= leaf_points(0);
+        const bool is_divided = entry.is_sampled && !is_fine;
+        cut_.push_back(is_divided ? unknown(entry.node) : entry);
+        if (is_divided) part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+      }
+    }
+    part.count = static_cast<std::uint32_t>(cut_.size()) - part.begin;
+  }
+}
+
+// As one with its neighbour, where both are small enough for a leaf and some of it is near.
+void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
+  const auto& nodes = shell_->nodes;
+  const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
+  const auto is_near = [](const CutNode& a) {
+    return a.is_leaf || a.planes != 0 || !(a.asked_again_at_m > -std::numeric_limits<float>::infinity());
+  };
+  const auto ask = [&](std::uint32_t node) {
+    entry = unknown(node);
+    part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+  };
+  if (entry.planes != 0 && nodes[entry.node].count <= most_points) ask(entry.node);
+  while (cut_.size() > part.begin) {
+    const CutNode& before = cut_.back();
+    if (before.node <= part.node || nodes[before.node].next != entry.node || !(is_near(before) || is_near(entry)))
+      break;
+    const ShellNode& parent = nodes[before.node - 1];
+    if (parent.is_leaf || parent.count > most_points || parent.next != nodes[entry.node].next) break;
+    ask(before.node - 1);
+    cut_.pop_back();
+  }
+  cut_.push_back(entry);
 }
 
 // False: it is too much.
@@ -185,7 +199,7 @@ bool ShellCandidates::keep_found() noexcept {
 }
 
 void ShellCandidates::take_back_found() noexcept {
-  change_level(std::get<int>(before_->all));
+  set_level(std::get<int>(before_->all));
   std::tie(level_, parts_, cut_, candidates_, contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_) =
       before_->all;
 }
@@ -263,14 +277,66 @@ bool ShellCandidates::walk(double band_m) noexcept {
   near_count_ = 0;
   may_look_over_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;
-  const std::uint32_t share = !has_walked_ ? kFirstCutLooks : steps_at_level_ > 1 ? kWalkLooks : kNewCutLooks;
-  looks_end_ =
-      level_ == coarsest_level_ ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + share * most_looks();
-  for (Part& part : parts_) {
-    if (!walk_part(part, band_m)) return false;
+  const std::uint32_t share = !has_walked_ ? kFirstCutLooks : steps_at_level_ > 1 ? kWalkLooks : kNewLevelLooks;
+  const std::uint32_t looks = (is_band_wide() ? 2 : 1) * share * most_looks();
+  looks_end_ = level_ == coarsest_level_ ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + looks;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (walk_part(parts_[i], band_m)) continue;
+    keep_rest(i);
+    return false;
   }
   walk_points_ = work_.points - points_before;
   return true;
+}
+
+/// How far away those nodes of the cut are that are asked next, eight at a time: what each of them waits for is on its way
+/// while the others are asked.
+class ShellCandidates::Ahead {
+ public:
+  Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double gone_m, double band_m)
+      : search_(search), entries_(entries), gone_m_(gone_m), band_m_(band_m) {}
+
+  /// Of entries that are asked, no leaves, one after the other.
+  double next_nearest_m() noexcept {
+    if (at_ == count_) ask();
+    return nearest_m_[at_++];
+  }
+
+ private:
+  void ask() noexcept {
+    std::array<const ShellNode*, kEight + 1> nodes;
+    EightPlaces places_F;
+    at_ = count_ = 0;
+    for (; seen_ < entries_.size() && count_ < kEight; ++seen_) {
+      const CutNode& entry = entries_[seen_];
+      nodes[count_] = &search_.shell_->nodes[entry.node];
+      count_ += !entry.is_leaf && !entry.is_known(gone_m_, band_m_) ? 1 : 0;
+    }
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Vec3 centre_F = search_.R_FP_ * nodes[i]->centre_S.cast<double>() + search_.p_FP_;
+      places_F.row(static_cast<Eigen::Index>(i)) = centre_F.transpose().array();
+    }
+    for (auto i = static_cast<Eigen::Index>(count_); i % 4 != 0; ++i) places_F.row(i) = places_F.row(i - 1);
+    search_.field_->distances_m(places_F, count_, nearest_m_);
+    for (std::size_t i = 0; i < count_; ++i) nearest_m_[i] = search_.nearest_m(*nodes[i], nearest_m_[i]);
+  }
+
+  const ShellCandidates& search_;
+  std::span<const CutNode> entries_;
+  double gone_m_, band_m_;
+  std::size_t seen_ = 0, at_ = 0, count_ = 0;
+  EightNumbers nearest_m_;
+};
+
+// From a part on that the walk did not end, the cut is what it was.
+void ShellCandidates::keep_rest(std::size_t part) noexcept {
+  cut_.resize(part == 0 ? 0 : parts_[part - 1].begin + parts_[part - 1].count);
+  for (; part < parts_.size(); ++part) {
+    const auto entries = std::span(old_cut_).subspan(parts_[part].begin, parts_[part].count);
+    if (cut_.size() + entries.size() > cut_limit()) return begin_cut();
+    parts_[part].begin = static_cast<std::uint32_t>(cut_.size());
+    cut_.insert(cut_.end(), entries.begin(), entries.end());
+  }
 }
 
 bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
@@ -283,22 +349,24 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   } else {
     root_ = part.node;
     is_question_open_ = false;
+    first_at_m_ = std::numeric_limits<float>::infinity();
     const bool is_whole = is_due && part.has_open_question;
-    if (is_whole && !open(part.node, part.gone_m, band_m)) return false;
+    if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.gone_m, band_m)) return false;
+    Ahead ahead(*this, entries, part.gone_m, band_m);
     bool was_asked = false;  // the entry before
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
+      if (!was_asked && !is_due) i += put_known(entries.subspan(i), part.gone_m, band_m);
+      if (i == entries.size()) break;
       const CutNode& entry = entries[i];
-      // What is asked next is on its way while this is asked.
-      if (i + 2 < entries.size() && !entries[i + 2].is_known(part.gone_m, band_m)) {
-        __builtin_prefetch(&shell_->nodes[entries[i + 2].node]);
-      }
-      if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
-        LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
-      }
       bool has_room = false;
       const bool is_known = entry.is_known(part.gone_m, band_m);
       if (!is_known) {
-        has_room = entry.is_leaf ? open_leaf(entry, part.gone_m, band_m) : open(entry.node, part.gone_m, band_m);
+        // What is asked next is on its way while this is asked.
+        if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
+          LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
+        }
+        has_room = entry.is_leaf ? open_leaf(entry, part.gone_m, band_m)
+                                 : open(entry.node, ahead.next_nearest_m(), part.gone_m, band_m);
       } else if (entry.planes != 0) {
         has_room = add_planes(entry.node, entry.planes) && put(entry);
       } else {
@@ -317,183 +385,10 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
       part.has_open_question = false;
     }
-    part.asked_again_at_m = std::numeric_limits<double>::infinity();
-    for (std::size_t i = begin; i < cut_.size(); ++i) {
-      const double at_m = cut_[i].planes != 0 ? part.gone_m : double{cut_[i].asked_again_at_m};
-      part.asked_again_at_m = std::min(part.asked_again_at_m, at_m);
-    }
+    part.asked_again_at_m = first_at_m_;
   }
   part.begin = begin;
   part.count = static_cast<std::uint32_t>(cut_.size()) - begin;
-  return true;
-}
-
-// All below a node. False: there is no room.
-bool ShellCandidates::open(std::uint32_t root, double gone_m, double band_m) noexcept {
-  const auto& nodes = shell_->nodes;
-  const std::uint32_t end = nodes[root].next;
-  for (std::uint32_t i = root; i < end;) {
-    const ShellNode& node = nodes[i];
-    ++work_.nodes;
-    if (work_.looks() > looks_end_) return false;
-    const double nearest = nearest_m(node);
-    const bool is_far = nearest > band_m, is_small = node.count <= leaf_points(nearest);
-    const CutNode above = is_far || is_small ? CutNode{} : planes_below(i, gone_m);
-    if (is_far) {
-      if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
-      i = node.next;
-    } else if (above.planes != 0) {
-      if (!open_planes(above, gone_m, band_m)) return false;
-      i = node.next;
-    } else if (is_small || node.is_leaf) {
-      if (!open_leaf({.node = i}, gone_m, band_m)) return false;
-      i = node.next;
-    } else {
-      ++i;
-    }
-  }
-  return true;
-}
-
-// Of its points, those that may be near: of the others is known until when they are not.
-bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept {
-  const ShellNode& node = shell_->nodes[entry.node];
-  // As long as none of a larger node's points can press, some of them are enough.
-  double divided_at_m = std::numeric_limits<double>::infinity();
-  if (!node.is_leaf && node.count > leaf_points(0)) {
-    const double nearest = nearest_m(node);
-    if (entry.is_leaf && node.count > leaf_points(nearest)) return open(entry.node, gone_m, band_m);
-    divided_at_m = gone_m + nearest - kMayPress_m + least_band_m_;
-  }
-  const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
-  const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m);
-  work_.points += leaf.asked();
-  if (work_.looks() > looks_end_) return false;
-  near_count_ += leaf.near_count(band_m);
-  const std::size_t before = candidates_.size();
-  if (level_ == kFine) {
-    leaf.add_points(band_m, candidates_);
-  } else {
-    leaf.add_joined(band_m, rigid_depth_m_, level_ == coarsest_level_, candidates_);
-  }
-  contacts_ += candidates_.size() - before;
-  if (contacts_ > capacity_) return false;
-
-  CutNode asked{.node = entry.node, .lags = entry.lags, .is_leaf = true};
-  const double at_m = leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags);
-  asked.asked_again_at_m = rounded_down(std::min(at_m, divided_at_m));
-  return keep(asked, gone_m, band_m);
-}
-
-// Takes the place of its halves where that serves for some steps. False: there is no room.
-bool ShellCandidates::keep(CutNode entry, double gone_m, double band_m) noexcept {
-  const auto& nodes = shell_->nodes;
-  while (!cut_.empty() && entry.planes == 0 && entry.node != root_) {
-    const CutNode& before = cut_.back();
-    if (before.planes != 0 || before.node <= root_ || nodes[before.node].next != entry.node) break;
-    const std::uint32_t parent = before.node - 1;
-    if (nodes[parent].is_leaf || nodes[parent].next != nodes[entry.node].next) break;
-    const float at_m = std::min(before.asked_again_at_m, entry.asked_again_at_m);
-    if (!(at_m > gone_m + band_m + kJoinAt_m)) break;
-    entry = {.node = parent, .asked_again_at_m = at_m};
-    cut_.pop_back();
-  }
-  return put(entry);
-}
-
-bool ShellCandidates::put(const CutNode& entry) noexcept {
-  if (cut_.size() >= cut_limit()) return false;
-  cut_.push_back(entry);
-  return true;
-}
-
-// The last two of the cut, if they are halves of a node above planes; and so on up. False: there is no room.
-bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
-  const auto& nodes = shell_->nodes;
-  while (cut_.size() > 1) {
-    const CutNode &first = cut_[cut_.size() - 2], &last = cut_.back();
-    const auto is_near = [&](const CutNode& entry) { return entry.planes != 0 || !entry.is_known(gone_m, band_m); };
-    if (first.node <= root_ || nodes[first.node].next != last.node || !(is_near(first) || is_near(last))) return true;
-    const std::uint32_t parent = first.node - 1;
-    if (nodes[parent].is_leaf || nodes[parent].next != nodes[last.node].next) return true;
-    const CutNode above = planes_below(parent, gone_m);
-    if (above.planes == 0) return true;
-    std::size_t size = candidates_.size(), contacts = 0, near = 0;
-    for (; size > 0 && candidates_[size - 1].first >= nodes[parent].first; --size) {
-      const ShellCandidate& old = candidates_[size - 1];
-      const std::size_t count = old.planes == 0 ? 1 : contacts_of(old.node, old.planes);
-      contacts += count;
-      near += old.planes != 0 ? count : level_ == kFine ? old.count : 0;
-    }
-    if (contacts_ - contacts + contacts_of(parent, above.planes) > capacity_) return true;
-    candidates_.resize(size);
-    contacts_ -= contacts;
-    near_count_ -= near;
-    cut_.resize(cut_.size() - 2);
-    if (!open_planes(above, gone_m, band_m)) return false;
-  }
-  return true;
-}
-
-// For all places that the node may go to until it is asked again.
-ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, double gone_m) noexcept {
-  const ShellNode& node = shell_->nodes[index];
-  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return {};
-  CutNode& answer = answers_[index % kAnswers];
-  if (answer.node == index && gone_m < answer.asked_again_at_m) return answer;
-  OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
-  // How far the shapes move is measured at the solid: what is farther out may move more.
-  const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
-  if (is_beside) return {};
-  // What was above planes is asked in any case; what is not asked now, when its part is looked over.
-  const bool was_above = answer.node == index && answer.planes != 0;
-  if (!was_above && plane_questions_ >= (steps_at_level_ > 1 ? kMaxQuestions : kMaxFirstQuestions)) {
-    is_question_open_ = true;
-    return {};
-  }
-  plane_questions_ += was_above ? 0 : 1;
-  box_F.half_m.array() += kSideways * kPlaneMotion_m;
-  const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F), box_F);
-  const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;
-  answer = {.node = index, .asked_again_at_m = rounded_down(gone_m + good_for_m), .planes = planes};
-  return answer;
-}
-
-std::size_t ShellCandidates::contacts_of(std::uint32_t index, PlaneSet planes) const {
-  return contacts_of_node(shell_->nodes[index], static_cast<std::size_t>(std::popcount(planes)));
-}
-
-// A node above planes. False: there is no room.
-bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double band_m) noexcept {
-  const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(R_FP_, p_FP_);
-  double nearest = -std::numeric_limits<double>::infinity();
-  for (PlaneSet rest = above.planes; rest != 0; rest &= rest - 1) {
-    const FieldPlane& plane_F = field_->planes()[static_cast<std::size_t>(std::countr_zero(rest))];
-    nearest = std::max(nearest, plane_F.distance_m(box_F.centre) - box_F.reach_m(plane_F.normal));
-  }
-  nearest -= 2 * field_->error_m() + kRounding_m;
-  if (nearest > band_m) {
-    return keep({.node = above.node, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
-  }
-  const float at_m =
-      std::min<float>(rounded_down(gone_m + share_of(above.node) * kPlaneMotion_m), above.asked_again_at_m);
-  return add_planes(above.node, above.planes) &&
-         put({.node = above.node, .asked_again_at_m = at_m, .planes = above.planes});
-}
-
-// False: there is no room.
-bool ShellCandidates::add_planes(std::uint32_t index, PlaneSet planes) noexcept {
-  const ShellNode& node = shell_->nodes[index];
-  const std::size_t contacts = contacts_of(index, planes);
-  contacts_ += contacts;
-  near_count_ += contacts;
-  if (contacts_ > capacity_) return false;
-  candidates_.push_back({.p_P = node.mean.p_S,
-                         .area_m2 = node.mean.area_m2,
-                         .first = node.first,
-                         .count = node.count,
-                         .node = index,
-                         .planes = planes});
   return true;
 }
 

@@ -63,6 +63,7 @@ class ShellCandidates {
   struct CutNode;
   struct Part;
   struct Found;
+  class Ahead;
 
   static constexpr std::size_t kParts = 64, kAnswers = 4096;
 
@@ -80,18 +81,25 @@ class ShellCandidates {
   bool is_too_dense() noexcept;
   bool may_be_finer() const;
   bool is_as_fine(int level) const;
+  bool is_band_wide() const;
   void try_in(std::uint32_t steps) noexcept;
   void search_coarser(double band_m) noexcept;
   void search_finer(double band_m) noexcept;
+  static CutNode unknown(std::uint32_t node);
+  void set_level(int level) noexcept;
   void change_level(int level) noexcept;
+  void put_as_coarse(CutNode entry, Part& part) noexcept;
+  void keep_rest(std::size_t part) noexcept;
   bool keep_found() noexcept;
   void take_back_found() noexcept;
 
-  bool open(std::uint32_t root, double gone_m, double band_m) noexcept;
+  bool open(std::uint32_t root, double root_nearest_m, double gone_m, double band_m) noexcept;
   bool open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept;
-  bool keep(CutNode entry, double gone_m, double band_m) noexcept;
+  bool keep(const CutNode& entry, double gone_m, double band_m) noexcept;
   bool put(const CutNode& entry) noexcept;
+  std::size_t put_known(std::span<const CutNode> entries, double gone_m, double band_m) noexcept;
   double nearest_m(const ShellNode& node) const;
+  double nearest_m(const ShellNode& node, double distance_m) const;
   /// So few points make a node so far away a leaf.
   std::uint32_t leaf_points(double nearest_m) const;
   CutNode planes_below(std::uint32_t index, double gone_m) noexcept;
@@ -136,6 +144,7 @@ class ShellCandidates {
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
   std::uint32_t root_ = 0;             ///< of the part that is walked
+  float first_at_m_ = 0;               ///< of the nodes that it keeps, when the first is asked again
   std::uint32_t plane_questions_ = 0;  ///< nodes that were newly asked for planes
   bool is_question_open_ = false;      ///< in the part that is walked: some node was not asked
   std::uint32_t looks_end_ = 0;        ///< of the walk

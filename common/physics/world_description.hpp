@@ -21,7 +21,7 @@ namespace tandem::physics {
 struct WorldLimits {
   double body_speed_m_per_s = 10;        ///< faster bodies are slowed to this, and reported
   double grab_reach_m = 0.02;            ///< a body farther than this is not grabbed
-  std::uint32_t contact_points = 1024;   ///< of a pair of shapes and step
+  std::uint32_t contact_points = 768;    ///< of a pair of shapes and step
   std::size_t contact_pairs = 64;        ///< of shapes near each other at a time
   std::uint32_t atom_pairs = 2'500'000;  ///< of the molecular field, each step
   double bounds_m = 10;                  ///< a body farther from the origin, in nobody's hand, returns to its start

@@ -316,10 +316,10 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
   bool is_beyond_anywhere = false;
   std::size_t looked = 0;
   const auto look_at = [&](std::uint8_t index) {
-    if (++looked > kMaxLooks) return false;
-    all |= sets_[index];
+    if (++looked > kMaxLooks || index == kNone) return false;
     is_beyond_anywhere = is_beyond_anywhere || index == kOutside || index == kInside;
-    return index != kNone && std::popcount(all) <= kMaxInBox;
+    const PlaneSet before = std::exchange(all, all | sets_[index]);
+    return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
   // What ends at its corners fails there first.

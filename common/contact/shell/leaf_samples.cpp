@@ -17,6 +17,11 @@ struct MeanSums {
   Vec3 place = Vec3::Zero(), gradient = Vec3::Zero();
 };
 
+/// Of a leaf's points, what says when each is asked again.
+struct AskedAgain {
+  double gone_m, least_band_m, before_m, farthest_m, error_m;
+};
+
 // Points whose distances differ by less than this act as one: a few quanta of a distance grid.
 constexpr double kAlike_m = 1e-6;
 // Of unit vectors that act as one: what is left of their sum.
@@ -51,9 +56,9 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   std::array<std::uint8_t, kShellLeafPoints> asked;
   const double up_to = up_to_m / kLagStep_m;
   for (std::size_t k = 0; k < size_; ++k) {
-    if (lags[k] > up_to) continue;
     points[asked_] = &shell_.points[first_of(k)];
-    asked[asked_++] = static_cast<std::uint8_t>(k);
+    asked[asked_] = static_cast<std::uint8_t>(k);
+    asked_ += lags[k] <= up_to ? 1 : 0;  // no branch: which ones it are changes all the time
   }
   samples_.col(0).setConstant(std::numeric_limits<double>::infinity());
   nearest_m_ = farthest_m_ = std::numeric_limits<double>::infinity();
@@ -79,25 +84,12 @@ double LeafSamples::area_scale() const {
 }
 
 double LeafSamples::asked_again(double gone_m, double least_band_m, double before_m, LeafLags& lags) const {
-  std::array<double, kShellLeafPoints> at_m;
-  double first_m = std::numeric_limits<double>::infinity();
-  const double farthest_m = field_.band_m(), error_m = 2 * field_.error_m();
-  for (std::size_t k = 0; k < size_; ++k) {
-    if (is_asked(k)) {
-      // Beyond the field's band samples may be too far.
-      const double sampled = std::min(distance_m(k), farthest_m);
-      const double of_steepest = least_band_m + (sampled - least_band_m) * (1 / kSteepest);
-      at_m[k] = gone_m + std::max(sampled - error_m, of_steepest) - kRounding_m;
-    } else {
-      at_m[k] = before_m + lags[k] * kLagStep_m;
-    }
-    first_m = std::min(first_m, at_m[k]);
-  }
-  constexpr double kMaxLag = 255;
-  for (std::size_t k = 0; k < size_; ++k) {
-    lags[k] = static_cast<std::uint8_t>(std::min(kMaxLag, (at_m[k] - first_m) * (1 / kLagStep_m)));
-  }
-  return first_m;
+  const AskedAgain known{.gone_m = gone_m - kRounding_m,
+                         .least_band_m = least_band_m,
+                         .before_m = before_m,
+                         .farthest_m = field_.band_m(),
+                         .error_m = 2 * field_.error_m()};
+  return (uses_avx2() ? avx2::ask_again : portable::ask_again)(known, samples_.data(), size_, lags.data());
 }
 
 std::size_t LeafSamples::near_count(double band_m) const {

@@ -71,7 +71,7 @@ class LeafSamples {
   /// shorter than 1 where theirs differ.
   ShellCandidate mean_of(double low_m, double high_m) const;
   static std::uint32_t first_of(const ShellNode& node, std::size_t size, std::size_t k) {
-    return node.first + static_cast<std::uint32_t>(size == node.count ? k : k * node.count / size);
+    return node.first + static_cast<std::uint32_t>(size == node.count ? k : k * node.count / kShellLeafPoints);
   }
   std::uint32_t first_of(std::size_t k) const { return first_of(node_, size_, k); }
   ShellCandidate candidate_of(std::size_t k) const;

@@ -49,6 +49,11 @@ void ShellCandidates::try_in(std::uint32_t steps) noexcept {
   steps_to_try_ = steps_per_try_;
 }
 
+// Of who moves so far in a step little stays known, and most of what is near does not press.
+bool ShellCandidates::is_band_wide() const {
+  return band_m_ > kWideBand_m;
+}
+
 // As level 0: of a narrow band all may press.
 bool ShellCandidates::is_as_fine(int level) const {
   return level > 0 && level <= kFinerWherePressed && band_m_ <= kMayPress_m;
@@ -71,7 +76,7 @@ void ShellCandidates::search_coarser(double band_m) noexcept {
 bool ShellCandidates::is_too_dense() noexcept {
   // Surfaces that follow each other just beyond the band have many points to ask and few that are near. Who may get far
   // in a step looks far ahead: most of what is near then does not press, and what does shall be found.
-  const bool is_near = near_count_ > capacity_ && band_m_ <= kWideBand_m;
+  const bool is_near = near_count_ > capacity_ && !is_band_wide();
   const bool is_over = walk_points_ > (is_near ? 1 : 2) * most_looks();
   const bool is_dense = is_over && level_ < coarsest_level_;
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
@@ -80,8 +85,11 @@ bool ShellCandidates::is_too_dense() noexcept {
 
 // At least; of its ball.
 double ShellCandidates::nearest_m(const ShellNode& node) const {
-  const double distance = field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_);
-  return distance - node.radius_m - 2 * field_->error_m() - kRounding_m;
+  return nearest_m(node, field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_));
+}
+
+double ShellCandidates::nearest_m(const ShellNode& node, double distance_m) const {
+  return distance_m - node.radius_m - 2 * field_->error_m() - kRounding_m;
 }
 
 std::uint32_t ShellCandidates::leaf_points(double nearest_m) const {

@@ -1,0 +1,223 @@
+// What becomes of a node of the cut when it is asked: its children, a leaf, or a node above planes; and when nodes are one
+// again.
+#include "common/contact/shell/cut_node.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "common/contact/contact_shape.hpp"
+#include "common/contact/flat/plane_contacts.hpp"
+
+namespace tandem::contact {
+namespace {
+
+// Two nodes are one again when they may go so far before they must be asked.
+constexpr double kJoinAt_m = 3e-4;
+// Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
+constexpr double kPlaneMotion_m = 2e-4;
+// A node that is not above planes is asked again after so much motion at most, or half of it.
+constexpr double kNoPlanes_m = 6e-4;
+// How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
+// own ball, points near it may be a little outside; of a tiny solid that would be much.
+constexpr double kSideways = 1.5;
+constexpr double kMinSolid_m = 5e-3;
+// So many nodes a step are newly asked for planes, where a level begins, and where a cut does: a grid needs microseconds
+// to answer.
+constexpr std::uint32_t kMaxQuestions = 8, kMaxNewLevelQuestions = 64, kMaxFirstQuestions = 512;
+
+}  // namespace
+
+ShellCandidates::CutNode ShellCandidates::unknown(std::uint32_t node) {
+  return {.node = node, .asked_again_at_m = -std::numeric_limits<float>::infinity()};
+}
+
+// All below a node. False: there is no room.
+bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double gone_m, double band_m) noexcept {
+  const auto& nodes = shell_->nodes;
+  const std::uint32_t end = nodes[root].next;
+  for (std::uint32_t i = root; i < end;) {
+    const ShellNode& node = nodes[i];
+    ++work_.nodes;
+    if (work_.looks() > looks_end_) return false;
+    const double nearest = i == root ? root_nearest_m : nearest_m(node);
+    const bool is_far = nearest > band_m, is_small = node.count <= leaf_points(nearest);
+    const CutNode above = is_far || is_small ? CutNode{} : planes_below(i, gone_m);
+    if (is_far) {
+      if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
+      i = node.next;
+    } else if (above.planes != 0) {
+      if (!open_planes(above, gone_m, band_m)) return false;
+      i = node.next;
+    } else if (is_small || node.is_leaf) {
+      if (!open_leaf({.node = i}, gone_m, band_m)) return false;
+      i = node.next;
+    } else {
+      ++i;
+    }
+  }
+  return true;
+}
+
+// Of its points, those that may be near: of the others is known until when they are not.
+bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept {
+  const ShellNode& node = shell_->nodes[entry.node];
+  // As long as none of a larger node's points can press, some of them are enough.
+  double divided_at_m = std::numeric_limits<double>::infinity();
+  if (!node.is_leaf && node.count > leaf_points(0)) {
+    const double nearest = nearest_m(node);
+    if (entry.is_leaf && node.count > leaf_points(nearest)) return open(entry.node, nearest, gone_m, band_m);
+    divided_at_m = gone_m + nearest - kMayPress_m + least_band_m_;
+  }
+  const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
+  const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m);
+  work_.points += leaf.asked();
+  if (work_.looks() > looks_end_) return false;
+  near_count_ += leaf.near_count(band_m);
+  const std::size_t before = candidates_.size();
+  if (level_ == kFine) {
+    leaf.add_points(band_m, candidates_);
+  } else {
+    leaf.add_joined(band_m, rigid_depth_m_, level_ == coarsest_level_, candidates_);
+  }
+  contacts_ += candidates_.size() - before;
+  if (contacts_ > capacity_) return false;
+
+  CutNode asked{.node = entry.node, .lags = entry.lags, .is_leaf = true, .is_sampled = leaf.size() < node.count};
+  const double at_m = leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags);
+  asked.asked_again_at_m = rounded_down(std::min(at_m, divided_at_m));
+  return keep(asked, gone_m, band_m);
+}
+
+// Takes the place of its halves where that serves for some steps. False: there is no room.
+bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) noexcept {
+  const auto& nodes = shell_->nodes;
+  const double joined_at_m = gone_m + band_m + kJoinAt_m;
+  std::uint32_t node = entry.node;
+  float at_m = entry.asked_again_at_m;
+  bool is_sampled = entry.is_sampled;
+  while (!cut_.empty() && entry.planes == 0 && at_m > joined_at_m && node != root_) {
+    const CutNode& before = cut_.back();
+    if (!(before.asked_again_at_m > joined_at_m) || before.planes != 0 || before.node <= root_) break;
+    const std::uint32_t parent = before.node - 1;
+    if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
+    at_m = std::min(before.asked_again_at_m, at_m);
+    is_sampled = is_sampled || before.is_sampled;
+    node = parent;
+    cut_.pop_back();
+  }
+  return node == entry.node ? put(entry) : put({.node = node, .asked_again_at_m = at_m, .is_sampled = is_sampled});
+}
+
+// As they were: of what begins with them, those that are known and above no planes. How many they are.
+std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double gone_m, double band_m) noexcept {
+  const auto most = std::min(entries.size(), cut_limit() - cut_.size());
+  std::size_t count = 0;
+  float first_at_m = first_at_m_;
+  for (; count < most && entries[count].planes == 0 && entries[count].is_known(gone_m, band_m); ++count) {
+    first_at_m = std::min(first_at_m, entries[count].asked_again_at_m);
+  }
+  first_at_m_ = first_at_m;
+  cut_.insert(cut_.end(), entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(count));
+  return count;
+}
+
+bool ShellCandidates::put(const CutNode& entry) noexcept {
+  if (cut_.size() >= cut_limit()) return false;
+  first_at_m_ = std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.asked_again_at_m);
+  cut_.push_back(entry);
+  return true;
+}
+
+// The last two of the cut, if they are halves of a node above planes; and so on up. False: there is no room.
+bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
+  const auto& nodes = shell_->nodes;
+  while (cut_.size() > 1) {
+    const CutNode &first = cut_[cut_.size() - 2], &last = cut_.back();
+    const auto is_near = [&](const CutNode& entry) { return entry.planes != 0 || !entry.is_known(gone_m, band_m); };
+    if (first.node <= root_ || nodes[first.node].next != last.node || !(is_near(first) || is_near(last))) return true;
+    const std::uint32_t parent = first.node - 1;
+    if (nodes[parent].is_leaf || nodes[parent].next != nodes[last.node].next) return true;
+    const CutNode above = planes_below(parent, gone_m);
+    if (above.planes == 0) return true;
+    std::size_t size = candidates_.size(), contacts = 0, near = 0;
+    for (; size > 0 && candidates_[size - 1].first >= nodes[parent].first; --size) {
+      const ShellCandidate& old = candidates_[size - 1];
+      const std::size_t count = old.planes == 0 ? 1 : contacts_of(old.node, old.planes);
+      contacts += count;
+      near += old.planes != 0 ? count : level_ == kFine ? old.count : 0;
+    }
+    if (contacts_ - contacts + contacts_of(parent, above.planes) > capacity_) return true;
+    candidates_.resize(size);
+    contacts_ -= contacts;
+    near_count_ -= near;
+    cut_.resize(cut_.size() - 2);
+    if (!open_planes(above, gone_m, band_m)) return false;
+  }
+  return true;
+}
+
+// For all places that the node may go to until it is asked again.
+ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, double gone_m) noexcept {
+  const ShellNode& node = shell_->nodes[index];
+  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return {};
+  CutNode& answer = answers_[index % kAnswers];
+  if (answer.node == index && gone_m < answer.asked_again_at_m) return answer;
+  OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
+  // How far the shapes move is measured at the solid: what is farther out may move more.
+  const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
+  if (is_beside) return {};
+  // What was above planes is asked in any case; what is not asked now, when its part is looked over.
+  const bool was_above = answer.node == index && answer.planes != 0;
+  const bool is_new = !has_walked_ || is_band_wide();
+  const std::uint32_t most = is_new ? kMaxFirstQuestions : steps_at_level_ > 1 ? kMaxQuestions : kMaxNewLevelQuestions;
+  if (!was_above && plane_questions_ >= most) {
+    is_question_open_ = true;
+    return {};
+  }
+  plane_questions_ += was_above ? 0 : 1;
+  box_F.half_m.array() += kSideways * kPlaneMotion_m;
+  const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F), box_F);
+  const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;
+  answer = {.node = index, .asked_again_at_m = rounded_down(gone_m + good_for_m), .planes = planes};
+  return answer;
+}
+
+std::size_t ShellCandidates::contacts_of(std::uint32_t index, PlaneSet planes) const {
+  return contacts_of_node(shell_->nodes[index], static_cast<std::size_t>(std::popcount(planes)));
+}
+
+// A node above planes. False: there is no room.
+bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double band_m) noexcept {
+  const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(R_FP_, p_FP_);
+  double nearest = -std::numeric_limits<double>::infinity();
+  for (PlaneSet rest = above.planes; rest != 0; rest &= rest - 1) {
+    const FieldPlane& plane_F = field_->planes()[static_cast<std::size_t>(std::countr_zero(rest))];
+    nearest = std::max(nearest, plane_F.distance_m(box_F.centre) - box_F.reach_m(plane_F.normal));
+  }
+  nearest -= 2 * field_->error_m() + kRounding_m;
+  if (nearest > band_m) {
+    return keep({.node = above.node, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
+  }
+  const float at_m =
+      std::min<float>(rounded_down(gone_m + share_of(above.node) * kPlaneMotion_m), above.asked_again_at_m);
+  return add_planes(above.node, above.planes) &&
+         put({.node = above.node, .asked_again_at_m = at_m, .planes = above.planes});
+}
+
+// False: there is no room.
+bool ShellCandidates::add_planes(std::uint32_t index, PlaneSet planes) noexcept {
+  const ShellNode& node = shell_->nodes[index];
+  const std::size_t contacts = contacts_of(index, planes);
+  contacts_ += contacts;
+  near_count_ += contacts;
+  if (contacts_ > capacity_) return false;
+  candidates_.push_back({.p_P = node.mean.p_S,
+                         .area_m2 = node.mean.area_m2,
+                         .first = node.first,
+                         .count = node.count,
+                         .node = index,
+                         .planes = planes});
+  return true;
+}
+
+}  // namespace tandem::contact
