@@ -123,7 +123,8 @@ std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double 
 
 bool ShellCandidates::put(const CutNode& entry) noexcept {
   if (cut_.size() >= cut_limit()) return false;
-  first_at_m_ = std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.asked_again_at_m);
+  first_at_m_ =
+      std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.asked_again_at_m);
   cut_.push_back(entry);
   return true;
 }
