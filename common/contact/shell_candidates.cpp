@@ -304,7 +304,7 @@ class ShellCandidates::Ahead {
 
  private:
   void ask() noexcept {
-    std::array<const ShellNode*, kEight + 1> nodes;
+    std::array<const ShellNode*, kEight> nodes;
     EightPlaces places_F;
     at_ = count_ = 0;
     for (; seen_ < entries_.size() && count_ < kEight; ++seen_) {

@@ -47,7 +47,6 @@ class LeafSamples {
 
   std::size_t size() const { return size_; }
   std::uint32_t asked() const { return asked_; }
-  bool is_asked(std::size_t k) const { return std::isfinite(distance_m(k)); }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
   /// When part and field have moved by that against each other, a point may be as near as the least band.
   ///

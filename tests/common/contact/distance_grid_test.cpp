@@ -233,11 +233,16 @@ TEST(DistanceGrid, AnswersSeveralPlacesAsEachAlone) {
         places.row(static_cast<Eigen::Index>(k)) = p.transpose().array();
       }
       grid->sample_all(places, count, samples);
+      EightNumbers distances_m;
+      grid->distances_m(places, count, distances_m);
       for (std::size_t k = 0; k < count; ++k) {
         const DistanceSample alone = grid->sample(place_at(places, k));
         const auto row = static_cast<Eigen::Index>(k);
         ASSERT_EQ(samples(row, 0), alone.distance_m) << place_at(places, k).transpose();
         ASSERT_EQ(Vec3(samples.row(row).tail<3>().matrix()), alone.gradient) << place_at(places, k).transpose();
+        if (!place_at(places, k).hasNaN()) {
+          ASSERT_NEAR(distances_m[k], grid->distance_m(place_at(places, k)), 1e-12) << place_at(places, k).transpose();
+        }
         near += std::abs(alone.distance_m) < grid->band_m() ? 1 : 0;
       }
     }
