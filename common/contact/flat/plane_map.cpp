@@ -192,6 +192,12 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
+// The same at a place, where that is cheap to say.
+bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
+  if (index <= kInside || (all & ~sets_[index]) == 0) return true;
+  return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSamePlane_m;
+}
+
 std::size_t PlaneMap::memory_bytes() const {
   return planes_.capacity() * sizeof(FieldPlane) + sets_.capacity() * sizeof(PlaneSet) +
          refs_.capacity() * sizeof(refs_[0]) + mixed_.capacity() * sizeof(Blocks) +
@@ -322,25 +328,41 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // What ends at its corners fails there first.
-  if (!look_at(at(box_S.centre))) return 0;
-  if (!for_corners(box_S.centre, half_edges, [&](const Vec3& corner) { return look_at(at(corner)); })) return 0;
-  if (all == 0) return 0;
-  const auto look_at_brick = [&](std::size_t brick) { return look_at(static_cast<std::uint8_t>(refs_[brick])); };
-  if (!for_blocks(box_S, look_at_brick, [&](std::uint8_t index, const Vec3&) { return look_at(index); })) return 0;
-  if (std::popcount(all) == 1 && !is_beyond_anywhere) return all;
-  // Of several it is the largest, everywhere: also where blocks know only some of them.
-  const auto is_largest_of_brick = [&](std::size_t brick) {
+  // What ends at its corners fails there first, and where planes meet at a concave edge.
+  std::array<std::uint8_t, 9> at_corners;
+  std::size_t corners = 0;
+  const auto look_at_corner = [&](const Vec3& p_S) { return look_at(at_corners[corners++] = at(p_S)); };
+  if (!look_at_corner(box_S.centre) || !for_corners(box_S.centre, half_edges, look_at_corner) || all == 0) return 0;
+  corners = 1;
+  const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
+  if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
+  // Of several it is the largest, everywhere: also where blocks know only some of them. Those that are found on the way
+  // can only be above what is outside so far.
+  bool is_below_outside = false;
+  const auto look_at_brick = [&](std::size_t brick) {
     const auto index = static_cast<std::uint8_t>(refs_[brick]);
-    if (index == kOutside && (all & harmless_[brick]) != 0) return true;
+    if (!look_at(index)) return false;
     if (index > kInside) return (all & ~sets_[index] & ~harmless_[brick]) == 0;
-    return is_largest(all, index, middle_of(brick), brick_m_);
+    const bool is_known = index == kOutside && (all & harmless_[brick]) != 0;
+    const bool is_right = is_known || is_largest(all, index, middle_of(brick), brick_m_);
+    is_below_outside = is_below_outside || !is_right;
+    return is_right || index == kOutside;
   };
-  const auto is_largest_of_block = [&](std::uint8_t index, const Vec3& middle) {
-    return is_largest(all, index, middle, brick_m_ / kBlocks);
+  const auto look_at_block = [&](std::uint8_t index, const Vec3& middle) {
+    if (!look_at(index)) return false;
+    const bool is_right = is_largest(all, index, middle, brick_m_ / kBlocks);
+    is_below_outside = is_below_outside || !is_right;
+    return is_right || index == kOutside;
   };
-  if (!for_blocks(box_S, is_largest_of_brick, is_largest_of_block)) return 0;
-  return is_right_beyond(all, box_S) ? all : 0;
+  PlaneSet known = 0;
+  while (all != known) {
+    known = all;
+    looked = 0;
+    is_below_outside = false;
+    if (!for_blocks(box_S, look_at_brick, look_at_block)) return 0;
+  }
+  if (is_below_outside) return 0;
+  return (std::popcount(all) == 1 && !is_beyond_anywhere) || is_right_beyond(all, box_S) ? all : 0;
 }
 
 }  // namespace tandem::contact

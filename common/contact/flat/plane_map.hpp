@@ -57,6 +57,7 @@ class PlaneMap {
   PlaneSet harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const;
   Vec3 middle_of(std::size_t brick) const;
   bool is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, double edge_m) const noexcept;
+  bool is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept;
   bool is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept;
   bool is_deep(PlaneSet set, const Vec3& middle, double edge_m) const noexcept;
   bool is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noexcept;
