@@ -23,7 +23,7 @@ constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
 // So many nodes a step are newly asked for planes, where a level begins, and where a cut does: a grid needs microseconds
 // to answer.
-constexpr std::uint32_t kMaxQuestions = 8, kMaxNewLevelQuestions = 64, kMaxFirstQuestions = 512;
+constexpr std::uint32_t kMaxQuestions = 4, kMaxNewLevelQuestions = 24, kMaxFirstQuestions = 512;
 
 }  // namespace
 
