@@ -23,6 +23,7 @@ class RigidBody {
   const MassProperties& mass() const { return mass_; }
   const BodyTraits& traits() const { return traits_; }
   double friction() const { return traits_.friction; }
+  double radius_m() const { return radius_m_; }  ///< of the ball about C that holds everything
 
   RigidState state() const;
   const Pose& pose() const { return X_WB_; }  ///< of B

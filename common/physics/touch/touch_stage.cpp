@@ -84,7 +84,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     // What it gains may as well be stopped before: the faster of both.
     const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
-    reach_m_[i] = step_s * std::min(linear + 2 * things[i].model->radius_m * angular, limits_.speed_m_per_s);
+    reach_m_[i] = step_s * std::min(linear + rigid.radius_m() * angular, limits_.speed_m_per_s);
   }
 }
 
