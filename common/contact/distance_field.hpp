@@ -74,7 +74,12 @@ class DistanceField {
   /// Those whose largest distance is the field's all over a box, where it is not positive: a face, or where faces meet
   /// at a convex edge or corner. Where it is positive, so is the field's, and not less. Within what samples are rounded
   /// to. Six at most; none: it is not so, or not known.
-  virtual PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept { return 0; }
+  ///
+  /// Out     looks  more by as many places as it looked at
+  virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept {
+    ++looks;
+    return 0;
+  }
 
   virtual double error_m() const noexcept = 0;
   virtual double band_m() const noexcept = 0;

@@ -45,7 +45,9 @@ class DistanceGrid final : public DistanceField {
   void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept override;
   void distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_.planes(); }
-  PlaneSet planes_over(const OrientedBox& box_S) const noexcept override { return planes_.planes_over(box_S); }
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
+    return planes_.planes_over(box_S, looks);
+  }
   /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
   /// is inside of sharp convex edges and beneath them, where the distance itself has a crease.
   double error_m() const noexcept override { return error_m_; }

@@ -45,7 +45,10 @@ class HalfSpaceField final : public ExactField {
   double distance_m(const Vec3& p_S) const noexcept override { return p_S.z(); }
   DistanceSample sample(const Vec3& p_S) const noexcept override { return {p_S.z(), Vec3::UnitZ()}; }
   std::span<const FieldPlane> planes() const noexcept override { return {&plane_, 1}; }
-  PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept override { return 1; }
+  PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept override {
+    ++looks;
+    return 1;
+  }
 
  private:
   FieldPlane plane_{Vec3::UnitZ(), 0};
@@ -74,7 +77,8 @@ class BoxField final : public ExactField {
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_; }
-  PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept override {
+  PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept override {
+    ++looks;
     return (PlaneSet{1} << planes_.size()) - 1;
   }
 
@@ -92,7 +96,7 @@ class CylinderField final : public ExactField {
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return ends_; }
-  PlaneSet planes_over(const OrientedBox& box_S) const noexcept override;
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override;
 
  private:
   double radius_m_;
@@ -148,7 +152,8 @@ DistanceSample CylinderField::sample(const Vec3& p_S) const noexcept {
   return {distance, direction_or(beyond_side * radial.outward + beyond_end * axial, nearest)};
 }
 
-PlaneSet CylinderField::planes_over(const OrientedBox& box_S) const noexcept {
+PlaneSet CylinderField::planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept {
+  ++looks;
   const bool is_above = box_S.centre.z() > 0;
   const bool is_over = all_corners(box_S, [&](const Vec3& p) {
     if ((p.z() > 0) != is_above) return false;

@@ -143,12 +143,12 @@ class ShellCandidates {
   // Of the step that goes on.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
-  std::uint32_t root_ = 0;             ///< of the part that is walked
-  float first_at_m_ = 0;               ///< of the nodes that it keeps, when the first is asked again
-  std::uint32_t plane_questions_ = 0;  ///< nodes that were newly asked for planes
-  bool is_question_open_ = false;      ///< in the part that is walked: some node was not asked
-  std::uint32_t looks_end_ = 0;        ///< of the walk
-  bool may_look_over_ = false;         ///< a part, for halves that are one above planes
+  std::uint32_t root_ = 0;         ///< of the part that is walked
+  float first_at_m_ = 0;           ///< of the nodes that it keeps, when the first is asked again
+  std::size_t plane_looks_ = 0;    ///< of the field, for nodes that were newly asked for planes
+  bool is_question_open_ = false;  ///< in the part that is walked: some node was not asked
+  std::uint32_t looks_end_ = 0;    ///< of the walk
+  bool may_look_over_ = false;     ///< a part, for halves that are one above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;

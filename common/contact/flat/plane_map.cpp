@@ -316,13 +316,13 @@ bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, doubl
   return true;
 }
 
-PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
+PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept {
   if (planes_.empty() || !box_S.centre.allFinite()) return 0;
   PlaneSet all = 0;
   bool is_beyond_anywhere = false;
-  std::size_t looked = 0;
+  std::size_t most_looks = looks + kMaxLooks;
   const auto look_at = [&](std::uint8_t index) {
-    if (++looked > kMaxLooks || index == kNone) return false;
+    if (++looks > most_looks || index == kNone) return false;
     is_beyond_anywhere = is_beyond_anywhere || index == kOutside || index == kInside;
     const PlaneSet before = std::exchange(all, all | sets_[index]);
     return all == before || std::popcount(all) <= kMaxInBox;
@@ -357,7 +357,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
   PlaneSet known = 0;
   while (all != known) {
     known = all;
-    looked = 0;
+    most_looks = looks + kMaxLooks;
     is_below_outside = false;
     if (!for_blocks(box_S, look_at_brick, look_at_block)) return 0;
   }

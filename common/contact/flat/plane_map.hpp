@@ -45,7 +45,7 @@ class PlaneMap {
 
   std::span<const FieldPlane> planes() const { return planes_; }
   /// See DistanceField::planes_over().
-  PlaneSet planes_over(const OrientedBox& box_S) const noexcept;
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept;
   std::size_t memory_bytes() const;
 
  private:

@@ -11,8 +11,10 @@
 namespace tandem::contact {
 namespace {
 
-// Two nodes are one again when they may go so far before they must be asked.
-constexpr double kJoinAt_m = 3e-4;
+// Two nodes are one again when they may go so far, as a share of that one's radius: its ball is larger than theirs, and far
+// enough for it, too. Where the cut is full but for a fifth, as soon as both are known.
+constexpr float kJoinAt = 0.5F;
+constexpr std::size_t kFullFifths = 4;
 // Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
 constexpr double kPlaneMotion_m = 2e-4;
 // A node that is not above planes is asked again after so much motion at most, or half of it.
@@ -21,9 +23,9 @@ constexpr double kNoPlanes_m = 6e-4;
 // own ball, points near it may be a little outside; of a tiny solid that would be much.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// So many nodes a step are newly asked for planes, where a level begins, and where a cut does: a grid needs microseconds
-// to answer.
-constexpr std::uint32_t kMaxQuestions = 4, kMaxNewLevelQuestions = 24, kMaxFirstQuestions = 512;
+// Nodes are newly asked for planes until the field has looked at so many places in a step, where a level begins, and where a
+// cut does: a grid needs up to some microseconds to answer.
+constexpr std::size_t kMaxPlaneLooks = 400, kMaxNewLevelPlaneLooks = 2500, kMaxFirstPlaneLooks = 50'000;
 
 }  // namespace
 
@@ -91,16 +93,19 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
 // Takes the place of its halves where that serves for some steps. False: there is no room.
 bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
-  const double joined_at_m = gone_m + band_m + kJoinAt_m;
+  const auto known_at_m = static_cast<float>(gone_m + band_m);
+  const float share = 5 * cut_.size() < kFullFifths * cut_limit() ? kJoinAt : 0;
   std::uint32_t node = entry.node;
   float at_m = entry.asked_again_at_m;
   bool is_sampled = entry.is_sampled;
-  while (!cut_.empty() && entry.planes == 0 && at_m > joined_at_m && node != root_) {
+  while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != root_) {
     const CutNode& before = cut_.back();
-    if (!(before.asked_again_at_m > joined_at_m) || before.planes != 0 || before.node <= root_) break;
+    if (!(before.asked_again_at_m > known_at_m) || before.planes != 0 || before.node <= root_) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
-    at_m = std::min(before.asked_again_at_m, at_m);
+    const float first_at_m = std::min(before.asked_again_at_m, at_m);
+    if (!(first_at_m > known_at_m + share * nodes[parent].radius_m)) break;
+    at_m = first_at_m;
     is_sampled = is_sampled || before.is_sampled;
     node = parent;
     cut_.pop_back();
@@ -170,14 +175,15 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   // What was above planes is asked in any case; what is not asked now, when its part is looked over.
   const bool was_above = answer.node == index && answer.planes != 0;
   const bool is_new = !has_walked_ || is_band_wide();
-  const std::uint32_t most = is_new ? kMaxFirstQuestions : steps_at_level_ > 1 ? kMaxQuestions : kMaxNewLevelQuestions;
-  if (!was_above && plane_questions_ >= most) {
+  const std::size_t most = is_new ? kMaxFirstPlaneLooks : steps_at_level_ > 1 ? kMaxPlaneLooks : kMaxNewLevelPlaneLooks;
+  if (!was_above && plane_looks_ >= most) {
     is_question_open_ = true;
     return {};
   }
-  plane_questions_ += was_above ? 0 : 1;
   box_F.half_m.array() += kSideways * kPlaneMotion_m;
-  const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F), box_F);
+  std::size_t looks = 0;
+  const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F, looks), box_F);
+  if (!was_above) plane_looks_ += looks;
   const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;
   answer = {.node = index, .asked_again_at_m = rounded_down(gone_m + good_for_m), .planes = planes};
   return answer;

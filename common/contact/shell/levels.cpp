@@ -22,7 +22,7 @@ constexpr int kFinerWherePressed = 4;
 
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
-  plane_questions_ = 0;
+  plane_looks_ = 0;
   if (steps_to_try_ > 0) --steps_to_try_;
   ++steps_at_level_;
   if (shell_ == nullptr || shell_->nodes.empty() || is_out_of_reach(X_FP, band_m)) return work_;

@@ -35,9 +35,9 @@ class LinedTable final : public DistanceField {
   double distance_m(const Vec3& p_S) const noexcept override { return table_->distance_m(p_S); }
   DistanceSample sample(const Vec3& p_S) const noexcept override { return table_->sample(p_S); }
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
-  PlaneSet planes_over(const OrientedBox& box_S) const noexcept override {
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
     asked.push_back(box_S.centre);
-    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S);
+    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S, looks);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
