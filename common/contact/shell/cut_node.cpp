@@ -12,9 +12,8 @@ namespace tandem::contact {
 namespace {
 
 // Two nodes are one again when they may go so far, as a share of that one's radius: its ball is larger than theirs, and far
-// enough for it, too. Where the cut is full but for a fifth, as soon as both are known.
+// enough for it, too. The fuller the cut, the less; when it begins, as soon as both are known.
 constexpr float kJoinAt = 0.5F;
-constexpr std::size_t kFullFifths = 4;
 // Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
 constexpr double kPlaneMotion_m = 2e-4;
 // A node that is not above planes is asked again after so much motion at most, or half of it.
@@ -94,7 +93,8 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
 bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const auto known_at_m = static_cast<float>(gone_m + band_m);
-  const float share = 5 * cut_.size() < kFullFifths * cut_limit() ? kJoinAt : 0;
+  const float full = static_cast<float>(cut_.size()) / static_cast<float>(cut_limit());
+  const float share = has_walked_ ? kJoinAt * (1 - full) : 0;
   std::uint32_t node = entry.node;
   float at_m = entry.asked_again_at_m;
   bool is_sampled = entry.is_sampled;
