@@ -339,20 +339,20 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
   // Of several it is the largest, everywhere: also where blocks know only some of them. Those that are found on the way
   // can only be above what is outside so far.
   bool is_below_outside = false;
+  const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {
+    if (is_largest(all, index, middle, edge_m)) return true;
+    is_below_outside = true;
+    return index == kOutside;
+  };
   const auto look_at_brick = [&](std::size_t brick) {
     const auto index = static_cast<std::uint8_t>(refs_[brick]);
     if (!look_at(index)) return false;
     if (index > kInside) return (all & ~sets_[index] & ~harmless_[brick]) == 0;
-    const bool is_known = index == kOutside && (all & harmless_[brick]) != 0;
-    const bool is_right = is_known || is_largest(all, index, middle_of(brick), brick_m_);
-    is_below_outside = is_below_outside || !is_right;
-    return is_right || index == kOutside;
+    if (index == kOutside && (all & harmless_[brick]) != 0) return true;
+    return is_right(index, middle_of(brick), brick_m_);
   };
   const auto look_at_block = [&](std::uint8_t index, const Vec3& middle) {
-    if (!look_at(index)) return false;
-    const bool is_right = is_largest(all, index, middle, brick_m_ / kBlocks);
-    is_below_outside = is_below_outside || !is_right;
-    return is_right || index == kOutside;
+    return look_at(index) && is_right(index, middle, brick_m_ / kBlocks);
   };
   PlaneSet known = 0;
   while (all != known) {

@@ -102,6 +102,7 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
     box.centre = reach_m * vector();
     std::size_t looks = 0;
     const PlaneSet planes = field.planes_over(box, looks);
+    ASSERT_GT(looks, 0U);
     if (planes == 0) continue;
     ++found;
     found_of_several += std::popcount(planes) > 1 ? 1 : 0;
