@@ -243,7 +243,8 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
                        direction.share,
                        direction.sign,
                        direction.id_bits,
-                       candidates.room()};
+                       candidates.room(),
+                       candidates.more_contacts()};
   for (const ShellCandidate& candidate : candidates.candidates()) {
     if (candidate.planes != 0) {
       planes.add(candidate.node, candidate.planes, now_);

@@ -48,7 +48,7 @@ struct ShellCandidates::Part {
 /// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
   std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::vector<ShellCandidate>, std::size_t, std::size_t,
-             std::uint32_t, std::uint32_t, std::uint32_t>
+             std::size_t, std::uint32_t, std::uint32_t, std::uint32_t>
       all;
 };
 
@@ -77,7 +77,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   rigid_depth_m_ = std::min(points.rigid_depth_m, solid.rigid_depth_m);
   capacity_ = std::max(2U, std::min(capacity, largest_capacity_));
   candidates_.clear();
-  contacts_ = 0;
+  contacts_ = more_contacts_ = 0;
   gap_m_ = -1;
   has_walked_ = false;
   least_band_m_ = std::numeric_limits<double>::infinity();
@@ -194,13 +194,13 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
   before_->all =
-      std::tie(level_, parts_, cut_, candidates_, contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_);
+      std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_);
   return true;
 }
 
 void ShellCandidates::take_back_found() noexcept {
   set_level(std::get<int>(before_->all));
-  std::tie(level_, parts_, cut_, candidates_, contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_) =
+  std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_) =
       before_->all;
 }
 
@@ -273,7 +273,7 @@ bool ShellCandidates::walk(double band_m) noexcept {
   std::swap(cut_, old_cut_);
   cut_.clear();
   candidates_.clear();
-  contacts_ = 0;
+  contacts_ = more_contacts_ = 0;
   near_count_ = 0;
   may_look_over_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;

@@ -56,8 +56,10 @@ class ShellCandidates {
   /// In the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return candidates_; }
   const PointShell& shell() const { return *shell_; }
-  /// For more contacts than contacts_of_node() for each node, and one for each other candidate.
+  /// For more contacts than least_contacts_of() each node, and one for each other candidate.
   std::size_t room() const { return capacity_ - contacts_; }
+  /// So many more the nodes should have, for all planes below them.
+  std::size_t more_contacts() const { return more_contacts_; }
 
  private:
   struct CutNode;
@@ -104,7 +106,7 @@ class ShellCandidates {
   std::uint32_t leaf_points(double nearest_m) const;
   CutNode planes_below(std::uint32_t index, double gone_m) noexcept;
   bool join_above_planes(double gone_m, double band_m) noexcept;
-  std::size_t contacts_of(std::uint32_t index, PlaneSet planes) const;
+  std::size_t more_contacts_of(std::uint32_t index, PlaneSet planes) const;
   bool open_planes(const CutNode& above, double gone_m, double band_m) noexcept;
   bool add_planes(std::uint32_t index, PlaneSet planes) noexcept;
 
@@ -124,6 +126,7 @@ class ShellCandidates {
   std::vector<ShellCandidate> candidates_;
   std::vector<CutNode> answers_;    ///< of nodes that were asked for planes; each has one place
   std::size_t contacts_ = 0;        ///< that must find room
+  std::size_t more_contacts_ = 0;   ///< that should
   std::size_t near_count_ = 0;      ///< as many candidates there would be if each were a point
   int level_ = kFine;               ///< kFine, or as leaf_points() says nodes are leaves, at most two candidates each
   int coarsest_level_ = 0;          ///< where each part is a leaf, whatever it does

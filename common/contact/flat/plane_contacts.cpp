@@ -355,13 +355,14 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
 
 }  // namespace
 
-std::size_t contacts_of_node(const ShellNode& node, std::size_t planes) {
-  return (node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts) * planes;
+std::size_t least_contacts_of(const ShellNode& node) {
+  return node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts;
 }
 
 void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept {
   NodeContacts node_contacts(*this, planes, contacts);
   const auto plane_count = static_cast<std::size_t>(std::popcount(planes));
+  const auto more_of = [&](const ShellNode& node) { return (plane_count - 1) * least_contacts_of(node); };
   const std::uint32_t end = shell.nodes[root].next;
   for (std::uint32_t i = root; i < end;) {
     const ShellNode& node = shell.nodes[i];
@@ -369,29 +370,33 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.look_at(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // All of it is this node's now; what it does not take, others may have.
-    room += contacts_of_node(node, plane_count);
+    // All of it is this node's now, but for what those after it should have; what it does not take, they may have, too.
+    room += least_contacts_of(node);
+    more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;
+    const std::size_t own = std::min(room, std::max(least_contacts_of(node) + more_of(node), room - std::min(room, more)));
     const std::size_t begin = contacts.size();
     const bool is_small = node.count <= kSmallNode;
     const bool is_one = is_alike(low, high, rigid_depth_m) && (is_small || node_contacts.has_one_plane());
     if (node.is_leaf || (is_one && is_small)) {
       node_contacts.add_points(node);
-      merge_contacts(contacts, begin, rigid_depth_m, room < node.count);
-    } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, room, true)) {
-      std::size_t of_children = 0;
+      merge_contacts(contacts, begin, rigid_depth_m, own < node.count);
+    } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, own, true)) {
+      std::size_t of_children = 0, more_of_children = 0;
       for (std::uint32_t k = child; k < node.next; k = shell.nodes[k].next) {
-        of_children += contacts_of_node(shell.nodes[k], plane_count);
+        of_children += least_contacts_of(shell.nodes[k]);
+        more_of_children += more_of(shell.nodes[k]);
       }
-      if (!is_one && room >= of_children) {
+      if (!is_one && own >= of_children + more_of_children) {
         room -= of_children;
+        more += more_of_children;
         i = child;
       } else if (is_small) {
         node_contacts.add_points(node);
         merge_contacts(contacts, begin, rigid_depth_m, true);
       } else if (!flat.is_polygon() && (low >= 0 || high <= 0) && node_contacts.has_one_plane()) {
         node_contacts.add_whole(node, flat);
-      } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, room, false)) {
+      } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, own, false)) {
         node_contacts.add_some_points(node, kMaxNodeContacts);
       }
     }

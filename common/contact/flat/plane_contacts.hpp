@@ -18,10 +18,10 @@ struct ShellNode;
 inline constexpr std::uint32_t kSmallNode = 32;
 inline constexpr std::size_t kMaxNodeContacts = 8;
 inline constexpr std::size_t kLeafContacts = 2;
-/// What must be left for a node.
-std::size_t contacts_of_node(const ShellNode& node, std::size_t planes);
+/// What must be left for a node above planes.
+std::size_t least_contacts_of(const ShellNode& node);
 
-/// Points of a shell (frame P) on planes of a field (frame F).
+/// Points of a shell (frame P) on planes of a field (frame F), of one node after the other.
 ///
 /// Model   a point's depth below a plane is −(n·p + c): linear over a node; below several, the least. Four contacts with a
 ///         quarter of an area each, at its mean ± deviations, have the same force, moment and stiffness as all of the
@@ -40,7 +40,8 @@ struct PlaneContacts {
   double share = 1;  ///< of the points' area
   double sign = 1;   ///< of the normals
   std::uint32_t id_bits = 0;
-  std::size_t room = 0;  ///< for more contacts than contacts_of_node()
+  std::size_t room = 0;  ///< for more contacts than least_contacts_of() each node that comes
+  std::size_t more = 0;  ///< that those nodes should have for all planes below them
 
   /// Appends to `contacts`, in the order of the points; while it runs, up to kSmallNode more than it leaves.
   void add(std::uint32_t node, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept;

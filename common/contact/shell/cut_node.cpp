@@ -145,16 +145,18 @@ bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
     if (nodes[parent].is_leaf || nodes[parent].next != nodes[last.node].next) return true;
     const CutNode above = planes_below(parent, gone_m);
     if (above.planes == 0) return true;
-    std::size_t size = candidates_.size(), contacts = 0, near = 0;
+    std::size_t size = candidates_.size(), contacts = 0, more = 0, near = 0;
     for (; size > 0 && candidates_[size - 1].first >= nodes[parent].first; --size) {
       const ShellCandidate& old = candidates_[size - 1];
-      const std::size_t count = old.planes == 0 ? 1 : contacts_of(old.node, old.planes);
+      const std::size_t count = old.planes == 0 ? 1 : least_contacts_of(nodes[old.node]);
       contacts += count;
+      more += more_contacts_of(old.node, old.planes);
       near += old.planes != 0 ? count : level_ == kFine ? old.count : 0;
     }
-    if (contacts_ - contacts + contacts_of(parent, above.planes) > capacity_) return true;
+    if (contacts_ - contacts + least_contacts_of(nodes[parent]) > capacity_) return true;
     candidates_.resize(size);
     contacts_ -= contacts;
+    more_contacts_ -= more;
     near_count_ -= near;
     cut_.resize(cut_.size() - 2);
     if (!open_planes(above, gone_m, band_m)) return false;
@@ -189,8 +191,10 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   return answer;
 }
 
-std::size_t ShellCandidates::contacts_of(std::uint32_t index, PlaneSet planes) const {
-  return contacts_of_node(shell_->nodes[index], static_cast<std::size_t>(std::popcount(planes)));
+// For each plane but one.
+std::size_t ShellCandidates::more_contacts_of(std::uint32_t index, PlaneSet planes) const {
+  const auto count = static_cast<std::size_t>(std::popcount(planes));
+  return count < 2 ? 0 : (count - 1) * least_contacts_of(shell_->nodes[index]);
 }
 
 // A node above planes. False: there is no room.
@@ -214,8 +218,9 @@ bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double ba
 // False: there is no room.
 bool ShellCandidates::add_planes(std::uint32_t index, PlaneSet planes) noexcept {
   const ShellNode& node = shell_->nodes[index];
-  const std::size_t contacts = contacts_of(index, planes);
+  const std::size_t contacts = least_contacts_of(node);
   contacts_ += contacts;
+  more_contacts_ += more_contacts_of(index, planes);
   near_count_ += contacts;
   if (contacts_ > capacity_) return false;
   candidates_.push_back({.p_P = node.mean.p_S,
