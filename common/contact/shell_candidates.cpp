@@ -34,17 +34,6 @@ double chord(const Quat& a, const Quat& b) {
 
 }  // namespace
 
-/// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
-struct ShellCandidates::Part {
-  std::uint32_t node = 0;  ///< the root of its tree
-  std::uint32_t begin = 0, count = 0;
-  double gone_m = 0;               ///< a sum over steps: none of its points has come nearer by more
-  double asked_again_at_m = 0;     ///< the least of its nodes'
-  double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
-  double looked_over_after_m = 0;  ///< and after so much motion the next time
-  bool has_open_question = false;  ///< whether some node of it is above planes: its cut begins anew
-};
-
 /// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
   std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::vector<ShellCandidate>, std::size_t, std::size_t,
@@ -138,14 +127,16 @@ void ShellCandidates::begin_cut() noexcept {
 void ShellCandidates::set_level(int level) noexcept {
   level_ = level;
   is_try_ = false;
+  has_divided_ = false;
   steps_at_level_ = 0;
   dense_steps_ = 0;
 }
 
 // What the cut knows of what is far stays true; who moves far in a step has no use for it.
 void ShellCandidates::change_level(int level) noexcept {
-  const bool is_coarser = level > level_;
+  const bool is_coarser = level >= level_;
   set_level(level);
+  for (Part& part : parts_) part.has_sampled = true;
   if (level_ == coarsest_level_ || is_band_wide()) return begin_cut();
   std::swap(cut_, old_cut_);
   cut_.clear();
@@ -193,15 +184,15 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
 // False: it is too much.
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
-  before_->all =
-      std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_);
+  before_->all = std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_,
+                          steps_at_level_, dense_steps_);
   return true;
 }
 
 void ShellCandidates::take_back_found() noexcept {
   set_level(std::get<int>(before_->all));
-  std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_, dense_steps_) =
-      before_->all;
+  std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_,
+           dense_steps_) = before_->all;
 }
 
 // Far apart, one look at the poses is enough.
@@ -270,6 +261,8 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
 
 // False: there are more than there is room for.
 bool ShellCandidates::walk(double band_m) noexcept {
+  divide_looks_ = looks_to_divide();
+  divide_points_ = 0;
   std::swap(cut_, old_cut_);
   cut_.clear();
   candidates_.clear();
@@ -277,15 +270,21 @@ bool ShellCandidates::walk(double band_m) noexcept {
   near_count_ = 0;
   may_look_over_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;
-  const std::uint32_t share = !has_walked_ ? kFirstCutLooks : steps_at_level_ > 1 ? kWalkLooks : kNewLevelLooks;
+  const std::uint32_t share = !has_walked_                     ? kFirstCutLooks
+                              : is_try_ || steps_at_level_ > 1 ? kWalkLooks
+                                                               : kNewLevelLooks;
   const std::uint32_t looks = (is_band_wide() ? 2 : 1) * share * most_looks();
-  looks_end_ = level_ == coarsest_level_ ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + looks;
+  looks_end_ = is_coarsest() ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + looks + divide_looks_;
+  const std::size_t divided_up_to = std::exchange(divided_up_to_, 0);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    if (walk_part(parts_[i], band_m)) continue;
-    keep_rest(i);
-    return false;
+    divides_part_ = divide_looks_ > 0 && parts_[i].has_sampled && i >= divided_up_to;
+    if (!walk_part(parts_[i], band_m)) {
+      keep_rest(i);
+      return false;
+    }
+    if (divides_part_ && divide_looks_ == 0) divided_up_to_ = i;
   }
-  walk_points_ = work_.points - points_before;
+  walk_points_ = work_.points - points_before - divide_points_;
   return true;
 }
 
@@ -343,24 +342,27 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
   const auto begin = static_cast<std::uint32_t>(cut_.size());
   const bool is_due = part.gone_m > part.looked_over_at_m && may_look_over_;
-  if (!is_due && part.gone_m + band_m < part.asked_again_at_m) {
+  if (!is_due && !divides_part_ && part.gone_m + band_m < part.asked_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
   } else {
     root_ = part.node;
-    is_question_open_ = false;
+    is_question_open_ = has_sampled_ = false;
     first_at_m_ = std::numeric_limits<float>::infinity();
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.gone_m, band_m)) return false;
     Ahead ahead(*this, entries, part.gone_m, band_m);
     bool was_asked = false;  // the entry before
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
-      if (!was_asked && !is_due) i += put_known(entries.subspan(i), part.gone_m, band_m);
+      if (!was_asked && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.gone_m, band_m);
       if (i == entries.size()) break;
       const CutNode& entry = entries[i];
       bool has_room = false;
       const bool is_known = entry.is_known(part.gone_m, band_m);
-      if (!is_known) {
+      if (entry.is_sampled && divides_part_ && divide_looks_ > 0) {
+        has_room = open_children(entry.node, part.gone_m, band_m);
+        if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
+      } else if (!is_known) {
         // What is asked next is on its way while this is asked.
         if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
           LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
@@ -373,7 +375,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
         has_room = was_asked ? keep(entry, part.gone_m, band_m) : put(entry);
       }
       if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
-      was_asked = !is_known;
+      was_asked = !is_known || entry.is_sampled;
     }
     may_look_over_ = may_look_over_ && !is_due;
     if (is_question_open_ && steps_at_level_ <= 1) {
@@ -386,6 +388,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.has_open_question = false;
     }
     part.asked_again_at_m = first_at_m_;
+    part.has_sampled = has_sampled_;
   }
   part.begin = begin;
   part.count = static_cast<std::uint32_t>(cut_.size()) - begin;

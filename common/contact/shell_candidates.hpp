@@ -70,6 +70,8 @@ class ShellCandidates {
   static constexpr std::size_t kParts = 64, kAnswers = 4096;
 
   std::uint32_t most_looks() const;
+  std::uint32_t looks_to_divide() const;
+  bool is_coarsest() const;
   std::size_t cut_limit() const { return 4 * std::size_t{largest_capacity_} + 4 * kParts; }
   void divide(std::size_t parts) noexcept;
   void begin_cut() noexcept;
@@ -97,6 +99,7 @@ class ShellCandidates {
 
   bool open(std::uint32_t root, double root_nearest_m, double gone_m, double band_m) noexcept;
   bool open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept;
+  bool open_children(std::uint32_t root, double gone_m, double band_m) noexcept;
   bool keep(const CutNode& entry, double gone_m, double band_m) noexcept;
   bool put(const CutNode& entry) noexcept;
   std::size_t put_known(std::span<const CutNode> entries, double gone_m, double band_m) noexcept;
@@ -133,6 +136,7 @@ class ShellCandidates {
   std::uint32_t steps_to_try_ = 0;  ///< a finer level
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
   bool is_try_ = false;            ///< this level was tried
+  std::size_t divided_up_to_ = 0;  ///< the part where the next step goes on to divide nodes
   std::unique_ptr<Found> before_;  ///< what the level before had, while it is
   std::uint32_t walk_points_ = 0;  ///< that the last walk asked
   std::uint32_t dense_steps_ = 0;  ///< that asked too many
@@ -146,12 +150,17 @@ class ShellCandidates {
   // Of the step that goes on.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
-  std::uint32_t root_ = 0;         ///< of the part that is walked
-  float first_at_m_ = 0;           ///< of the nodes that it keeps, when the first is asked again
-  std::size_t plane_looks_ = 0;    ///< of the field, for nodes that were newly asked for planes
-  bool is_question_open_ = false;  ///< in the part that is walked: some node was not asked
-  std::uint32_t looks_end_ = 0;    ///< of the walk
-  bool may_look_over_ = false;     ///< a part, for halves that are one above planes
+  std::uint32_t root_ = 0;           ///< of the part that is walked
+  float first_at_m_ = 0;             ///< of the nodes that it keeps, when the first is asked again
+  std::size_t plane_looks_ = 0;      ///< of the field, for nodes that were newly asked for planes
+  bool is_question_open_ = false;    ///< in the part that is walked: some node was not asked
+  std::uint32_t looks_end_ = 0;      ///< of the walk
+  std::uint32_t divide_looks_ = 0;   ///< left to divide nodes of which eight points stand for all
+  std::uint32_t divide_points_ = 0;  ///< that were asked for that
+  bool divides_part_ = false;        ///< the one that is walked
+  bool has_divided_ = false;         ///< at this level
+  bool has_sampled_ = false;         ///< some node that the part keeps
+  bool may_look_over_ = false;       ///< a part, for halves that are one above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;

@@ -374,7 +374,8 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;
-    const std::size_t own = std::min(room, std::max(least_contacts_of(node) + more_of(node), room - std::min(room, more)));
+    const std::size_t own =
+        std::min(room, std::max(least_contacts_of(node) + more_of(node), room - std::min(room, more)));
     const std::size_t begin = contacts.size();
     const bool is_small = node.count <= kSmallNode;
     const bool is_one = is_alike(low, high, rigid_depth_m) && (is_small || node_contacts.has_one_plane());

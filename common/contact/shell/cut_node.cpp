@@ -78,7 +78,7 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
   if (level_ == kFine) {
     leaf.add_points(band_m, candidates_);
   } else {
-    leaf.add_joined(band_m, rigid_depth_m_, level_ == coarsest_level_, candidates_);
+    leaf.add_joined(band_m, rigid_depth_m_, is_coarsest(), candidates_);
   }
   contacts_ += candidates_.size() - before;
   if (contacts_ > capacity_) return false;
@@ -87,6 +87,23 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
   const double at_m = leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags);
   asked.asked_again_at_m = rounded_down(std::min(at_m, divided_at_m));
   return keep(asked, gone_m, band_m);
+}
+
+// In place of a node of which eight points stood for all. False: there is no room.
+bool ShellCandidates::open_children(std::uint32_t root, double gone_m, double band_m) noexcept {
+  const auto& nodes = shell_->nodes;
+  const std::uint32_t looks = work_.looks(), points = work_.points;
+  bool has_room = true;
+  for (std::uint32_t i = root + 1; has_room && i < nodes[root].next; i = nodes[i].next) {
+    ++work_.nodes;
+    const double nearest = nearest_m(nodes[i]);
+    const CutNode above = nearest > band_m ? CutNode{} : planes_below(i, gone_m);
+    has_room = above.planes != 0 ? open_planes(above, gone_m, band_m) : open(i, nearest, gone_m, band_m);
+  }
+  has_divided_ = true;
+  divide_points_ += work_.points - points;
+  divide_looks_ -= std::min(divide_looks_, work_.looks() - looks);
+  return has_room;
 }
 
 // Takes the place of its halves where that serves for some steps. False: there is no room.
@@ -101,6 +118,8 @@ bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) n
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != root_) {
     const CutNode& before = cut_.back();
     if (!(before.asked_again_at_m > known_at_m) || before.planes != 0 || before.node <= root_) break;
+    // What is divided now stays so.
+    if (divides_part_ && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
     const float first_at_m = std::min(before.asked_again_at_m, at_m);
@@ -118,10 +137,13 @@ std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double 
   const auto most = std::min(entries.size(), cut_limit() - cut_.size());
   std::size_t count = 0;
   float first_at_m = first_at_m_;
+  bool has_sampled = has_sampled_;
   for (; count < most && entries[count].planes == 0 && entries[count].is_known(gone_m, band_m); ++count) {
     first_at_m = std::min(first_at_m, entries[count].asked_again_at_m);
+    has_sampled = has_sampled || entries[count].is_sampled;
   }
   first_at_m_ = first_at_m;
+  has_sampled_ = has_sampled;
   cut_.insert(cut_.end(), entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(count));
   return count;
 }
@@ -130,6 +152,7 @@ bool ShellCandidates::put(const CutNode& entry) noexcept {
   if (cut_.size() >= cut_limit()) return false;
   first_at_m_ =
       std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.asked_again_at_m);
+  has_sampled_ = has_sampled_ || entry.is_sampled;
   cut_.push_back(entry);
   return true;
 }

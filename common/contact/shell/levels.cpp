@@ -1,7 +1,7 @@
 // A step's search, and which level of a shell's tree the candidates are made at.
 #include <algorithm>
 
-#include "common/contact/shell_candidates.hpp"
+#include "common/contact/shell/cut_node.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -15,6 +15,10 @@ constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
 // More looks for each candidate than this, in so many steps on end, are too many.
 constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
 constexpr double kWideBand_m = 1e-3;
+// Nodes of which eight points stand for all are divided while no more than these shares are in use: of the capacity, of the
+// room for the cut; and not soon after it was too much. For each point that the step before asked, so many looks less.
+constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.6;
+constexpr std::uint32_t kLooksPerPoint = 2, kStepsToDivide = 4;
 // Where something may press, nodes are leaves as at a level finer by so much.
 constexpr int kFinerWherePressed = 4;
 
@@ -29,7 +33,8 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_.is_coarse = level_ != kFine;
   const bool is_at_rest =
       has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
-  if (is_at_rest && !may_be_finer()) return work_;
+  if (is_at_rest) walk_points_ = 0;
+  if (is_at_rest && !may_be_finer() && looks_to_divide() == 0) return work_;
   work_.is_refreshed = true;
   move(X_FP);
   allow_band(band_m);
@@ -65,11 +70,12 @@ void ShellCandidates::search_coarser(double band_m) noexcept {
   try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
   do {
     // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it was not
-    // contacts that were too many, it is left out.
+    // contacts that were too many, it is left out. What was divided at this level is one again first.
     const bool has_too_many = contacts_ > capacity_ && dense_steps_ == 0;
     const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
-    change_level(std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_));
-  } while (!walk(band_m) && level_ < coarsest_level_);
+    const int coarser = std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_);
+    change_level(has_divided_ ? level_ : coarser);
+  } while (!walk(band_m) && !is_coarsest());
 }
 
 // Of larger nodes some points are asked for all: where few are near, only if it must be.
@@ -78,7 +84,7 @@ bool ShellCandidates::is_too_dense() noexcept {
   // in a step looks far ahead: most of what is near then does not press, and what does shall be found.
   const bool is_near = near_count_ > capacity_ && !is_band_wide();
   const bool is_over = walk_points_ > (is_near ? 1 : 2) * most_looks();
-  const bool is_dense = is_over && level_ < coarsest_level_;
+  const bool is_dense = is_over && !is_coarsest();
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
   return dense_steps_ > kMaxDenseSteps;
 }
@@ -102,20 +108,40 @@ std::uint32_t ShellCandidates::most_looks() const {
   return kLooksPerCandidate * capacity_;
 }
 
+// Where nothing can be joined any more.
+bool ShellCandidates::is_coarsest() const {
+  return level_ == coarsest_level_ && !has_divided_;
+}
+
+// What is near of a large shell may be too much to be asked in one step at a finer level, though it would fit.
+std::uint32_t ShellCandidates::looks_to_divide() const {
+  if (level_ == kFine || !has_walked_ || steps_at_level_ < kStepsToDivide) return 0;
+  const auto is_below = [](auto used, double share, auto limit) {
+    return static_cast<double>(used) <= share * static_cast<double>(limit);
+  };
+  const bool has_room = is_below(contacts_, kDividedBelow, capacity_) &&
+                        is_below(cut_.size(), kDividedCutBelow, cut_limit()) &&
+                        std::ranges::any_of(parts_, &Part::has_sampled);
+  return has_room ? most_looks() - std::min(most_looks(), kLooksPerPoint * walk_points_) : 0;
+}
+
 bool ShellCandidates::may_be_finer() const {
-  if (level_ == kFine) return false;
+  // What is left to be divided would be asked at once.
+  if (level_ == kFine || looks_to_divide() > 0) return false;
+  const bool is_divided = std::ranges::none_of(parts_, &Part::has_sampled);
   const auto is_below = [&](std::size_t used, double share) { return static_cast<double>(used) <= share * capacity_; };
   const bool has_failed = steps_per_try_ > kStepsPerTry;
-  if (is_below(near_count_, kFinestBelow) && !has_failed) return steps_at_level_ >= kStepsToFinest;
-  if (steps_to_try_ > 0) return false;
-  if (is_below(near_count_, kFinestBelow)) return true;
+  if (is_divided && is_below(near_count_, kFinerBelow) && !has_failed) return true;
+  const bool is_little_near = is_below(near_count_, kFinestBelow);
+  if (steps_to_try_ > (is_little_near && !has_failed ? kStepsPerTry - kStepsToFinest : 0)) return false;
+  if (is_little_near) return true;
   if (level_ == 0 || is_as_fine(level_)) return is_below(near_count_, kFinerBelow);
   return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
 }
 
 // A level that has no room costs its one walk: what the level before has found is right as it was.
 void ShellCandidates::search_finer(double band_m) noexcept {
-  const bool is_kept = keep_found();
+  const bool is_kept = keep_found(), has_divided = has_divided_;
   const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;
   change_level(static_cast<double>(near_count_) <= kFinestBelow * capacity_ ? kFine : next);
   is_try_ = true;
@@ -123,7 +149,10 @@ void ShellCandidates::search_finer(double band_m) noexcept {
   if (walk(band_m)) return;
   if (!is_kept) return search_coarser(band_m);
   take_back_found();
-  try_in(2 * steps_per_try_);
+  has_divided_ = has_divided;
+  // Not for good while there are nodes to be divided.
+  const bool is_divided = std::ranges::none_of(parts_, &Part::has_sampled);
+  try_in(is_divided ? 2 * steps_per_try_ : steps_per_try_);
 }
 
 }  // namespace tandem::contact
