@@ -12,6 +12,7 @@ import json
 import pathlib
 import statistics
 import subprocess
+import sys
 
 import mesh_corpus
 from make_touch_table import replaced
@@ -55,6 +56,8 @@ def run_pair(options, mesh, name, partner, file):
 def is_loaded(options, mesh):
     """None: there is no triangle in it."""
     done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+    if done.returncode != 0:
+        print(f"not loaded: {mesh}: {done.stderr.strip()[-300:]}", file=sys.stderr)
     return None if "triangle" in done.stderr and done.returncode != 0 else done.returncode == 0
 
 
