@@ -16,7 +16,7 @@ namespace {
 
 // Until where motion is added up, since the cut keeps distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// So many times the looks that a step may take can be too many for one only; a level that begins needs more, the first cut
+// So many times the looks that a step may take can be too many for one only; a coarser level that begins needs more, the first cut
 // most; and twice as many who looks far ahead.
 constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
 // A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
@@ -73,8 +73,10 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   steps_to_try_ = 0;
   steps_per_try_ = kStepsPerTry;
   dense_steps_ = 0;
-  is_try_ = false;
-  // At the coarsest level a part is two candidates.
+  is_try_ = tries_when_divided_ = has_rested_ = false;
+  steps_to_divide_ = kStepsToDivide;
+  divided_up_to_ = 0;
+  // At the coarsest level a part that is not divided is two candidates.
   divide(std::clamp<std::size_t>(capacity_ / 4, 1, kParts));
   std::ranges::fill(answers_, CutNode{});
   std::uint32_t most_points = 0;
@@ -134,9 +136,8 @@ void ShellCandidates::set_level(int level) noexcept {
 
 // What the cut knows of what is far stays true; who moves far in a step has no use for it.
 void ShellCandidates::change_level(int level) noexcept {
-  const bool is_coarser = level >= level_;
+  const bool is_finer = level < level_;
   set_level(level);
-  for (Part& part : parts_) part.has_sampled = true;
   if (level_ == coarsest_level_ || is_band_wide()) return begin_cut();
   std::swap(cut_, old_cut_);
   cut_.clear();
@@ -144,7 +145,7 @@ void ShellCandidates::change_level(int level) noexcept {
     const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
     part.begin = static_cast<std::uint32_t>(cut_.size());
     for (const CutNode& entry : entries) {
-      if (is_coarser) {
+      if (!is_finer) {
         put_as_coarse(entry, part);
       } else {
         const bool is_fine = entry.is_leaf && shell_->nodes[entry.node].count <= leaf_points(0);
@@ -285,6 +286,7 @@ bool ShellCandidates::walk(double band_m) noexcept {
     if (divides_part_ && divide_looks_ == 0) divided_up_to_ = i;
   }
   walk_points_ = work_.points - points_before - divide_points_;
+  end_dividing();
   return true;
 }
 
@@ -359,7 +361,8 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       const CutNode& entry = entries[i];
       bool has_room = false;
       const bool is_known = entry.is_known(part.gone_m, band_m);
-      if (entry.is_sampled && divides_part_ && divide_looks_ > 0) {
+      const bool is_divided = entry.is_sampled && divides_part_ && divide_looks_ > 0;
+      if (is_divided) {
         has_room = open_children(entry.node, part.gone_m, band_m);
         if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
       } else if (!is_known) {
@@ -375,7 +378,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
         has_room = was_asked ? keep(entry, part.gone_m, band_m) : put(entry);
       }
       if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
-      was_asked = !is_known || entry.is_sampled;
+      was_asked = !is_known || is_divided;
     }
     may_look_over_ = may_look_over_ && !is_due;
     if (is_question_open_ && steps_at_level_ <= 1) {

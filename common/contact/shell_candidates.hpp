@@ -72,6 +72,8 @@ class ShellCandidates {
   std::uint32_t most_looks() const;
   std::uint32_t looks_to_divide() const;
   bool is_coarsest() const;
+  bool has_sampled() const;
+  void end_dividing() noexcept;
   std::size_t cut_limit() const { return 4 * std::size_t{largest_capacity_} + 4 * kParts; }
   void divide(std::size_t parts) noexcept;
   void begin_cut() noexcept;
@@ -132,15 +134,18 @@ class ShellCandidates {
   std::size_t more_contacts_ = 0;   ///< that should
   std::size_t near_count_ = 0;      ///< as many candidates there would be if each were a point
   int level_ = kFine;               ///< kFine, or as leaf_points() says nodes are leaves, at most two candidates each
-  int coarsest_level_ = 0;          ///< where each part is a leaf, whatever it does
+  int coarsest_level_ = 0;          ///< where each part is a leaf until it is divided
   std::uint32_t steps_to_try_ = 0;  ///< a finer level
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
-  bool is_try_ = false;            ///< this level was tried
-  std::size_t divided_up_to_ = 0;  ///< the part where the next step goes on to divide nodes
-  std::unique_ptr<Found> before_;  ///< what the level before had, while it is
-  std::uint32_t walk_points_ = 0;  ///< that the last walk asked
-  std::uint32_t dense_steps_ = 0;  ///< that asked too many
-  double gap_m_ = 0;               ///< motion until which there is nothing to do
+  bool is_try_ = false;                             ///< this level was tried
+  std::size_t divided_up_to_ = 0;                   ///< the part where the next step goes on to divide nodes
+  std::uint32_t steps_to_divide_ = kStepsToDivide;  ///< at a level, until that begins
+  bool tries_when_divided_ = false;                 ///< a finer level had no room before
+  bool has_rested_ = false;                         ///< the last step was like the one before
+  std::unique_ptr<Found> before_;                   ///< what the level before had, while it is
+  std::uint32_t walk_points_ = 0;                   ///< that the last walk asked
+  std::uint32_t dense_steps_ = 0;                   ///< that asked too many
+  double gap_m_ = 0;                                ///< motion until which there is nothing to do
   Pose X_FP_gap_;
   double band_m_ = 0;        ///< of the last step, as its pose
   double least_band_m_ = 0;  ///< of all steps
@@ -164,8 +169,8 @@ class ShellCandidates {
   ContactWork work_;
 
   static constexpr int kFine = -1;
-  static constexpr double kMayPress_m = 2e-4;        ///< nearer than this
-  static constexpr std::uint32_t kStepsPerTry = 64;  ///< at first
+  static constexpr double kMayPress_m = 2e-4;                            ///< nearer than this
+  static constexpr std::uint32_t kStepsPerTry = 64, kStepsToDivide = 4;  ///< at first
 };
 
 }  // namespace tandem::contact

@@ -95,9 +95,9 @@ bool ShellCandidates::open_children(std::uint32_t root, double gone_m, double ba
   const std::uint32_t looks = work_.looks(), points = work_.points;
   bool has_room = true;
   for (std::uint32_t i = root + 1; has_room && i < nodes[root].next; i = nodes[i].next) {
-    ++work_.nodes;
     const double nearest = nearest_m(nodes[i]);
     const CutNode above = nearest > band_m ? CutNode{} : planes_below(i, gone_m);
+    work_.nodes += above.planes != 0 ? 1 : 0;
     has_room = above.planes != 0 ? open_planes(above, gone_m, band_m) : open(i, nearest, gone_m, band_m);
   }
   has_divided_ = true;

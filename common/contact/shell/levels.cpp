@@ -1,5 +1,6 @@
 // A step's search, and which level of a shell's tree the candidates are made at.
 #include <algorithm>
+#include <utility>
 
 #include "common/contact/shell/cut_node.hpp"
 
@@ -17,8 +18,8 @@ constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
 constexpr double kWideBand_m = 1e-3;
 // Nodes of which eight points stand for all are divided while no more than these shares are in use: of the capacity, of the
 // room for the cut; and not soon after it was too much. For each point that the step before asked, so many looks less.
-constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.6;
-constexpr std::uint32_t kLooksPerPoint = 2, kStepsToDivide = 4;
+constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.45;
+constexpr std::uint32_t kLooksPerPoint = 2;
 // Where something may press, nodes are leaves as at a level finer by so much.
 constexpr int kFinerWherePressed = 4;
 
@@ -33,8 +34,9 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_.is_coarse = level_ != kFine;
   const bool is_at_rest =
       has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
-  if (is_at_rest) walk_points_ = 0;
-  if (is_at_rest && !may_be_finer() && looks_to_divide() == 0) return work_;
+  // The step after a motion says what is asked all the time.
+  const bool has_rested = std::exchange(has_rested_, is_at_rest) || level_ == kFine;
+  if (is_at_rest && has_rested && !may_be_finer() && looks_to_divide() == 0) return work_;
   work_.is_refreshed = true;
   move(X_FP);
   allow_band(band_m);
@@ -65,17 +67,23 @@ bool ShellCandidates::is_as_fine(int level) const {
 }
 
 void ShellCandidates::search_coarser(double band_m) noexcept {
+  if (has_divided_) {
+    // What was divided is one again, and stays so for longer.
+    steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
+    change_level(level_);
+    if (walk(band_m)) return;
+  }
   // Each try costs a walk: when it did not last, the next comes later.
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
   do {
     // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it was not
-    // contacts that were too many, it is left out. What was divided at this level is one again first.
+    // contacts that were too many, it is left out.
     const bool has_too_many = contacts_ > capacity_ && dense_steps_ == 0;
     const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
-    const int coarser = std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_);
-    change_level(has_divided_ ? level_ : coarser);
-  } while (!walk(band_m) && !is_coarsest());
+    change_level(std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_));
+    steps_to_divide_ = kStepsToDivide;
+  } while (!walk(band_m) && level_ < coarsest_level_);
 }
 
 // Of larger nodes some points are asked for all: where few are near, only if it must be.
@@ -108,6 +116,18 @@ std::uint32_t ShellCandidates::most_looks() const {
   return kLooksPerCandidate * capacity_;
 }
 
+// There may be nodes of which eight points stand for all.
+bool ShellCandidates::has_sampled() const {
+  return std::ranges::any_of(parts_, &Part::has_sampled);
+}
+
+// When all is divided, a finer level has little to ask: it need not wait.
+void ShellCandidates::end_dividing() noexcept {
+  if (divide_looks_ == 0 || has_sampled()) return;
+  steps_to_divide_ = kStepsToDivide;
+  if (std::exchange(tries_when_divided_, false)) steps_to_try_ = 0;
+}
+
 // Where nothing can be joined any more.
 bool ShellCandidates::is_coarsest() const {
   return level_ == coarsest_level_ && !has_divided_;
@@ -115,23 +135,20 @@ bool ShellCandidates::is_coarsest() const {
 
 // What is near of a large shell may be too much to be asked in one step at a finer level, though it would fit.
 std::uint32_t ShellCandidates::looks_to_divide() const {
-  if (level_ == kFine || !has_walked_ || steps_at_level_ < kStepsToDivide) return 0;
+  if (level_ == kFine || !has_walked_ || steps_at_level_ < steps_to_divide_) return 0;
   const auto is_below = [](auto used, double share, auto limit) {
     return static_cast<double>(used) <= share * static_cast<double>(limit);
   };
   const bool has_room = is_below(contacts_, kDividedBelow, capacity_) &&
-                        is_below(cut_.size(), kDividedCutBelow, cut_limit()) &&
-                        std::ranges::any_of(parts_, &Part::has_sampled);
+                        is_below(cut_.size(), kDividedCutBelow, cut_limit()) && has_sampled();
   return has_room ? most_looks() - std::min(most_looks(), kLooksPerPoint * walk_points_) : 0;
 }
 
 bool ShellCandidates::may_be_finer() const {
   // What is left to be divided would be asked at once.
   if (level_ == kFine || looks_to_divide() > 0) return false;
-  const bool is_divided = std::ranges::none_of(parts_, &Part::has_sampled);
   const auto is_below = [&](std::size_t used, double share) { return static_cast<double>(used) <= share * capacity_; };
   const bool has_failed = steps_per_try_ > kStepsPerTry;
-  if (is_divided && is_below(near_count_, kFinerBelow) && !has_failed) return true;
   const bool is_little_near = is_below(near_count_, kFinestBelow);
   if (steps_to_try_ > (is_little_near && !has_failed ? kStepsPerTry - kStepsToFinest : 0)) return false;
   if (is_little_near) return true;
@@ -150,9 +167,8 @@ void ShellCandidates::search_finer(double band_m) noexcept {
   if (!is_kept) return search_coarser(band_m);
   take_back_found();
   has_divided_ = has_divided;
-  // Not for good while there are nodes to be divided.
-  const bool is_divided = std::ranges::none_of(parts_, &Part::has_sampled);
-  try_in(is_divided ? 2 * steps_per_try_ : steps_per_try_);
+  try_in(2 * steps_per_try_);
+  tries_when_divided_ = has_sampled();
 }
 
 }  // namespace tandem::contact
