@@ -107,6 +107,32 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
+// Across an edge of a table, squares that are not of one plane: each is above two planes, and has room for one of them.
+TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
+  constexpr int kSquares = 24;
+  const Vec3 table_m(0.02, 0.4, 0.02);
+  std::vector<ShellPoint> points;
+  for (int square = 0; square < kSquares; ++square) {
+    for (int i = 0; i < 64; ++i) {
+      points.push_back({Eigen::Vector3f(4e-4F * (static_cast<float>(i % 8) - 3.5F),
+                                        5e-3F * static_cast<float>(square) + 4e-4F * static_cast<float>(i / 8),
+                                        square % 2 == 0 ? -5e-3F : -4.98e-3F),
+                        -Eigen::Vector3f::UnitZ(), 1.6e-7F});
+    }
+  }
+  const ContactShape squares =
+      hand_made_shape(box_field(Vec3::Constant(1e-3)), PointShell::of(std::move(points), 4.5e-4));
+  const ContactShape table = fine_box(table_m, 4e-3);
+  ContactPair pair(460);
+  pair.bind(&squares, &table);
+  const Pose X_WA{Vec3(0.01, -0.1, 0.015 - 4e-5), Quat::Identity()};
+  EXPECT_FALSE(pair.find(X_WA, {}, kShellCutBand_m).is_coarse);
+  EXPECT_LE(pair.contacts().size(), 460U);
+  double area_m2 = 0;
+  for (const ContactPoint& contact : pair.contacts()) area_m2 += contact.depth_m > 0 ? contact.area_m2 : 0;
+  EXPECT_NEAR(area_m2, kSquares * 32 * 1.6e-7, 0.02 * kSquares * 32 * 1.6e-7) << "half of each";
+}
+
 TEST(ShellCut, IsFineSoonAfterAHardLanding) {
   const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);

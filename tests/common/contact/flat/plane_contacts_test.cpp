@@ -345,6 +345,7 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
           .add(0, planes, contacts);
       double found_m = 0;
       for (const ContactPoint& contact : contacts) found_m = std::max(found_m, contact.depth_m);
+      EXPECT_LE(contacts.size(), room + least_contacts_of(shell.nodes[0])) << "room " << room << ", at " << x_m;
       EXPECT_GT(found_m, 0) << "room " << room << ", at " << x_m;
       EXPECT_LE(found_m, deepest_m + 1e-7) << "room " << room << ", at " << x_m;
     }
