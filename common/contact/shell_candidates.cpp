@@ -34,6 +34,18 @@ double chord(const Quat& a, const Quat& b) {
 
 }  // namespace
 
+/// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
+struct ShellCandidates::Part {
+  std::uint32_t node = 0;  ///< the root of its tree
+  std::uint32_t begin = 0, count = 0;
+  double gone_m = 0;               ///< a sum over steps: none of its points has come nearer by more
+  double asked_again_at_m = 0;     ///< the least of its nodes'
+  double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
+  double looked_over_after_m = 0;  ///< and after so much motion the next time
+  bool has_open_question = false;  ///< whether some node of it is above planes: its cut begins anew
+  bool has_sampled = false;        ///< there may be nodes of which eight points stand for all
+};
+
 /// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
   std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::vector<ShellCandidate>, std::size_t, std::size_t,
@@ -85,6 +97,11 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   coarsest_level_ = level_;
   set_level(kFine);
   begin_cut();
+}
+
+// There may be nodes of which eight points stand for all.
+bool ShellCandidates::has_sampled() const {
+  return std::ranges::any_of(parts_, &Part::has_sampled);
 }
 
 // Cuts the tree into subtrees, the largest first.

@@ -21,18 +21,6 @@ struct ShellCandidates::CutNode {
   bool is_known(double gone_m, double band_m) const { return gone_m + (planes != 0 ? 0 : band_m) < asked_again_at_m; }
 };
 
-/// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
-struct ShellCandidates::Part {
-  std::uint32_t node = 0;  ///< the root of its tree
-  std::uint32_t begin = 0, count = 0;
-  double gone_m = 0;               ///< a sum over steps: none of its points has come nearer by more
-  double asked_again_at_m = 0;     ///< the least of its nodes'
-  double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
-  double looked_over_after_m = 0;  ///< and after so much motion the next time
-  bool has_open_question = false;  ///< whether some node of it is above planes: its cut begins anew
-  bool has_sampled = false;        ///< there may be nodes of which eight points stand for all
-};
-
 /// Less by as much as rounding could make it more.
 inline float rounded_down(double a) {
   constexpr double kFar = 100;

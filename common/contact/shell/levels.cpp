@@ -116,11 +116,6 @@ std::uint32_t ShellCandidates::most_looks() const {
   return kLooksPerCandidate * capacity_;
 }
 
-// There may be nodes of which eight points stand for all.
-bool ShellCandidates::has_sampled() const {
-  return std::ranges::any_of(parts_, &Part::has_sampled);
-}
-
 // When all is divided, a finer level has little to ask: it need not wait.
 void ShellCandidates::end_dividing() noexcept {
   if (divide_looks_ == 0 || has_sampled()) return;

@@ -114,8 +114,9 @@ TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   std::vector<ShellPoint> points;
   for (int square = 0; square < kSquares; ++square) {
     for (int i = 0; i < 64; ++i) {
+      const int row = i / 8;
       points.push_back({Eigen::Vector3f(4e-4F * (static_cast<float>(i % 8) - 3.5F),
-                                        5e-3F * static_cast<float>(square) + 4e-4F * static_cast<float>(i / 8),
+                                        5e-3F * static_cast<float>(square) + 4e-4F * static_cast<float>(row),
                                         square % 2 == 0 ? -5e-3F : -4.98e-3F),
                         -Eigen::Vector3f::UnitZ(), 1.6e-7F});
     }
