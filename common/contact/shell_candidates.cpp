@@ -49,7 +49,7 @@ struct ShellCandidates::Part {
 /// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
   std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::vector<ShellCandidate>, std::size_t, std::size_t,
-             std::size_t, std::uint32_t, std::uint32_t, std::uint32_t>
+             std::size_t, std::uint32_t, std::uint32_t, std::uint32_t, bool>
       all;
 };
 
@@ -203,14 +203,14 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
   before_->all = std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_,
-                          steps_at_level_, dense_steps_);
+                          steps_at_level_, dense_steps_, has_divided_);
   return true;
 }
 
 void ShellCandidates::take_back_found() noexcept {
   set_level(std::get<int>(before_->all));
   std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_,
-           dense_steps_) = before_->all;
+           dense_steps_, has_divided_) = before_->all;
 }
 
 // Far apart, one look at the poses is enough.

@@ -76,13 +76,13 @@ void ShellCandidates::search_coarser(double band_m) noexcept {
   // Each try costs a walk: when it did not last, the next comes later.
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
+  steps_to_divide_ = kStepsToDivide;
   do {
     // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it was not
     // contacts that were too many, it is left out.
     const bool has_too_many = contacts_ > capacity_ && dense_steps_ == 0;
     const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
     change_level(std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_));
-    steps_to_divide_ = kStepsToDivide;
   } while (!walk(band_m) && level_ < coarsest_level_);
 }
 
@@ -153,7 +153,7 @@ bool ShellCandidates::may_be_finer() const {
 
 // A level that has no room costs its one walk: what the level before has found is right as it was.
 void ShellCandidates::search_finer(double band_m) noexcept {
-  const bool is_kept = keep_found(), has_divided = has_divided_;
+  const bool is_kept = keep_found();
   const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;
   change_level(static_cast<double>(near_count_) <= kFinestBelow * capacity_ ? kFine : next);
   is_try_ = true;
@@ -161,7 +161,6 @@ void ShellCandidates::search_finer(double band_m) noexcept {
   if (walk(band_m)) return;
   if (!is_kept) return search_coarser(band_m);
   take_back_found();
-  has_divided_ = has_divided;
   try_in(2 * steps_per_try_);
   tries_when_divided_ = has_sampled();
 }

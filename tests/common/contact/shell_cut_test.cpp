@@ -147,7 +147,7 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
       ASSERT_TRUE(pair.find(tilted(1e-4, i), {}, 5e-4).is_coarse) << "a face of 8,000 points";
     }
     bool is_coarse = true;
-    for (int i = 0; i < 30; ++i) is_coarse = pair.find(tilted(0.1, does_move ? i : 0), {}, kShellCutBand_m).is_coarse;
+    for (int i = 0; i < 20; ++i) is_coarse = pair.find(tilted(0.1, does_move ? i : 0), {}, kShellCutBand_m).is_coarse;
     EXPECT_FALSE(is_coarse) << "an edge of some dozen; moves: " << does_move;
   }
 }
