@@ -31,6 +31,11 @@ Eigen::Matrix3d RigidBody::inertia_W() const {
   return R_WC * mass_.principal_inertia_kg_m2.asDiagonal() * R_WC.transpose();
 }
 
+Twist RigidBody::acceleration_W(const Wrench& wrench_W) const {
+  const Vec3 t_C = X_WC_.q.conjugate() * wrench_W.t;
+  return {wrench_W.f / mass_.mass_kg, X_WC_.q * t_C.cwiseQuotient(mass_.principal_inertia_kg_m2)};
+}
+
 Wrench RigidBody::weight_W(const Vec3& gravity_m_per_s2) const {
   return {traits_.has_gravity ? Vec3(mass_.mass_kg * gravity_m_per_s2) : Vec3(Vec3::Zero()), Vec3::Zero()};
 }
@@ -50,8 +55,10 @@ void RigidBody::apply_wrench(const Wrench& wrench_W, const Vec3& p_W) {
 }
 
 void RigidBody::damp(double step_s, double extra_per_s) {
-  V_WC_.v *= std::exp(-(traits_.linear_damping_per_s + extra_per_s) * step_s);
-  V_WC_.w *= std::exp(-(traits_.angular_damping_per_s + extra_per_s) * step_s);
+  const double linear_per_s = traits_.linear_damping_per_s + extra_per_s;
+  const double angular_per_s = traits_.angular_damping_per_s + extra_per_s;
+  if (linear_per_s != 0) V_WC_.v *= std::exp(-linear_per_s * step_s);
+  if (angular_per_s != 0) V_WC_.w *= std::exp(-angular_per_s * step_s);
 }
 
 bool RigidBody::limit_speed(double limit_m_per_s, double step_s) {

@@ -46,6 +46,8 @@ class RigidBody {
   const Vec3& centre_W() const { return X_WC_.p; }
   const Twist& velocity_of_centre_W() const { return V_WC_; }
   Eigen::Matrix3d inertia_W() const;  ///< about the centre of mass
+  /// What a wrench about the centre of mass makes of its velocity, a second.
+  Twist acceleration_W(const Wrench& wrench_W) const;
   /// m g where the body feels gravity, about its centre of mass.
   Wrench weight_W(const Vec3& gravity_m_per_s2) const;
   /// Moves on with the centre's velocity `V_WC` for a step: what a solver found. Nothing is applied any more.

@@ -72,7 +72,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   touch_joints.reserve(bodies.size());
   soft_tools.resize(things.size());
   put_back.reserve(bodies.size());
-  poses.resize(bodies.size());
+  poses.resize(bodies.size(), Pose{Vec3::Constant(std::nan("")), Quat::Identity()});
   wrenches.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) free->add(i, bodies[i].rigid);
 }
@@ -226,7 +226,11 @@ ToolState World::tool(std::size_t index) const {
 
 RigidState World::body(BodyId id) const {
   if (!id.is_valid() || id.value > impl_->bodies.size()) return {};
-  return impl_->bodies[id.value - 1].rigid.state();
+  const WorldBody& body = impl_->bodies[id.value - 1];
+  if (!impl_->is_answered || !body.is_free() || body.rigid.is_static()) return body.rigid.state();
+  RigidBody after = body.rigid;
+  after.advance(after.velocity_of_centre_W(), impl_->step_s());
+  return after.state();
 }
 
 double World::field_energy_kj_per_mol() const {

@@ -121,8 +121,15 @@ class World {
   /// What soft bodies do to the tool, or to what it holds, where this world has no soft bodies itself; until the next.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
-  /// Advances by step_s. No throw; faults are bits.
+  /// Advances by step_s: answer(), then finish(). No throw; faults are bits.
   TickFaults step() noexcept;
+  /// What of a step hands feel, as soon as it is known: tools, what they hold and what these touch are where the step leaves
+  /// them; a body that nobody touches is told as its velocity alone takes it there. finish() comes before all but questions.
+  TickFaults answer() noexcept;
+  TickFaults finish() noexcept;
+  /// After a step, when there is time: finds what the next one would look for first, as far as it is known already. It is the
+  /// same step in any case, but for bits. What tools touched is not known any more then (contact_points_W()).
+  void look_ahead() noexcept;
   /// Some steps, and the processor's time that the quickest of them took: what else the machine does counts little.
   Duration quickest_step() noexcept;
 

@@ -92,6 +92,7 @@ struct World::Impl {
 
   // The step, in this order.
   TickFaults apply_field() noexcept;
+  void find_field() noexcept;
   void damp_and_ramp() noexcept;
   TickFaults step_touch() noexcept;
   void describe_things() noexcept;
@@ -101,7 +102,8 @@ struct World::Impl {
   void add_effects() noexcept;
   void anchor_free_bodies() noexcept;
   void keep_waiting() noexcept;
-  TickFaults limit_or_restore_all() noexcept;
+  /// Of bodies that are free, or of all else.
+  TickFaults limit_or_restore_all(bool are_free) noexcept;
   TickFaults limit_or_restore(std::size_t body) noexcept;
   TickFaults limit_speed(RigidBody& rigid) noexcept;
   void adopt() noexcept;
@@ -118,8 +120,9 @@ struct World::Impl {
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;
   MolecularForces field;
-  std::vector<Pose> poses;         ///< scratch of apply_field()
-  std::vector<Wrench> wrenches;    ///< likewise
+  std::vector<Pose> poses;         ///< of molecules, where the field was found
+  std::vector<Wrench> wrenches;    ///< of the field, likewise
+  bool is_field_limited = false;   ///< likewise
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
   std::vector<TouchJoint> touch_joints;         ///< anchors
@@ -129,6 +132,7 @@ struct World::Impl {
   EffectStage effects;
   std::vector<BodyId> put_back;  ///< in the last step
   bool puts_all_back = false;    ///< in the next
+  bool is_answered = false;      ///< a step is, and not finished
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <utility>
 
 #include "common/physics/joints/anchor.hpp"
 #include "common/physics/world_impl.hpp"
@@ -25,21 +26,30 @@ Duration processor_time() noexcept {
 
 }  // namespace
 
-TickFaults World::Impl::apply_field() noexcept {
+/// Where molecules are as they were when it was found last, it is the same.
+void World::Impl::find_field() noexcept {
+  bool is_found = true;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].molecule() == nullptr) continue;
-    poses[i] = bodies[i].rigid.pose();
-    if (bodies[i].is_absent) poses[i].p.setConstant(kOutOfReach_m * static_cast<double>(i + 1));
-    wrenches[i] = Wrench{};
+    Pose X_WB = bodies[i].rigid.pose();
+    if (bodies[i].is_absent) X_WB.p.setConstant(kOutOfReach_m * static_cast<double>(i + 1));
+    is_found = is_found && X_WB.p == poses[i].p && X_WB.q.coeffs() == poses[i].q.coeffs();
+    poses[i] = X_WB;
   }
-  const bool is_limited = field.add_wrenches(poses, wrenches);
+  if (is_found) return;
+  std::ranges::fill(wrenches, Wrench{});
+  is_field_limited = field.add_wrenches(poses, wrenches);
+}
+
+TickFaults World::Impl::apply_field() noexcept {
+  find_field();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     // Held ones feel it in the touch stage (describe_things()).
     if (bodies[i].molecule() != nullptr && bodies[i].is_free()) {
       bodies[i].rigid.apply_wrench(wrenches[i], poses[i].p);
     }
   }
-  return is_limited ? TickFaults{kFaultFieldLimited} : 0;
+  return is_field_limited ? TickFaults{kFaultFieldLimited} : 0;
 }
 
 void World::Impl::damp_and_ramp() noexcept {
@@ -211,13 +221,12 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   return is_finite ? TickFaults{0} : TickFaults{kFaultNotFinite};
 }
 
-TickFaults World::Impl::limit_or_restore_all() noexcept {
+TickFaults World::Impl::limit_or_restore_all(bool are_free) noexcept {
   TickFaults faults = 0;
-  put_back.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!bodies[i].rigid.is_static()) faults |= limit_or_restore(i);
+    if (!bodies[i].rigid.is_static() && bodies[i].is_free() == are_free) faults |= limit_or_restore(i);
   }
-  puts_all_back = false;
+  if (are_free) return faults;
   for (WorldTool& tool : tools) {
     if (!tool.is_free()) continue;
     if (tool.rigid.is_finite()) {
@@ -238,18 +247,39 @@ void World::Impl::end_passing_through(WorldTool& tool) noexcept {
 }
 
 TickFaults World::step() noexcept {
+  const TickFaults faults = answer();
+  return faults | finish();
+}
+
+/// Soft bodies answer with what they find in the rest of the step.
+TickFaults World::answer() noexcept {
   TickFaults faults = impl_->apply_field();
   impl_->damp_and_ramp();
   faults |= impl_->step_touch();
+  impl_->put_back.clear();
+  faults |= impl_->limit_or_restore_all(false);
+  faults |= impl_->settle_hands();
+  impl_->is_answered = true;
+  return impl_->soft ? faults | finish() : faults;
+}
+
+TickFaults World::finish() noexcept {
+  if (!std::exchange(impl_->is_answered, false)) return 0;
   impl_->free->step(impl_->step_s());
   impl_->keep_waiting();
-  faults |= impl_->limit_or_restore_all();
+  TickFaults faults = impl_->limit_or_restore_all(true);
+  impl_->puts_all_back = false;
   impl_->adopt();
-  faults |= impl_->settle_hands();
   if (impl_->soft) faults |= impl_->step_soft();
   for (WorldTool& tool : impl_->tools) impl_->end_passing_through(tool);
   ++impl_->steps_done;
   return faults;
+}
+
+void World::look_ahead() noexcept {
+  impl_->find_field();
+  impl_->describe_things();
+  impl_->touch.look_ahead(impl_->things);
 }
 
 Duration World::quickest_step() noexcept {

@@ -87,8 +87,8 @@ class LiveServer {
   std::function<void(std::string_view kind, const std::string& line)> on_log;
   /// Set before run(); called on the io thread: no wait. Who may come back, and which tokens were used: it has changed.
   std::function<void(const wire::AdmissionState&)> on_admission;
-  /// Set before run(); called on the thread of each room after its step and before it is sent, while nobody else changes
-  /// that room's world: no lock, no wait. `deadline`: when the step was due.
+  /// Set before run(); called on the thread of each room after the answer of its step and before that is sent, while nobody
+  /// else changes that room's world: no lock, no wait. `deadline`: when the step was due.
   std::function<void(const Room&, LocalTime deadline)> on_step;
 
  private:

@@ -27,17 +27,15 @@ constexpr Duration kWakesAheadOf = std::chrono::microseconds(100), kAwaitsEnd = 
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
 /// Between a room's step and the next deadline on the same thread: what one takes longer does not make all others late.
-constexpr Duration kMaxApart = kNotWorthASleep / 2;
+constexpr Duration kMaxApart = kNotWorthASleep;
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
-constexpr Duration kSharePeriod = std::chrono::milliseconds(25);
+constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery = std::chrono::milliseconds(100);
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
-constexpr Duration kPublishEvery = std::chrono::milliseconds(100);
 constexpr std::uint64_t kEnoughSteps = 5;
 // What a room may need of a core that shares a thread, and that is to share one again; likewise how long its steps may be, as a
 // share of the shortest period of all rooms.
-constexpr double kMaxShared = 0.3;
-constexpr double kMaxToShareAgain = 0.2;
+constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
 /// A thread that has more time looks now and then whether it has been given a room, or somebody has come.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Of its period, by which a room's deadlines may be off their place, and move there in a step.
@@ -48,14 +46,18 @@ constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor 
 constexpr int kSlowStepsInARow = 2;
 constexpr Duration kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 
-/// How long something has been going on: written by one thread, read by any.
+/// How long something has been going on: written by one thread, read by any. begin() and end() give `now` back.
 class Busy {
  public:
-  void begin(LocalTime now) { began_.store(now, std::memory_order_release); }
-  void end(LocalTime now) {
+  LocalTime begin(LocalTime now) {
+    began_.store(now, std::memory_order_release);
+    return now;
+  }
+  LocalTime end(LocalTime now) {
     const LocalTime began = began_.load(std::memory_order_relaxed);
     done_.store(done_.load(std::memory_order_relaxed) + (now - began).count(), std::memory_order_release);
     began_.store(LocalTime{}, std::memory_order_release);
+    return now;
   }
   /// In all, with what has not ended yet.
   Duration until(LocalTime now) const {
@@ -88,10 +90,14 @@ struct RoomScheduler::Loop {
   RoomTiming timing;
   std::uint64_t publish_every;  ///< steps
   bool is_awake = false;
-  Duration phase{0};       ///< of its deadlines in a period
-  int slow_steps = 0;      ///< in a row: longer than io waits for
-  Duration mean_step{0};   ///< what rooms after it on the same thread wait for
-  LocalTime slow_until{};  ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
+  Duration phase{0};   ///< of its deadlines in a period
+  int slow_steps = 0;  ///< in a row: longer than io waits for
+  Duration mean_step{0};
+  Duration mean_answer{0};   ///< of it, what users wait for, and rooms after it on the same thread
+  bool is_answered = false;  ///< its step is, and not finished
+  LocalTime deadline{};      ///< of that step
+  Duration answering{0};     ///< what its answer took
+  LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
 
   std::atomic<std::size_t> stepper{0};  ///< whose it is; written by that one alone, when it hands it on
   std::atomic<std::size_t> wanted{0};   ///< whose it is to be; written by io
@@ -136,10 +142,10 @@ struct RoomScheduler::Stepper {
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
                              std::function<void(LocalTime)> before_news,
-                             std::function<void(const Room&, LocalTime)> after_step, std::function<void()> on_news)
+                             std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news)
     : realtime_priority_(realtime_priority),
       before_news_(std::move(before_news)),
-      after_step_(std::move(after_step)),
+      after_answer_(std::move(after_answer)),
       on_news_(std::move(on_news)),
       workers_(std::min(cores_, rooms.size())) {
   for (Room* room : rooms) {
@@ -205,12 +211,16 @@ void RoomScheduler::run(Stepper& stepper) {
     }
     const Duration time = next != nullptr ? next->timer.due() - now : Duration::max();
     if (time > kNotWorthASleep) tell(stepper);
-    if (time <= kLongSleep) {
-      step(stepper, *next);
+    const auto answered = std::ranges::find_if(stepper.loops, &Loop::is_answered);
+    if (time > kNotWorthASleep && answered != stepper.loops.end()) {
+      finish(stepper, **answered);
+    } else if (time <= kLongSleep) {
+      answer(stepper, *next);
     } else {
       stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kLookAgain));
     }
   }
+  for (Loop* loop : stepper.loops) finish(stepper, *loop);
 }
 
 /// Gives away what is to be another's, and takes what has been given.
@@ -218,6 +228,7 @@ void RoomScheduler::hand_over(Stepper& stepper) {
   std::erase_if(stepper.loops, [&](Loop* loop) {
     const std::size_t wanted = loop->wanted.load(std::memory_order_relaxed);
     if (wanted == stepper.index) return false;
+    finish(stepper, *loop);
     loop->stepper.store(wanted, std::memory_order_release);
     steppers_[wanted]->call();
     return true;
@@ -246,48 +257,56 @@ void RoomScheduler::tell(Stepper& stepper) {
   if (std::exchange(stepper.news_since, LocalTime{}) != LocalTime{}) on_news_();
 }
 
-void RoomScheduler::step(Stepper& stepper, Loop& loop) {
-  const LocalTime deadline = loop.timer.wait(kNotWorthASleep);
-  const SteadyClock clock;
-  const LocalTime begin = clock.now();
-  loop.busy.begin(begin);
-  stepper.busy.begin(begin);
+void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
+  finish(stepper, loop);
+  loop.deadline = loop.timer.wait(kNotWorthASleep);
+  const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
   // One that is not short is worth a turn of io.
-  const bool is_short = loop.mean_step < kNotWorthASleep;
-  const bool tells_at_once = cores_ > 1 && !(is_short && is_io_busy_.load(std::memory_order_relaxed));
+  const bool waits_for_more = loop.mean_answer < kNotWorthASleep && is_io_busy_.load(std::memory_order_relaxed);
+  const bool tells_at_once = cores_ > 1 && !waits_for_more;
   // Where each core has a step, io would keep one from its end.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
-  if (tells_at_once && has_free_core && loop.mean_step < kWakesAheadOf)
-    before_news_(begin + loop.mean_step + kAwaitsEnd);
-  loop.room.step(server_time_of_own_clock(begin));
-  const LocalTime end = clock.now();
-  loop.timing.step_time.record(end - begin);
+  const bool wakes_io = tells_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
+  if (wakes_io) before_news_(begin + loop.mean_answer + kAwaitsEnd);
+  loop.room.answer(server_time_of_own_clock(begin));
+  after_answer_(loop.room, std::min(loop.deadline, begin));
+  const LocalTime now = SteadyClock().now();
+  if (stepper.news_since == LocalTime{}) stepper.news_since = now;
+  stepping_.fetch_sub(1, std::memory_order_relaxed);
+  if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
+  loop.is_answered = true;
+  loop.answering = stepper.busy.end(loop.busy.end(SteadyClock().now())) - begin;
+  loop.mean_answer += (loop.answering - loop.mean_answer) / kStepsOfAMean;
+}
+
+/// What no user waits for, when none is about to wait for another room of the thread.
+void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
+  if (!loop.is_answered) return;
+  const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
+  loop.room.finish();
+  const LocalTime end = stepper.busy.end(loop.busy.end(SteadyClock().now()));
+  loop.is_answered = false;
+  const Duration step = loop.answering + (end - begin);
+  loop.timing.step_time.record(step);
   ++loop.timing.steps;
-  if (end > deadline + loop.room.period()) {
+  if (end > loop.deadline + loop.room.period()) {
     ++loop.timing.overruns;
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
   // One alone is mostly this machine's hiccup.
-  loop.slow_steps = end - begin > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
+  loop.slow_steps = step > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
   if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) put_io_first(end);
-  after_step_(loop.room, std::min(deadline, begin));
-  if (stepper.news_since == LocalTime{}) stepper.news_since = end;
-  const LocalTime done = clock.now();
-  stepping_.fetch_sub(1, std::memory_order_relaxed);
-  if (tells_at_once || done + loop.mean_step - stepper.news_since >= kTellWithin) tell(stepper);
-  loop.busy.end(done);
-  stepper.busy.end(done);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
   loop.went_round.store(end, std::memory_order_relaxed);
-  loop.mean_step += (done - begin - loop.mean_step) / kStepsOfAMean;
+  loop.mean_step += (step - loop.mean_step) / kStepsOfAMean;
   settle(stepper, loop);
   loop.is_awake = !loop.room.is_idle();
   loop.is_left.store(loop.is_awake && loop.room.is_empty(), std::memory_order_relaxed);
   if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
 }
 
-/// A room is due a little after those before it on the same thread have been stepped. Its deadlines go there bit by bit.
+/// A room is due a little after those before it on the same thread have answered. Its deadlines go there bit by bit.
 void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   const Duration period = loop.room.period();
   Duration all{0};
@@ -302,7 +321,7 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
     if (before == &loop) break;
-    if (before->is_awake) place += before->mean_step + std::min({before->mean_step / 2, kMaxApart, spare});
+    if (before->is_awake) place += before->mean_answer + std::min({before->mean_answer / 2, kMaxApart, spare});
   }
   // From −½ to ½ of a period.
   const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;

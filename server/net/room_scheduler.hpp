@@ -39,10 +39,10 @@ class RoomScheduler {
   /// In      realtime_priority  1–98; 0: the normal scheduler
   ///         before_news        as the next two on the room's thread, without a lock or a wait: a step begins, at whose end there
   ///                            are new states, mostly before that time
-  ///         after_step         with the step's deadline
+  ///         after_answer       with the deadline of its step, which is not finished
   ///         on_news            of one or more rooms there are new states to send
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
-                std::function<void(const Room&, LocalTime)> after_step, std::function<void()> on_news);
+                std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -73,7 +73,8 @@ class RoomScheduler {
   void hand_over(Stepper& stepper);
   void look_for_users(Stepper& stepper, LocalTime now);
   void tell(Stepper& stepper);
-  void step(Stepper& stepper, Loop& loop);
+  void answer(Stepper& stepper, Loop& loop);
+  void finish(Stepper& stepper, Loop& loop);
   void keep_rate(Loop& loop, LocalTime now);
   static void settle(const Stepper& stepper, Loop& loop);
   static void publish(Loop& loop);
@@ -85,7 +86,7 @@ class RoomScheduler {
 
   int realtime_priority_;
   std::function<void(LocalTime)> before_news_;
-  std::function<void(const Room&, LocalTime)> after_step_;
+  std::function<void(const Room&, LocalTime)> after_answer_;
   std::function<void()> on_news_;
   std::size_t cores_ = realtime::usable_cores();
   std::vector<std::unique_ptr<Loop>> loops_;

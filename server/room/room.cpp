@@ -100,21 +100,33 @@ void Room::start_anew_when_left() noexcept {
 }
 
 void Room::step(ServerTime now) noexcept {
+  answer(now);
+  finish();
+}
+
+void Room::answer(ServerTime now) noexcept {
   apply_commands();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
   faults |= take_inputs();
   keep_left_things();
-  faults |= world_.step();
-  for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
+  faults |= world_.answer();
   ++step_.value;
   settle_tools();
-  describe_world(now, faults);
+  describe_world(now, faults | late_faults_);
   for (const auto& user : users_) {
     if (user->seat.user.is_valid()) publish_to(*user);
   }
+  answered_ = now;
+  answered_faults_ = faults;
+}
+
+void Room::finish() noexcept {
+  late_faults_ = world_.finish();
+  for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
   publish_soft_offsets();
-  for (RoomWatcher* const watcher : watchers_) watcher->on_step(*this, now, faults);
+  for (RoomWatcher* const watcher : watchers_) watcher->on_step(*this, answered_, answered_faults_ | late_faults_);
+  world_.look_ahead();
 }
 
 void Room::publish_soft_offsets() noexcept {

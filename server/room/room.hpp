@@ -143,8 +143,12 @@ class Room {
   void resume(const RoomState& state);
 
   // room side
-  /// One fixed step at `now` (stamps updates; does not change the physics).
+  /// One fixed step at `now` (stamps updates; does not change the physics): answer(), then finish().
   void step(ServerTime now) noexcept;
+  /// What users wait for: their inputs are taken, and the outputs are there. Bodies that nobody touches are told ahead.
+  void answer(ServerTime now) noexcept;
+  /// The rest of the step, and what can be found of the next one.
+  void finish() noexcept;
   Step steps_done() const { return step_; }
   /// A static body, and one that the scene lacks, do not.
   bool moves(BodyId body) const noexcept;
@@ -220,6 +224,9 @@ class Room {
   std::int64_t steps_empty_ = 0;  ///< since the last user left
   bool is_as_at_start_ = true;
   TickFaults pending_faults_ = 0;
+  TickFaults late_faults_ = 0;  ///< of the last finish(): users are told with the next step
+  ServerTime answered_{};       ///< when the step was that is to be finished, and its faults
+  TickFaults answered_faults_ = 0;
   std::uint64_t events_lost_ = 0;
 };
 

@@ -14,6 +14,10 @@ constexpr double kMinBand_m = 5e-5;
 /// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
 constexpr std::size_t kMaxNear = 4096;
 
+bool is_same(const Pose& a, const Pose& b) {
+  return a.p == b.p && a.q.coeffs() == b.q.coeffs();
+}
+
 }  // namespace
 
 struct NearPairs::Near {
@@ -24,16 +28,67 @@ struct NearPairs::Near {
   double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
 };
 
-NearPairs::NearPairs(std::size_t pairs, std::uint32_t budget) {
+/// Which thing, where, and how far it may get.
+struct NearPairs::Foreseen {
+  const TouchModel* model = nullptr;
+  TouchThing::Role role = TouchThing::Role::kAbsent;
+  std::optional<std::size_t> passes_through;
+  Pose X_WB;
+  double reach_m = 0;
+};
+
+contact::ContactWork NearPairs::Pair::find(const Pose& X_WA, const Pose& X_WB) noexcept {
+  const bool is_found = band_m <= found_m && is_same(X_WA, X_WSa) && is_same(X_WB, X_WSb);
+  found_m = -1;
+  if (!is_found) work = contacts.find(X_WA, X_WB, band_m);
+  return work;
+}
+
+void NearPairs::Pair::find_ahead(const Pose& X_WA, const Pose& X_WB) noexcept {
+  X_WSa = X_WA;
+  X_WSb = X_WB;
+  found_m = band_m;
+  work = contacts.find(X_WA, X_WB, band_m);
+}
+
+NearPairs::NearPairs(std::size_t things, std::size_t pairs, std::uint32_t budget) {
   pairs_.reserve(pairs);
   for (std::size_t i = 0; i < pairs; ++i) pairs_.emplace_back(budget);
   near_.reserve(std::max(pairs, kMaxNear));
   chosen_.reserve(pairs);
+  foreseen_.reserve(things);
 }
 
 NearPairs::~NearPairs() = default;
 
 TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
+  const bool is_found = is_foreseen(things, reach_m);
+  foreseen_.clear();
+  return is_found ? TickFaults{0} : search(things, reach_m);
+}
+
+/// Where not all have room, which of them get it is the step's to say.
+void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
+  foreseen_.clear();
+  if (search(things, reach_m) != 0) return;
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    const TouchThing& thing = things[i];
+    foreseen_.push_back({thing.model, thing.role, thing.passes_through, thing.rigid->pose(), reach_m[i]});
+  }
+}
+
+bool NearPairs::is_foreseen(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept {
+  if (foreseen_.size() != things.size()) return false;
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    const TouchThing& thing = things[i];
+    const Foreseen& was = foreseen_[i];
+    if (thing.model != was.model || thing.role != was.role || thing.passes_through != was.passes_through) return false;
+    if (reach_m[i] > was.reach_m || !is_same(thing.rigid->pose(), was.X_WB)) return false;
+  }
+  return !things.empty();
+}
+
+TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   near_.clear();
   bool has_room = true;
   for (std::size_t a = 0; a < things.size(); ++a) {
@@ -104,10 +159,7 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   for (Near& near : near_) {
     if (near.pair != nullptr) near.pair->is_near = true;
   }
-  for (Pair& pair : used) {
-    pair.is_used = pair.is_used && pair.is_near;
-    pair.deepest_m = 0;
-  }
+  for (Pair& pair : used) pair.is_used = pair.is_used && pair.is_near;
   while (end_ > 0 && !pairs_[end_ - 1].is_used) --end_;
   chosen_.clear();
   for (Near& near : near_) {
@@ -121,6 +173,8 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
       free->part_a = near.part_a;
       free->thing_b = near.thing_b;
       free->part_b = near.part_b;
+      free->deepest_m = 0;
+      free->found_m = -1;
       free->contacts.bind(things[near.thing_a].model->parts[near.part_a].shape.get(),
                           things[near.thing_b].model->parts[near.part_b].shape.get());
     }

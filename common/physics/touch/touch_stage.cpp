@@ -11,6 +11,10 @@ namespace {
 /// Rows of the solver: contacts of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
+/// In the next step a thing gets so many times as far as in the last, and so much more, at most: what a hand that pushes with
+/// 10 m/s² adds. Where it does not, its contacts are searched again.
+constexpr double kLikelyReach = 1.25, kLikelyMore_m = 1e-5;
+
 /// What a law does to the frame X_WT of `rigid` now, about the centre of mass.
 Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
   const Pose& X_WT = coupling.X_WT;
@@ -18,6 +22,30 @@ Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& 
   const haptics::CouplingState state = haptics::coupling_state(coupling.X_WH, coupling.V_WH, X_WT, V_WT);
   const Wrench on_tool = coupling.law->wrench_on_tool_W(state);
   return {on_tool.f, on_tool.t + (X_WT.p - rigid.centre_W()).cross(on_tool.f)};
+}
+
+bool may_move(const TouchThing& thing) {
+  return thing.role == TouchThing::Role::kImplicit || thing.role == TouchThing::Role::kExternal;
+}
+
+/// Of a shape.
+Pose pose_of(std::span<const TouchThing> things, std::size_t thing, std::size_t part) {
+  return things[thing].rigid->pose() * things[thing].model->parts[part].X_BS;
+}
+
+/// As the pressure is: by depth and area.
+Vec3 normal_of(std::span<const contact::ContactPoint> contacts) {
+  Vec3 sum_W = Vec3::Zero();
+  for (const contact::ContactPoint& contact : contacts) {
+    sum_W += std::max(0.0, contact.depth_m) * contact.area_m2 * contact.normal_W;
+  }
+  return sum_W;
+}
+
+void gain(double step_s, const Wrench& wrench_W, const RigidBody& rigid, Twist& gained) {
+  const Twist a = rigid.acceleration_W(wrench_W);
+  gained.v += step_s * a.v;
+  gained.w += step_s * a.w;
 }
 
 double in_series(double stiffness_a, double stiffness_b) {
@@ -29,7 +57,7 @@ double in_series(double stiffness_a, double stiffness_b) {
 TouchStage::TouchStage(const Limits& limits)
     : limits_(limits),
       inertialess_(limits.things, limits.couplings, limits.speed_m_per_s),
-      pairs_(limits.pairs, limits.contact_points),
+      pairs_(limits.things, limits.pairs, limits.contact_points),
       felt_(limits.things),
       gained_(limits.things),
       reach_m_(limits.things),
@@ -44,6 +72,8 @@ TouchStage::TouchStage(const Limits& limits)
   tool_wrenches_.resize(2 * limits.couplings + limits.joints);
   patches_.reserve(limits.pairs);
   patch_pairs_.reserve(limits.pairs);
+  patch_things_.reserve(limits.pairs);
+  patch_normals_W_.reserve(limits.pairs);
 }
 
 TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
@@ -62,37 +92,50 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
+/// What is at its handle will be elsewhere by then.
+void TouchStage::look_ahead(std::span<const TouchThing> things) noexcept {
+  for (contact::SolverPatch& patch : patches_) patch.contacts = {};
+  const auto jumps = [](const TouchThing& thing) {
+    return thing.role == TouchThing::Role::kImplicit && thing.is_at_handle();
+  };
+  if (std::ranges::any_of(things, jumps)) return;
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    if (may_move(things[i])) reach_m_[i] = kLikelyReach * reach_m_[i] + kLikelyMore_m;
+  }
+  pairs_.look_ahead(things, reach_m_);
+  for (NearPairs::Pair* const near : pairs_.near()) {
+    near->find_ahead(pose_of(things, near->thing_a, near->part_a), pose_of(things, near->thing_b, near->part_b));
+  }
+}
+
 // As fast as a thing is, and as what acts on it will make it.
 void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
                                std::span<const TouchCoupling> couplings, std::span<const TouchJoint> joints) noexcept {
   std::fill(gained_.begin(), gained_.end(), Twist{});
   std::fill(reach_m_.begin(), reach_m_.end(), 0.0);
   for (const TouchCoupling& coupling : couplings) {
-    gain(step_s, things[coupling.thing], coupling.thing, coupling.hand->coupling(0, coupling.X_WT));
+    const RigidBody& rigid = *things[coupling.thing].rigid;
+    const Wrench wrench_W = about_centre_W(coupling.hand->coupling(0, coupling.X_WT), rigid);
+    gain(step_s, wrench_W, rigid, gained_[coupling.thing]);
   }
-  for (const TouchJoint& joint : joints) gain(step_s, things[joint.thing], joint.thing, joint.coupling(0));
+  for (const TouchJoint& joint : joints) {
+    const RigidBody& rigid = *things[joint.thing].rigid;
+    gain(step_s, about_centre_W(joint.coupling(0), rigid), rigid, gained_[joint.thing]);
+  }
   for (std::size_t i = 0; i < things.size(); ++i) {
-    if (things[i].role != TouchThing::Role::kImplicit && things[i].role != TouchThing::Role::kExternal) continue;
+    if (!may_move(things[i])) continue;
     if (!things[i].has_inertia()) {
       reach_m_[i] = inertialess_.reach_m(step_s, things[i], i);
       continue;
     }
     const RigidBody& rigid = *things[i].rigid;
-    gained_[i].v += step_s / rigid.mass().mass_kg * things[i].wrench_W.f;
-    gained_[i].w += step_s * rigid.inertia_W().inverse() * things[i].wrench_W.t;
-    const Twist V = things[i].rigid->velocity_of_centre_W();
+    gain(step_s, things[i].wrench_W, rigid, gained_[i]);
+    const Twist& V = rigid.velocity_of_centre_W();
     // What it gains may as well be stopped before: the faster of both.
     const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
     reach_m_[i] = step_s * std::min(linear + rigid.radius_m() * angular, limits_.speed_m_per_s);
   }
-}
-
-void TouchStage::gain(double step_s, const TouchThing& thing, std::size_t index,
-                      const contact::SolverCoupling& coupling) noexcept {
-  const Wrench wrench = about_centre_W(coupling, *thing.rigid);
-  gained_[index].v += step_s / thing.rigid->mass().mass_kg * wrench.f;
-  gained_[index].w += step_s * thing.rigid->inertia_W().inverse() * wrench.t;
 }
 
 void TouchStage::add_bodies(std::span<const TouchThing> things) noexcept {
@@ -117,12 +160,10 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
   TickFaults faults = 0;
   patches_.clear();
   patch_pairs_.clear();
+  patch_things_.clear();
   for (NearPairs::Pair* const near : pairs_.near()) {
-    const TouchThing& a = things[near->thing_a];
-    const TouchThing& b = things[near->thing_b];
-    const Pose X_WA = a.rigid->pose() * a.model->parts[near->part_a].X_BS;
-    const Pose X_WB = b.rigid->pose() * b.model->parts[near->part_b].X_BS;
-    const contact::ContactWork work = near->contacts.find(X_WA, X_WB, near->band_m);
+    const contact::ContactWork work =
+        near->find(pose_of(things, near->thing_a, near->part_a), pose_of(things, near->thing_b, near->part_b));
     if (work.is_coarse) faults |= kFaultContactCoarse;
     if (!near->contacts.contacts().empty()) add_patch(things, *near);
   }
@@ -146,6 +187,7 @@ void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& 
   patch.friction = std::sqrt(a.rigid->friction() * b.rigid->friction());
   patches_.push_back(patch);
   patch_pairs_.push_back(&near);
+  patch_things_.push_back({near.thing_a, near.thing_b});
 }
 
 /// Of things that are taken to the handle none is solved for (InertialessThings::show_contacts()), nor a joint of an
@@ -186,14 +228,17 @@ TickFaults TouchStage::solve(double step_s) noexcept {
 
 void TouchStage::feel() noexcept {
   std::fill(felt_.begin(), felt_.end(), TouchContact{});
+  for (NearPairs::Pair* const near : pairs_.near()) near->deepest_m = 0;
+  patch_normals_W_.clear();
   for (std::size_t i = 0; i < patches_.size(); ++i) {
+    patch_normals_W_.push_back(normal_of(patches_[i].contacts));
     const auto add = [&](std::size_t thing, const Wrench& wrench) {
       felt_[thing].pressing += results_[i].pressing;
       felt_[thing].deepest_m = std::max(felt_[thing].deepest_m, results_[i].deepest_m);
       felt_[thing].wrench_W += wrench;
     };
-    add(patch_pairs_[i]->thing_a, results_[i].on_a_W);
-    add(patch_pairs_[i]->thing_b, -results_[i].on_a_W);
+    add(patch_things_[i][0], results_[i].on_a_W);
+    add(patch_things_[i][1], -results_[i].on_a_W);
     patch_pairs_[i]->deepest_m = results_[i].deepest_m;
   }
 }
@@ -209,10 +254,10 @@ void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
   for (bool has_grown = true; has_grown;) {
     has_grown = false;
     for (std::size_t i = 0; i < patches_.size(); ++i) {
-      const NearPairs::Pair& pair = *patch_pairs_[i];
-      if (results_[i].pressing == 0 || !moves(pair.thing_a) || !moves(pair.thing_b)) continue;
-      TouchContact& a = felt_[pair.thing_a];
-      TouchContact& b = felt_[pair.thing_b];
+      const auto [thing_a, thing_b] = patch_things_[i];
+      if (results_[i].pressing == 0 || !moves(thing_a) || !moves(thing_b)) continue;
+      TouchContact& a = felt_[thing_a];
+      TouchContact& b = felt_[thing_b];
       if (a.is_reached == b.is_reached && a.hands == b.hands) continue;
       a.is_reached = b.is_reached = true;
       a.hands = b.hands = a.hands | b.hands;
@@ -241,8 +286,8 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
 template <class Use>
 void TouchStage::for_each_pressed_W(std::size_t thing, const Use& use) const noexcept {
   for (std::size_t i = 0; i < patches_.size(); ++i) {
-    const NearPairs::Pair& pair = *patch_pairs_[i];
-    if (results_[i].pressing == 0 || (pair.thing_a != thing && pair.thing_b != thing)) continue;
+    const auto [thing_a, thing_b] = patch_things_[i];
+    if (results_[i].pressing == 0 || (thing_a != thing && thing_b != thing)) continue;
     for (const contact::ContactPoint& contact : patches_[i].contacts) {
       if (contact.depth_m > 0) use(contact.p_W);
     }
@@ -262,15 +307,11 @@ std::size_t TouchStage::pressed_points_W(std::size_t thing, std::span<Vec3> out)
 TouchBetween TouchStage::between(std::size_t thing, std::size_t other) const noexcept {
   TouchBetween sum;
   for (std::size_t i = 0; i < patches_.size(); ++i) {
-    const NearPairs::Pair& pair = *patch_pairs_[i];
-    const bool is_first = pair.thing_a == thing && pair.thing_b == other;
-    if (!is_first && (pair.thing_a != other || pair.thing_b != thing)) continue;
+    const auto [thing_a, thing_b] = patch_things_[i];
+    const bool is_first = thing_a == thing && thing_b == other;
+    if (!is_first && (thing_a != other || thing_b != thing)) continue;
     sum.normal_force_n += results_[i].normal_force_n;
-    for (const contact::ContactPoint& contact : patches_[i].contacts) {
-      // As the pressure is: by depth and area.
-      const double weight = std::max(0.0, contact.depth_m) * contact.area_m2;
-      sum.normal_W += (is_first ? weight : -weight) * contact.normal_W;
-    }
+    sum.normal_W += (is_first ? 1 : -1) * patch_normals_W_[i];
   }
   const double length = sum.normal_W.norm();
   if (length > 0) sum.normal_W /= length;

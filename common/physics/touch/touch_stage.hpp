@@ -2,6 +2,7 @@
 // to the world.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -34,6 +35,11 @@ class TouchStage {
   TickFaults step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
                   std::span<TouchJoint> joints) noexcept;
 
+  /// After a step, when there is time: finds the contacts of the next one, with the things where they are now, in case they
+  /// get no farther in it than is likely. The same bits come out whenever it is called; without it, it is some contacts that
+  /// do not press that differ. pressed_points_W() has none then.
+  void look_ahead(std::span<const TouchThing> things) noexcept;
+
   /// Of an implicit thing in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
   /// Of `thing` on `other` in the last step. Cost: the pairs that were near.
@@ -45,8 +51,6 @@ class TouchStage {
   // In the order of the step.
   void predict_reach(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                      std::span<const TouchJoint> joints) noexcept;
-  void gain(double step_s, const TouchThing& thing, std::size_t index,
-            const contact::SolverCoupling& coupling) noexcept;
   void add_bodies(std::span<const TouchThing> things) noexcept;
   void add_body(std::span<const TouchThing> things, std::size_t thing) noexcept;
   TickFaults find_contacts(std::span<const TouchThing> things) noexcept;
@@ -74,7 +78,9 @@ class TouchStage {
   std::vector<Wrench*> answers_;                    ///< where those of hands and joints go
   std::vector<Wrench> tool_wrenches_;
   std::vector<contact::SolverPatch> patches_;
-  std::vector<NearPairs::Pair*> patch_pairs_;
+  std::vector<NearPairs::Pair*> patch_pairs_;             ///< until look_ahead()
+  std::vector<std::array<std::size_t, 2>> patch_things_;  ///< A's and B's
+  std::vector<Vec3> patch_normals_W_;                     ///< mean, times what bears on it
   std::vector<contact::PatchResult> results_;
   contact::ContactSolver solver_;
 };

@@ -186,6 +186,32 @@ TEST(MolecularForces, WhatIsFeltDoesNoWorkOnAClosedPath) {
   }
 }
 
+TEST(MolecularForces, AFieldFoundAheadIsOfWhereThingsAre) {
+  const auto scene = two_molecules(8, 0.1, 0);
+  World without = server::make_server_world(scene), with = server::make_server_world(scene);
+  const double start = [&] {
+    without.step();
+    with.step();
+    return without.field_energy_kj_per_mol();
+  }();
+  EXPECT_NE(start, 0) << "the first step finds it, wherever things are";
+  for (int i = 0; i < 20; ++i) {
+    with.look_ahead();
+    if (i % 5 == 4) {  // elsewhere than where it was found
+      for (World* world : {&without, &with}) {
+        RigidState state = world->body(BodyId{2});
+        state.X.p.x() -= 2e-4;
+        world->set_body(BodyId{2}, state);
+      }
+    }
+    without.step();
+    with.step();
+    ASSERT_EQ(with.field_energy_kj_per_mol(), without.field_energy_kj_per_mol()) << i;
+    ASSERT_EQ(with.body(BodyId{2}).X.p, without.body(BodyId{2}).X.p) << i;
+  }
+  EXPECT_NE(with.field_energy_kj_per_mol(), start);
+}
+
 TEST(MolecularForces, ShareIsTheSlopeOfWhatIsFelt) {
   WorldDescription world;
   world.molecular_zero_kt = 2;

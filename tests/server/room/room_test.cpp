@@ -77,6 +77,30 @@ TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
   EXPECT_FALSE(update(3).has_value());
 }
 
+/// How many steps it saw the end of.
+struct StepCounter final : RoomWatcher {
+  void on_command(const RoomCommand& /*command*/) noexcept override {}
+  void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
+  void on_step(const Room& /*room*/, ServerTime /*now*/, TickFaults /*faults*/) noexcept override { ++steps; }
+  int steps = 0;
+};
+
+TEST_F(RoomTest, UsersAreAnsweredBeforeTheStepIsFinished) {
+  StepCounter counter;
+  room_.watch(counter);
+  join(0, 7, 0);
+  step();
+  send(0, {0, 0, 0.06});
+  room_.answer(ServerTime(room_.period() * 2));
+  const auto answer = update(0);
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_EQ(answer->answered_input, Tick{1});
+  EXPECT_EQ(counter.steps, 1) << "the step goes on";
+  room_.finish();
+  EXPECT_EQ(counter.steps, 2);
+  EXPECT_FALSE(update(0).has_value()) << "there is one answer a step";
+}
+
 TEST_F(RoomTest, UpdateAnswersTheNewestInput) {
   join(0, 7, 0);
   send(0, {0, 0, 0.05});

@@ -1,0 +1,146 @@
+// A step in two parts, and what is found of the next one before it begins.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/physics/touch/near_pairs.hpp"
+#include "server/room/server_world.hpp"
+#include "tests/common/physics/scene_support.hpp"
+#include "tests/common/physics/world_support.hpp"
+
+namespace tandem::physics {
+namespace {
+
+constexpr const char* kCubeOnTable =
+    R"({"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}},
+       {"name": "cube", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
+        "placement": {"position_m": [0, 0, 0.02]}},
+       {"name": "high", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
+        "placement": {"position_m": [0.3, 0, 0.3]}})";
+
+World cubes() {
+  return server::make_server_world(
+      load_parts({.bodies = kCubeOnTable, .tools = R"({"name": "t", "placement": {"position_m": [0, 0, 0.06]}})"}));
+}
+
+bool is_same(const RigidState& a, const RigidState& b) {
+  return a.X.p == b.X.p && a.X.q.coeffs() == b.X.q.coeffs() && a.V.v == b.V.v && a.V.w == b.V.w;
+}
+
+TEST(TwoPartStep, IsTheWholeStep) {
+  World whole = cubes(), parts = cubes();
+  whole.activate_tool(0);
+  parts.activate_tool(0);
+  for (int i = 0; i < 400; ++i) {
+    const RigidState hand = at({1e-5 * i, 0, 0.06 - 1e-4 * std::min(i, 200)});
+    whole.set_handle(0, hand);
+    parts.set_handle(0, hand);
+    const TickFaults faults = whole.step();
+    const TickFaults answered = parts.answer();
+    EXPECT_EQ(answered | parts.finish(), faults);
+    ASSERT_TRUE(is_same(whole.tool(0).tool, parts.tool(0).tool)) << i;
+    for (const std::uint32_t body : {2U, 3U}) ASSERT_TRUE(is_same(whole.body(BodyId{body}), parts.body(BodyId{body})));
+  }
+  EXPECT_EQ(parts.finish(), 0U) << "there is nothing left";
+  EXPECT_TRUE(is_same(whole.body(BodyId{3}), parts.body(BodyId{3})));
+}
+
+TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
+  World world = cubes();
+  world.activate_tool(0);
+  for (int i = 1; i < 220; ++i) {
+    world.set_handle(0, at({0, 0, 0.06 - 1e-4 * i}));
+    const RigidState tool_before = world.tool(0).tool;
+    world.answer();
+    const RigidState tool = world.tool(0).tool, pressed = world.body(BodyId{2}), falling = world.body(BodyId{3});
+    EXPECT_FALSE(is_same(tool, tool_before));
+    world.finish();
+    EXPECT_TRUE(is_same(world.tool(0).tool, tool));
+    const bool is_tools = world.touch(0).contacts > 0 && i > 200;
+    EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
+    // It falls by g h² more than its velocity took it.
+    const double more_m = 9.81 * kStep_s * kStep_s;
+    EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
+  }
+  EXPECT_GT(world.touch(0).contacts, 0U);
+  EXPECT_LT(world.body(BodyId{3}).X.p.z(), 0.1);
+}
+
+/// The hand comes down fast, presses, drags the cube, lifts off, hits it again, and is thrown by a hundred times what was likely.
+Vec3 hand_at(int step) {
+  const double t = kStep_s * step;
+  const double down = step < 300   ? std::min(0.03, 0.3 * t)
+                      : step < 500 ? 0.03 - 0.1 * (t - 0.3)
+                                   : std::min(0.05, 1.0 * (t - 0.5));
+  return {0.02 * std::sin(4 * t) + (step >= 800 && step < 810 ? 0.1 : 0), 0, 0.06 - down};
+}
+
+TEST(LookAhead, ChangesNothingThatIsFelt) {
+  World without = cubes(), with = cubes();
+  without.activate_tool(0);
+  with.activate_tool(0);
+  double most_n = 0;
+  std::uint32_t touched = 0;
+  for (int i = 0; i < 1000; ++i) {
+    if (i == 700) {  // elsewhere than it was when it was looked for
+      for (World* world : {&without, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
+    }
+    for (World* world : {&without, &with}) world->set_handle(0, at(hand_at(i)));
+    EXPECT_EQ(without.step(), with.step()) << i;
+    with.look_ahead();
+    touched += with.touch(0).contacts > 0 ? 1 : 0;
+    const Vec3 force = without.tool(0).wrench_on_hand_W.f;
+    most_n = std::max(most_n, force.norm());
+    // Where friction has not settled after some iterations, it is good to parts in a thousand.
+    ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
+    ASSERT_LT((with.body(BodyId{2}).X.p - without.body(BodyId{2}).X.p).norm(), 1e-5) << i;
+  }
+  EXPECT_GT(most_n, 3);
+  EXPECT_GT(touched, 300U);
+}
+
+/// A ball over a cube, `gap_m` apart.
+struct BallOverCube {
+  explicit BallOverCube(double band_m) : pair(contact::kContactBudget) {
+    pair.contacts.bind(ball.get(), cube.get());
+    pair.band_m = band_m;
+  }
+  static Pose above(double gap_m) { return {{0, 0, kCubeEdge_m / 2 + kBallRadius_m + gap_m}, Quat::Identity()}; }
+  std::size_t found(double gap_m) {
+    pair.find(above(gap_m), Pose{});
+    return pair.contacts.contacts().size();
+  }
+
+  std::shared_ptr<const contact::ContactShape> ball = contact::make_contact_sphere(kBallRadius_m);
+  std::shared_ptr<const contact::ContactShape> cube = contact::make_contact_box(Vec3::Constant(kCubeEdge_m));
+  NearPairs::Pair pair;
+};
+
+TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
+  BallOverCube near(1e-4);
+  near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
+  const std::size_t pressing = near.pair.contacts.contacts().size();
+  ASSERT_GT(pressing, 0U);
+  // Made unlike what a search finds: so it is seen that there was none.
+  near.pair.contacts.contacts()[0].depth_m = 0.5;
+  EXPECT_EQ(near.found(-1e-4), pressing);
+  EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);
+  EXPECT_EQ(near.found(-1e-4), pressing);
+  EXPECT_LT(near.pair.contacts.contacts()[0].depth_m, 1e-3) << "a second time it is searched for";
+  near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
+  EXPECT_EQ(near.found(1e-2), 0U) << "it has moved away";
+  near.pair.find_ahead(BallOverCube::above(1e-2), Pose{});
+  EXPECT_EQ(near.found(-1e-4), pressing) << "it has come";
+}
+
+TEST(NearPairs, AWiderBandIsSearchedAnew) {
+  BallOverCube near(5e-5);
+  near.pair.find_ahead(BallOverCube::above(1e-4), Pose{});
+  EXPECT_TRUE(near.pair.contacts.contacts().empty());
+  near.pair.band_m = 2e-4;
+  EXPECT_GT(near.found(1e-4), 0U);
+}
+
+}  // namespace
+}  // namespace tandem::physics
