@@ -59,11 +59,12 @@ class SteadyClock final : public Clock {
 /// A clock that stands still until it is told otherwise: tests and the lab.
 class VirtualClock final : public Clock {
  public:
+  explicit VirtualClock(LocalTime now = LocalTime{}) : now_(now) {}
   LocalTime now() const noexcept override { return now_; }
   void advance_to(LocalTime time) { now_ = time; }
 
  private:
-  LocalTime now_{};
+  LocalTime now_;
 };
 
 }  // namespace tandem

@@ -173,7 +173,7 @@ void VirtualSession::run_slot() {
     next_room_step += room.period();
     if (are_hands_moving) record_step();
   }
-  hub.poll(now);
+  hub.poll(VirtualClock(now));
   for (std::size_t i = 0; i < users.size(); ++i) run_client_slot(i, now);
   if (are_hands_moving && now >= next_sample) record_bodies();
 }

@@ -179,7 +179,7 @@ void LiveServer::Impl::go_round() {
 }
 
 void LiveServer::Impl::poll() {
-  hub.poll(clock.now());
+  hub.poll(clock);
   transport.begin_turn();
 }
 

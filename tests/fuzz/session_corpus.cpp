@@ -51,7 +51,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
       if (ms == 28) ask_pose(wire::AskPose::UNDO);
       room_.step(server_time_of_own_clock(now_));
       poses_.work();
-      hub_.poll(now_);
+      hub_.poll(VirtualClock(now_));
       client_.haptics().tick(now_);
       client_.poll(now_);
       deliver();

@@ -104,7 +104,7 @@ class BackToBack final : public server::ServerTransport {
       now += std::chrono::milliseconds(1);
       if (hub != nullptr) {
         room->step(server_time_of_own_clock(now));
-        hub->poll(now);
+        hub->poll(VirtualClock(now));
       }
       for (const auto& client : clients) client->run();
     }

@@ -181,7 +181,7 @@ class HubBench {
   void step() {
     now += std::chrono::milliseconds(1);
     for (const auto& room : rooms) room->step(server_time_of_own_clock(now));
-    hub->poll(now);
+    hub->poll(VirtualClock(now));
   }
   void step(int times) {
     for (int i = 0; i < times; ++i) step();

@@ -150,7 +150,7 @@ void BenchSession::run_slot() {
     room_.step(server_time_of_own_clock(now));
     next_step_ += room_.period();
   }
-  hub_.poll(now);
+  hub_.poll(VirtualClock(now));
   transport_.deliver(client_.session(), now);
   if ((now.time_since_epoch() - user_.tick_phase) % kHapticPeriod == Duration(0)) tick();
   client_.poll(now);

@@ -318,7 +318,7 @@ TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
   test::BenchClient second = greeted();
   ASSERT_EQ(answer_to(second, join_beside(second, first.joined.resume_credential(), client_key), &second.joined),
             "joined");
-  bench->hub->poll(bench->now);
+  bench->hub->poll(VirtualClock(bench->now));
   Admission again({.audience = server_key.id(),
                    .issuers = {issuer.public_key()},
                    .unix_ms = [this] { return unix_ms; },
@@ -390,7 +390,7 @@ TEST_F(AdmissionTest, AServerThatGoesOnKnowsUsedTokensAndWhoMayComeBackToWhichTo
   bench->hub->on_disconnected(lost.handle, bench->now);
   bench->now += kResumeWithin - std::chrono::seconds(10);
   unix_ms += static_cast<std::uint64_t>((kResumeWithin - std::chrono::seconds(10)) / std::chrono::milliseconds(1));
-  bench->hub->poll(bench->now);  // the others have been silent, and are lost now
+  bench->hub->poll(VirtualClock(bench->now));  // the others have been silent, and are lost now
   const auto restart = [&] {
     HubSettings resumed = settings();
     ASSERT_TRUE(resumed.admission->resumed.ParseFromString(kept.SerializeAsString()));
@@ -407,7 +407,7 @@ TEST_F(AdmissionTest, AServerThatGoesOnKnowsUsedTokensAndWhoMayComeBackToWhichTo
   EXPECT_EQ(answer_to(again, resume_by(again, lost.joined.resume_credential(), client_key), &again.joined), "joined");
   EXPECT_EQ(again.joined.tool(), 0U);
   bench->hub->on_disconnected(again.handle, bench->now);
-  bench->hub->poll(bench->now);
+  bench->hub->poll(VirtualClock(bench->now));
   unix_ms += static_cast<std::uint64_t>(kResumeWithin / std::chrono::milliseconds(1));
   restart();
   again = greeted();
@@ -421,7 +421,7 @@ TEST_F(AdmissionTest, AServerThatGoesOnLetsInByATokenOfBeforeOnce) {
   bench->hub->on_admission = [&kept](const wire::AdmissionState& state) { kept = state; };
   const proto::Bytes used = token(), unused = token();
   EXPECT_EQ(answer_to(join_by(used)), "joined");
-  bench->hub->poll(bench->now);
+  bench->hub->poll(VirtualClock(bench->now));
   unix_ms += 1000;
   HubSettings resumed = settings();
   resumed.admission->resumed = kept;

@@ -24,7 +24,7 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   bench.now += std::chrono::milliseconds(1);
   late.update.stepped = server_time_of_own_clock(bench.now);
   bench.rooms[0]->output(0).publish(late);
-  bench.hub->poll(bench.now);
+  bench.hub->poll(VirtualClock(bench.now));
   EXPECT_EQ(test::described(bench.take(ben)), "");
   bench.step();
   EXPECT_EQ(test::described(bench.take(ben)), "state_datagram");
@@ -42,7 +42,7 @@ TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   bench.step(10);
   const auto sent = bench.take_datagrams(ada);
   ASSERT_EQ(sent.size(), 10U);
-  bench.hub->poll(bench.now);
+  bench.hub->poll(VirtualClock(bench.now));
   EXPECT_TRUE(bench.take_datagrams(ada).empty()) << "nothing new was published";
   proto::ServerUpdate update;
   proto::DatagramHeader header;
@@ -147,7 +147,7 @@ TEST(StateStream, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
     bench.now += std::chrono::milliseconds(1);
     bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   }
-  bench.hub->poll(bench.now);
+  bench.hub->poll(VirtualClock(bench.now));
   EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 3U)
       << "of four steps the newest was sent";
   bench.send_state(ada);
@@ -169,7 +169,7 @@ TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
   test::BenchClient ben = bench.join("ben");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.send_state(ben);
-  bench.hub->poll(bench.now);
+  bench.hub->poll(VirtualClock(bench.now));
   EXPECT_TRUE(bench.take_datagrams(ben).empty());
   bench.step();
   ASSERT_TRUE(bench.newest_update(ben).has_value());

@@ -47,7 +47,7 @@ void fill_with(wire::ClientControl& message, const google::protobuf::FieldDescri
 void wait_out(Subject& subject) {
   for (int i = 0; i < 5000 && subject.state() != "closed"; ++i) {
     subject.bench.now += std::chrono::milliseconds(1);
-    subject.bench.hub->poll(subject.bench.now);
+    subject.bench.hub->poll(VirtualClock(subject.bench.now));
   }
 }
 
