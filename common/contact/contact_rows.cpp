@@ -20,10 +20,13 @@ constexpr double kFarAway_m = -1e30;
 /// Divides instead of zero; far below any length or square of a length here.
 constexpr double kTiny = 1e-200;
 
+/// Of a normal's squared length.
+constexpr double kMaxOff = 1e-3;
+
 bool is_usable(const ContactPoint& c) {
   // A sum is finite only if all of its terms are.
   const double all = c.p_W.sum() + c.normal_W.sum() + c.bristle_W.sum() + c.depth_m + c.area_m2;
-  return std::isfinite(all) && c.area_m2 > 0 && std::abs(c.normal_W.squaredNorm() - 1) < 1e-3;
+  return std::isfinite(all) && c.area_m2 > 0 && std::abs(c.normal_W.squaredNorm() - 1) < kMaxOff;
 }
 
 }  // namespace
@@ -64,41 +67,15 @@ bool ContactRows::append(std::span<const ContactPoint> contacts, PatchTerms& ter
   if (needed > rows_.size() - used_) return false;
   used_ += needed;
   terms.end = used_;
-  for (std::size_t i = 0; i < kLanes * needed; ++i) {
-    ContactRow& row = rows_[terms.first + i / kLanes];
-    const std::size_t lane = i % kLanes;
+  const std::span<ContactRow> rows = std::span(rows_).subspan(terms.first, needed);
+  const bool are_usable = (uses_avx2() ? avx2::set_rows : portable::set_rows)(contacts, terms, rows);
+  for (std::size_t i = are_usable ? contacts.size() : 0; i < kLanes * needed; ++i) {
     const bool is_there = i < contacts.size();
-    if (is_there && is_usable(contacts[i])) {
-      set(row, lane, contacts[i], terms);
-    } else {
-      set_empty(row, lane);
-      if (is_there) ++ill;
-    }
+    if (is_there && is_usable(contacts[i])) continue;
+    set_empty(rows[i / kLanes], i % kLanes);
+    if (is_there) ++ill;
   }
   return true;
-}
-
-void ContactRows::set(ContactRow& row, std::size_t lane, const ContactPoint& contact,
-                      const PatchTerms& terms) noexcept {
-  const Vec3& n = contact.normal_W;
-  const Vec3 r = contact.p_W - terms.about_W;
-  const Vec3 bristle = contact.bristle_W - n * n.dot(contact.bristle_W);
-  const double soft = terms.stiffness_n_per_m3 * contact.area_m2;
-  row.nx[lane] = n.x();
-  row.ny[lane] = n.y();
-  row.nz[lane] = n.z();
-  row.rx[lane] = r.x();
-  row.ry[lane] = r.y();
-  row.rz[lane] = r.z();
-  row.sx[lane] = bristle.x();
-  row.sy[lane] = bristle.y();
-  row.sz[lane] = bristle.z();
-  const bool is_gap = contact.depth_m < 0;
-  row.depth[lane] =
-      is_gap ? contact.depth_m * terms.lag_s() / terms.step_s : std::min(contact.depth_m, terms.rigid_depth_m);
-  row.excess[lane] = std::min(contact.depth_m - terms.rigid_depth_m, terms.step_s * kRecovery_m_per_s);
-  row.soft[lane] = soft;
-  row.tangential[lane] = std::max(kTangentialRatio * soft, kTiny);
 }
 
 void ContactRows::set_empty(ContactRow& row, std::size_t lane) noexcept {
@@ -131,28 +108,8 @@ Mat6 ContactRows::derivative(const PatchTerms& terms) const noexcept {
 }
 
 PatchResult ContactRows::finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept {
-  PatchResult outcome;
-  const double share = terms.step_s / terms.lag_s();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactRow& row = rows_[terms.first + i / kLanes];
-    const std::size_t lane = i % kLanes;
-    const double normal_force = row.normal_force[lane];
-    if (!(normal_force > 0)) {
-      contacts[i].bristle_W.setZero();
-      continue;
-    }
-    const Vec3 old(row.sx[lane], row.sy[lane], row.sz[lane]);
-    const Vec3 z(row.zx[lane], row.zy[lane], row.zz[lane]);
-    Vec3 bristle = old + share * (z - old);
-    const double longest = terms.friction * normal_force / row.tangential[lane];
-    const double length_squared = bristle.squaredNorm();
-    if (length_squared > longest * longest) bristle *= longest / std::sqrt(length_squared);
-    contacts[i].bristle_W = bristle;
-    outcome.normal_force_n += normal_force;
-    outcome.deepest_m = std::max(outcome.deepest_m, contacts[i].depth_m);
-    ++outcome.pressing;
-  }
-  return outcome;
+  const std::span<const ContactRow> rows = std::span(rows_).subspan(terms.first, terms.end - terms.first);
+  return (uses_avx2() ? avx2::finish_rows : portable::finish_rows)(rows, terms, contacts);
 }
 
 }  // namespace tandem::contact

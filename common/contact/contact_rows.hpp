@@ -68,7 +68,6 @@ class ContactRows {
   PatchResult finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;
 
  private:
-  static void set(ContactRow& row, std::size_t lane, const ContactPoint& contact, const PatchTerms& terms) noexcept;
   static void set_empty(ContactRow& row, std::size_t lane) noexcept;
 
   std::vector<ContactRow> rows_;
