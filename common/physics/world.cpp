@@ -72,7 +72,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   touch_joints.reserve(bodies.size());
   soft_tools.resize(things.size());
   put_back.reserve(bodies.size());
-  poses.resize(bodies.size(), Pose{Vec3::Constant(std::nan("")), Quat::Identity()});
+  poses.resize(bodies.size(), kNowhere);
   wrenches.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) free->add(i, bodies[i].rigid);
 }
@@ -234,11 +234,11 @@ RigidState World::body(BodyId id) const {
 }
 
 double World::field_energy_kj_per_mol() const {
-  return impl_->field.energy_kj_per_mol();
+  return impl_->field_energy_kj_per_mol;
 }
 
 double World::field_energy_j() const {
-  return impl_->field.energy_j();
+  return impl_->field_energy_j;
 }
 
 }  // namespace tandem::physics

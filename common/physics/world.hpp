@@ -123,14 +123,17 @@ class World {
 
   /// Advances by step_s: answer(), then finish(). No throw; faults are bits.
   TickFaults step() noexcept;
-  /// What of a step hands feel, as soon as it is known: tools, what they hold and what these touch are where the step leaves
-  /// them; a body that nobody touches is told as its velocity alone takes it there. finish() comes before all but questions.
+  /// What of a step hands feel, as soon as it is known: implicit bodies and tools are where the step leaves them. Until
+  /// finish(), body() takes an external one (see the README) there by its velocity of before, so that what meets it in this step
+  /// does not show yet: call finish() before anything that is not const.
   TickFaults answer() noexcept;
+  /// The rest of it. Does nothing without an answer() before.
   TickFaults finish() noexcept;
-  /// After a step, when there is time: finds what the next one would look for first, as far as it is known already. It is the
-  /// same step in any case, but for bits. What tools touched is not known any more then (contact_points_W()).
+  /// After a step, when there is time: finds contacts and field of the next one with all things where they are now. Where they
+  /// are not there any more then, or get farther than is likely, the step finds them itself. contact_points_W() has none after it.
   void look_ahead() noexcept;
-  /// Some steps, and the processor's time that the quickest of them took: what else the machine does counts little.
+  /// Some steps without look_ahead(), and the processor's time that the quickest of them took: what else the machine does
+  /// counts little.
   Duration quickest_step() noexcept;
 
   /// Bodies that the last step put back to their starts, at rest: not finite any more, or beyond limits.bounds_m with
@@ -158,7 +161,7 @@ class World {
   std::uint32_t hands_on(BodyId body) const;
   /// At rest at the origin for an id that the scene does not have.
   RigidState body(BodyId id) const;
-  /// Of the whole scene; 0 without molecules.
+  /// Of the whole scene, as the last step began; 0 without molecules.
   double field_energy_kj_per_mol() const;
   double field_energy_j() const;  ///< the same in the world's joules
   /// All that the world holds [J]: kinetic and gravitational energy of the moving bodies and tools, what anchors,

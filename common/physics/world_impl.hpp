@@ -6,6 +6,7 @@
 #include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -58,6 +59,9 @@ struct WorldTool {
 /// A body that tools touch belongs to the touch stage, and for so long after: taps and slides do not change its owner
 /// at every bounce.
 inline constexpr double kAdoption_s = 0.25;
+
+/// Equal to no pose.
+inline const Pose kNowhere{Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), Quat::Identity()};
 
 /// Of tool i in a set of hands; there are at most as many tools as users.
 inline std::uint32_t bit_of(std::size_t tool) {
@@ -120,9 +124,11 @@ struct World::Impl {
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;
   MolecularForces field;
-  std::vector<Pose> poses;         ///< of molecules, where the field was found
-  std::vector<Wrench> wrenches;    ///< of the field, likewise
-  bool is_field_limited = false;   ///< likewise
+  std::vector<Pose> poses;             ///< of molecules, where the field was found
+  std::vector<Wrench> wrenches;        ///< of the field, likewise
+  bool is_field_limited = false;       ///< likewise
+  double field_energy_kj_per_mol = 0;  ///< as the last step began; and what is felt of it
+  double field_energy_j = 0;
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
   std::vector<TouchJoint> touch_joints;         ///< anchors

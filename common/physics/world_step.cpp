@@ -43,6 +43,8 @@ void World::Impl::find_field() noexcept {
 
 TickFaults World::Impl::apply_field() noexcept {
   find_field();
+  field_energy_kj_per_mol = field.energy_kj_per_mol();
+  field_energy_j = field.energy_j();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     // Held ones feel it in the touch stage (describe_things()).
     if (bodies[i].molecule() != nullptr && bodies[i].is_free()) {
@@ -253,7 +255,8 @@ TickFaults World::step() noexcept {
 
 /// Soft bodies answer with what they find in the rest of the step.
 TickFaults World::answer() noexcept {
-  TickFaults faults = impl_->apply_field();
+  TickFaults faults = finish();
+  faults |= impl_->apply_field();
   impl_->damp_and_ramp();
   faults |= impl_->step_touch();
   impl_->put_back.clear();
@@ -279,13 +282,15 @@ TickFaults World::finish() noexcept {
 void World::look_ahead() noexcept {
   impl_->find_field();
   impl_->describe_things();
-  impl_->touch.look_ahead(impl_->things);
+  impl_->touch.look_ahead(impl_->step_s(), impl_->things);
 }
 
 Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
+    // Where nothing moves, it would not be found again.
+    for (Pose& X_WB : impl_->poses) X_WB = kNowhere;
     const Duration begin = processor_time();
     step();
     quickest = std::min(quickest, processor_time() - begin);

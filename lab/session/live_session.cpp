@@ -63,7 +63,8 @@ std::vector<std::unique_ptr<server::Room>> one_room(const Experiment& experiment
   return rooms;
 }
 
-/// The server of a trial on a loopback port of its own choice, and what its world holds after each step.
+/// The server of a trial on a loopback port of its own choice, and what its world holds of each step as users are told it
+/// (World::answer()).
 class LiveTrialServer {
  public:
   /// Serves until stop().

@@ -1,8 +1,8 @@
 // A whole server in one object: sockets, session hub, rooms and their threads, for the program and for tests.
 //
 //   threads that step rooms                 io thread (run())
-//   Room::step() ──mailboxes, rings──▶      SessionHub::poll(): updates and answers go out
-//        └──────── eventfd ─────────▶       wakes, if it sleeps, after a step or the few that follow each other at once
+//   Room::answer() ──mailboxes, rings──▶     SessionHub::poll(): updates and answers go out
+//        └──────── eventfd ─────────▶       wakes, if it sleeps, after an answer or the few that follow each other at once
 //   ◀──mailboxes, rings──                   SessionHub::on_…: what the sockets bring
 #pragma once
 

@@ -28,7 +28,7 @@ constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
 /// Between a room's step and the next deadline on the same thread: what one takes longer does not make all others late.
 constexpr Duration kMaxApart = kNotWorthASleep;
-constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
+constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery = std::chrono::milliseconds(100);
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
@@ -44,7 +44,6 @@ constexpr int kPlaces = 64;
 // them again at once: it reads and sends for all rooms.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
-constexpr Duration kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 
 /// How long something has been going on: written by one thread, read by any. begin() and end() give `now` back.
 class Busy {
@@ -212,7 +211,8 @@ void RoomScheduler::run(Stepper& stepper) {
     const Duration time = next != nullptr ? next->timer.due() - now : Duration::max();
     if (time > kNotWorthASleep) tell(stepper);
     const auto answered = std::ranges::find_if(stepper.loops, &Loop::is_answered);
-    if (time > kNotWorthASleep && answered != stepper.loops.end()) {
+    if (answered != stepper.loops.end() &&
+        time > std::max(kNotWorthASleep, (*answered)->mean_step - (*answered)->mean_answer)) {
       finish(stepper, **answered);
     } else if (time <= kLongSleep) {
       answer(stepper, *next);
@@ -225,10 +225,12 @@ void RoomScheduler::run(Stepper& stepper) {
 
 /// Gives away what is to be another's, and takes what has been given.
 void RoomScheduler::hand_over(Stepper& stepper) {
+  for (Loop* loop : stepper.loops) {
+    if (loop->wanted.load(std::memory_order_relaxed) != stepper.index) finish(stepper, *loop);
+  }
   std::erase_if(stepper.loops, [&](Loop* loop) {
     const std::size_t wanted = loop->wanted.load(std::memory_order_relaxed);
-    if (wanted == stepper.index) return false;
-    finish(stepper, *loop);
+    if (wanted == stepper.index || loop->is_answered) return false;
     loop->stepper.store(wanted, std::memory_order_release);
     steppers_[wanted]->call();
     return true;
@@ -262,15 +264,15 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   loop.deadline = loop.timer.wait(kNotWorthASleep);
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
   // One that is not short is worth a turn of io.
-  const bool waits_for_more = loop.mean_answer < kNotWorthASleep && is_io_busy_.load(std::memory_order_relaxed);
-  const bool tells_at_once = cores_ > 1 && !waits_for_more;
-  // Where each core has a step, io would keep one from its end.
+  const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
+  const bool tells_at_once = cores_ > 1 && is_worth_it;
+  // Where each core has one, io would keep one from its end.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
   const bool wakes_io = tells_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer + kAwaitsEnd);
   loop.room.answer(server_time_of_own_clock(begin));
-  after_answer_(loop.room, std::min(loop.deadline, begin));
   const LocalTime now = SteadyClock().now();
+  after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
   stepping_.fetch_sub(1, std::memory_order_relaxed);
   if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
@@ -355,11 +357,8 @@ LocalTime RoomScheduler::went_round(std::size_t room) const {
 }
 
 void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
-  if (loop.rate.is_slow(now)) {
-    loop.slow_until = now + kTrustedAgainAfter;
-  } else if (now >= loop.slow_until) {
-    loop.slow_until = LocalTime{};
-  }
+  if (loop.rate.is_slow(now)) loop.slow_until = now + kTrustedAgainAfter;
+  if (now >= loop.slow_until) loop.slow_until = LocalTime{};
   const bool is_slow = loop.slow_until != LocalTime{};
   loop.is_slow.store(is_slow, std::memory_order_relaxed);
   if (!is_slow) return;

@@ -18,17 +18,18 @@ namespace tandem::server {
 /// How well a room's loop kept its time.
 struct RoomTiming {
   std::uint64_t steps = 0;
-  std::uint64_t overruns = 0;  ///< steps that ended after the next deadline (kFaultOverrun)
+  std::uint64_t overruns = 0;  ///< steps that were finished after the next deadline (kFaultOverrun)
   std::uint64_t missed = 0;    ///< deadlines skipped
   std::uint64_t slow = 0;      ///< steps while it did not keep 90 % of its rate, and the second after (kFaultRoomSlow)
   Histogram lateness;          ///< of the beginning of a step
-  Histogram step_time;
+  Histogram step_time;  ///< answer, what is called after it, and the rest; not what was done for other rooms in between
 };
 
 /// Steps each room at the deadlines of its own period. Small rooms share threads, one a core, and are due there one after the other:
 /// a thread that has woken up mostly steps several before it sleeps again. A room that is measured to need much of a core, whose steps are
 /// long beside the periods of others, or that everybody has left (it will be made anew) has a thread of its own
-/// (room_placement.hpp). A room that nobody is in sleeps.
+/// (room_placement.hpp). A room that nobody is in sleeps. A step is answered at its deadline, and finished when no room of the
+/// thread is about to be due (Room::answer(), Room::finish()).
 ///
 /// All run at one SCHED_FIFO priority. The io thread's is below theirs while the steps of no thread take more than 250 us, so
 /// that it interrupts none; above for 100 ms after two steps of 500 us of one room, because all others would wait for it. By
@@ -37,9 +38,9 @@ struct RoomTiming {
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
-  ///         before_news        as the next two on the room's thread, without a lock or a wait: a step begins, at whose end there
-  ///                            are new states, mostly before that time
-  ///         after_answer       with the deadline of its step, which is not finished
+  ///         before_news        as the next two on the room's thread, without a lock or a wait: a step begins, whose answer
+  ///                            is there mostly before that time
+  ///         after_answer       with the deadline of its step, which is not finished then
   ///         on_news            of one or more rooms there are new states to send
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
                 std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news);
@@ -99,7 +100,7 @@ class RoomScheduler {
   std::atomic<LocalTime> io_first_at_{LocalTime{}};
   double io_demand_ = 0;  ///< share of a core
   std::atomic<bool> is_io_busy_{false};
-  std::atomic<std::size_t> stepping_{0};  ///< threads that are in a step
+  std::atomic<std::size_t> stepping_{0};  ///< threads that answer one
   Duration io_cpu_{0};
   LocalTime shared_{};
   std::atomic<bool> is_stopping_{false};

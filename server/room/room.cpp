@@ -105,6 +105,9 @@ void Room::step(ServerTime now) noexcept {
 }
 
 void Room::answer(ServerTime now) noexcept {
+  finish();
+  // Of a step that nobody saw, nobody is told.
+  if (is_empty()) late_faults_ = 0;
   apply_commands();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
@@ -117,11 +120,13 @@ void Room::answer(ServerTime now) noexcept {
   for (const auto& user : users_) {
     if (user->seat.user.is_valid()) publish_to(*user);
   }
+  is_answered_ = true;
   answered_ = now;
   answered_faults_ = faults;
 }
 
 void Room::finish() noexcept {
+  if (!std::exchange(is_answered_, false)) return;
   late_faults_ = world_.finish();
   for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
   publish_soft_offsets();

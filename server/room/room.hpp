@@ -2,18 +2,18 @@
 //
 //   io thread                             room thread (one at a time)
 //   ─────────                             ───────────
-//   RoomCommand  ──ring──▶                step(): 1 apply commands
+//   RoomCommand  ──ring──▶              answer(): 1 apply commands
 //   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, and let the driver of its mode set
 //                                                   the handle of his tool (tool_driver.hpp)
-//                                                 3 step the world; account for what each tool put into it
-//                                                   (tool_port.hpp)
+//                                                 3 step the world as far as hands feel it; account for what each
+//                                                   tool put into it (tool_port.hpp)
 //                ◀──mailbox per seat── UserUpdate     4 publish one update a user
-//                ◀──ring── RoomEvent
+//                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, tell watchers, look ahead
 //
 // A seat changes hands while values wait in its mailboxes, so each update says whom it is for. The io side stamps
 // `received` and `sent`.
 //
-// Nothing else crosses. The room thread never waits or logs in step(), and a step does a bounded amount of work
+// Nothing else crosses. The room thread never waits or logs in a step, and a step does a bounded amount of work
 // whatever users send: at most kMaxCommandsPerStep commands, among them one grab or release a seat. It allocates
 // nothing, except where the world itself changes: joins, leaves, grabs, releases and first contacts let Bullet grow.
 #pragma once
@@ -60,7 +60,7 @@ struct RoomEvent {
   physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< kGrabRefused
 };
 
-/// What a seat's user is told after a step.
+/// What a seat's user is told of a step.
 struct UserUpdate {
   UserId user;                        ///< whom it is for
   std::uint64_t requests_served = 0;  ///< kGrab and kRelease of this user that the room has served so far
@@ -145,9 +145,10 @@ class Room {
   // room side
   /// One fixed step at `now` (stamps updates; does not change the physics): answer(), then finish().
   void step(ServerTime now) noexcept;
-  /// What users wait for: their inputs are taken, and the outputs are there. Bodies that nobody touches are told ahead.
+  /// What users wait for: their inputs are taken, and the outputs are there (World::answer()).
   void answer(ServerTime now) noexcept;
-  /// The rest of the step, and what can be found of the next one.
+  /// The rest of the step, whose faults users are told with the next one; and what can be found of that (World::look_ahead()).
+  /// Does nothing without an answer() before.
   void finish() noexcept;
   Step steps_done() const { return step_; }
   /// A static body, and one that the scene lacks, do not.
@@ -223,6 +224,7 @@ class Room {
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< since the last user left
   bool is_as_at_start_ = true;
+  bool is_answered_ = false;  ///< a step is, and not finished
   TickFaults pending_faults_ = 0;
   TickFaults late_faults_ = 0;  ///< of the last finish(): users are told with the next step
   ServerTime answered_{};       ///< when the step was that is to be finished, and its faults

@@ -414,7 +414,7 @@ std::span<const std::byte> SessionHub::path_challenge(ConnectionHandle connectio
 void SessionHub::poll(const Clock& clock) {
   const LocalTime now = clock.now();
   impl_->called_at = now;
-  // Room by room: of one whose step ends meanwhile, all users or none are sent the new states, and no half waits.
+  // Room by room: of one that answers meanwhile, all users or none are sent the new states, and no half waits.
   for (const auto& seats : impl_->rooms) {
     for (const auto& [handle, connection] : impl_->connections) {
       if (connection->is_in(*seats)) impl_->send_newest_update(*connection, clock.now());

@@ -102,7 +102,7 @@ class SessionHub {
 
   /// Sends every update that a room has published since the last call, then delivers room events, ends what has been
   /// silent for too long, and serves control messages that wait, one connection after the other (limits.hpp).
-  /// In      clock  each update says when it was sent itself: those before it take their time
+  /// In      clock  asked anew for each update, which says when it was sent: to send the others takes some time
   void poll(const Clock& clock);
   /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);

@@ -11,9 +11,9 @@ namespace {
 /// Rows of the solver: contacts of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// In the next step a thing gets so many times as far as in the last, and so much more, at most: what a hand that pushes with
-/// 10 m/s² adds. Where it does not, its contacts are searched again.
-constexpr double kLikelyReach = 1.25, kLikelyMore_m = 1e-5;
+/// In the next step a thing gets so many times as far as in the last, and what a hand adds that pushes with so much, at most.
+/// Where that is wrong, its contacts are searched again.
+constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
 /// What a law does to the frame X_WT of `rigid` now, about the centre of mass.
 Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
@@ -93,14 +93,14 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
 }
 
 /// What is at its handle will be elsewhere by then.
-void TouchStage::look_ahead(std::span<const TouchThing> things) noexcept {
+void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
     return thing.role == TouchThing::Role::kImplicit && thing.is_at_handle();
   };
   if (std::ranges::any_of(things, jumps)) return;
   for (std::size_t i = 0; i < things.size(); ++i) {
-    if (may_move(things[i])) reach_m_[i] = kLikelyReach * reach_m_[i] + kLikelyMore_m;
+    if (may_move(things[i])) reach_m_[i] = kLikelyReach * reach_m_[i] + kLikelyPush_m_per_s2 * step_s * step_s;
   }
   pairs_.look_ahead(things, reach_m_);
   for (NearPairs::Pair* const near : pairs_.near()) {

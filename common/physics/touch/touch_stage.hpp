@@ -36,9 +36,10 @@ class TouchStage {
                   std::span<TouchJoint> joints) noexcept;
 
   /// After a step, when there is time: finds the contacts of the next one, with the things where they are now, in case they
-  /// get no farther in it than is likely. The same bits come out whenever it is called; without it, it is some contacts that
-  /// do not press that differ. pressed_points_W() has none then.
-  void look_ahead(std::span<const TouchThing> things) noexcept;
+  /// get no farther in it than is likely. As near as they may get then is farther than a step would look, so that there are more
+  /// contacts that do not press; and where it was in vain, what contacts take over from one search to the next, they take over
+  /// twice. pressed_points_W() has none after it.
+  void look_ahead(double step_s, std::span<const TouchThing> things) noexcept;
 
   /// Of an implicit thing in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
@@ -78,9 +79,9 @@ class TouchStage {
   std::vector<Wrench*> answers_;                    ///< where those of hands and joints go
   std::vector<Wrench> tool_wrenches_;
   std::vector<contact::SolverPatch> patches_;
-  std::vector<NearPairs::Pair*> patch_pairs_;             ///< until look_ahead()
+  std::vector<NearPairs::Pair*> patch_pairs_;             ///< not after look_ahead(): a pair may be another's then
   std::vector<std::array<std::size_t, 2>> patch_things_;  ///< A's and B's
-  std::vector<Vec3> patch_normals_W_;                     ///< mean, times what bears on it
+  std::vector<Vec3> patch_normals_W_;                     ///< sum of normals, each times depth and area
   std::vector<contact::PatchResult> results_;
   contact::ContactSolver solver_;
 };

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "common/physics/touch/near_pairs.hpp"
 #include "server/room/server_world.hpp"
@@ -28,22 +30,19 @@ bool is_same(const RigidState& a, const RigidState& b) {
   return a.X.p == b.X.p && a.X.q.coeffs() == b.X.q.coeffs() && a.V.v == b.V.v && a.V.w == b.V.w;
 }
 
-TEST(TwoPartStep, IsTheWholeStep) {
-  World whole = cubes(), parts = cubes();
-  whole.activate_tool(0);
-  parts.activate_tool(0);
-  for (int i = 0; i < 400; ++i) {
-    const RigidState hand = at({1e-5 * i, 0, 0.06 - 1e-4 * std::min(i, 200)});
-    whole.set_handle(0, hand);
-    parts.set_handle(0, hand);
-    const TickFaults faults = whole.step();
-    const TickFaults answered = parts.answer();
-    EXPECT_EQ(answered | parts.finish(), faults);
-    ASSERT_TRUE(is_same(whole.tool(0).tool, parts.tool(0).tool)) << i;
-    for (const std::uint32_t body : {2U, 3U}) ASSERT_TRUE(is_same(whole.body(BodyId{body}), parts.body(BodyId{body})));
+TEST(TwoPartStep, IsFinishedOnceAndNeverLeftUndone) {
+  World whole = cubes(), twice = cubes(), never = cubes();
+  for (int i = 0; i < 20; ++i) {
+    whole.step();
+    twice.answer();
+    twice.finish();
+    EXPECT_EQ(twice.finish(), 0U) << "there is nothing left";
+    never.answer();
   }
-  EXPECT_EQ(parts.finish(), 0U) << "there is nothing left";
-  EXPECT_TRUE(is_same(whole.body(BodyId{3}), parts.body(BodyId{3})));
+  never.finish();
+  EXPECT_LT(whole.body(BodyId{3}).V.v.z(), -0.1);
+  EXPECT_TRUE(is_same(twice.body(BodyId{3}), whole.body(BodyId{3})));
+  EXPECT_TRUE(is_same(never.body(BodyId{3}), whole.body(BodyId{3}))) << "the next answer finishes the last";
 }
 
 TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
@@ -85,6 +84,12 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
   for (int i = 0; i < 1000; ++i) {
     if (i == 700) {  // elsewhere than it was when it was looked for
       for (World* world : {&without, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
+    }
+    if (i == 250 || i == 900) {  // pressed from now on by nothing, or by what it passes through
+      for (World* world : {&without, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
+    }
+    if (i == 280 || i == 930) {
+      for (World* world : {&without, &with}) world->release(0);
     }
     for (World* world : {&without, &with}) world->set_handle(0, at(hand_at(i)));
     EXPECT_EQ(without.step(), with.step()) << i;
@@ -132,6 +137,40 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   EXPECT_EQ(near.found(1e-2), 0U) << "it has moved away";
   near.pair.find_ahead(BallOverCube::above(1e-2), Pose{});
   EXPECT_EQ(near.found(-1e-4), pressing) << "it has come";
+}
+
+/// A ball over a cube, as the touch stage has them.
+struct TwoThings {
+  TwoThings() {
+    things[0].role = TouchThing::Role::kImplicit;
+    things[1].role = TouchThing::Role::kStatic;
+  }
+  /// The band that the pair is searched with after a look ahead by `ahead_m`, when things get as far as `reach_m`.
+  double band_m(double ahead_m, double reach_m) {
+    pairs.look_ahead(things, std::array{ahead_m, 0.0});
+    if (change) change(*this);
+    EXPECT_EQ(pairs.find(things, std::array{reach_m, 0.0}), 0U);
+    return pairs.near().empty() ? 0 : pairs.near().front()->band_m;
+  }
+
+  BodyDescription body = cube(Vec3::Zero(), 0);
+  ToolDescription tool = ball_tool({0, 0, kCubeEdge_m / 2 + kBallRadius_m});
+  RigidBody ball{tool.mass, {}, kBallRadius_m, tool.X_WT}, block{body.mass, {}, kCubeEdge_m, body.X_WB};
+  std::array<TouchThing, 2> things{TouchThing{&ball, &tool.touch}, TouchThing{&block, &body.touch}};
+  NearPairs pairs{2, 4, contact::kContactBudget};
+  std::function<void(TwoThings&)> change;  ///< what happens in between
+};
+
+TEST(NearPairs, WhatWasForeseenServesUnlessSomethingChanged) {
+  TwoThings two;
+  EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 1.5e-3) << "as it was looked for";
+  EXPECT_DOUBLE_EQ(two.band_m(1e-4, 1e-3), 1.5e-3) << "it gets farther than that";
+  two.change = [](TwoThings& of) { of.ball.set_state(at({0, 0, kCubeEdge_m / 2 + kBallRadius_m + 1e-5})); };
+  EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 1.5e-4) << "it has moved";
+  two.change = [](TwoThings& of) { of.things[1].role = TouchThing::Role::kExternal; };
+  EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 1.5e-4) << "it is something else";
+  two.change = [](TwoThings& of) { of.things[0].passes_through = 1; };
+  EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 0) << "they do not meet any more";
 }
 
 TEST(NearPairs, AWiderBandIsSearchedAnew) {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "common/base/random.hpp"
+#include "common/physics/followed_bodies.hpp"
 #include "server/assets/mass_properties.hpp"
 #include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
@@ -210,6 +211,16 @@ TEST(MolecularForces, AFieldFoundAheadIsOfWhereThingsAre) {
     ASSERT_EQ(with.body(BodyId{2}).X.p, without.body(BodyId{2}).X.p) << i;
   }
   EXPECT_NE(with.field_energy_kj_per_mol(), start);
+}
+
+TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
+  const auto scene = two_molecules(1000, 1, 0), alone = two_molecules(1, 1, 0);
+  const auto quickest_of = [](const server::LoadedScene& of) {
+    const auto world = std::make_shared<const WorldDescription>(of.world);
+    return World(world, make_followed_bodies(of.world.bodies.size()), nullptr).quickest_step();
+  };
+  // A million pairs of atoms against one: no noise hides that.
+  EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
 TEST(MolecularForces, ShareIsTheSlopeOfWhatIsFelt) {

@@ -56,6 +56,31 @@ TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   EXPECT_EQ(update.answered_input, input.input_tick);
 }
 
+/// Some time goes by with each look at it.
+class BusyClock final : public Clock {
+ public:
+  explicit BusyClock(LocalTime now) : now_(now) {}
+  LocalTime now() const noexcept override { return now_ += std::chrono::microseconds(10); }
+
+ private:
+  mutable LocalTime now_;
+};
+
+TEST(StateStream, EachUpdateSaysWhenItWasSentItself) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada"), ben = bench.join("ben");
+  bench.send_state(ada);
+  bench.send_state(ben);
+  bench.now += std::chrono::milliseconds(1);
+  bench.rooms.front()->step(server_time_of_own_clock(bench.now));
+  bench.hub->poll(BusyClock(bench.now));
+  const auto of_ada = bench.newest_update(ada), of_ben = bench.newest_update(ben);
+  ASSERT_TRUE(of_ada.has_value() && of_ben.has_value());
+  EXPECT_EQ(of_ada->step, of_ben->step);
+  EXPECT_GE(std::chrono::abs(of_ada->sent - of_ben->sent), std::chrono::microseconds(10));
+  EXPECT_GT(std::min(of_ada->sent, of_ben->sent), server_time_of_own_clock(bench.now));
+}
+
 TEST(StateStream, DropsEachBadDatagramForItsOwnReason) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
