@@ -192,6 +192,11 @@ std::map<std::string, Event> events_of_users() {
        [](Subject& s) { s.send([](auto& message) { message.mutable_ask_pose(); }); }},
       {"point at a body", [](Subject& s) { point_at(s, 1); }},
       {"point at a body that is not there", [](Subject& s) { point_at(s, 99); }},
+  };
+}
+
+std::map<std::string, Event> events_of_traffic() {
+  return {
       {"get_asset of an unknown hash",
        [](Subject& s) { s.send([](auto& message) { message.mutable_get_asset()->set_sha256("?"); }); }},
       {"state_datagram",
@@ -213,6 +218,7 @@ const std::map<std::string, Event>& events() {
   static const std::map<std::string, Event> kEvents = [] {
     std::map<std::string, Event> all = events_before_joining();
     all.merge(events_of_users());
+    all.merge(events_of_traffic());
     return all;
   }();
   return kEvents;
