@@ -42,18 +42,18 @@ const DeviceKind& find_device_kind(std::string_view name) {
   throw std::invalid_argument(quoted + " is not known; use one of: " + known);
 }
 
-AutoDevice choose_device(bool may_be_real, const std::vector<DeviceKind>& kinds) {
-  AutoDevice chosen{"sim", {}};
+std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& tell,
+                          const std::vector<DeviceKind>& kinds) {
   for (const DeviceKind& kind : kinds) {
     if (!may_be_real || kind.find == nullptr) continue;
     for (const FoundDevice& found : kind.find()) {
       const std::string where = std::string(kind.name) + " (" + found.where + ")";
-      if (found.problem.empty())
-        return {std::string(kind.name), {"device " + where + " is used; --device sim for none"}};
-      chosen.notes.push_back("device " + where + " is not used: " + found.problem);
+      tell("device " + where +
+           (found.problem.empty() ? " is used; --device sim for none" : " is not used: " + found.problem));
+      if (found.problem.empty()) return std::string(kind.name);
     }
   }
-  return chosen;
+  return "sim";
 }
 
 std::unique_ptr<Device> open_device(const DeviceOptions& options) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -61,12 +62,10 @@ const std::vector<DeviceKind>& device_kinds();
 const DeviceKind& find_device_kind(std::string_view name);
 
 /// What "auto" stands for.
-struct AutoDevice {
-  std::string name;                ///< of device_kinds()
-  std::vector<std::string> notes;  ///< for people: which one was taken, and why others were not
-};
-/// The first real device that can be opened, else "sim"; `may_be_real` false: "sim", without a look.
-AutoDevice choose_device(bool may_be_real, const std::vector<DeviceKind>& kinds = device_kinds());
+/// Name of the first real device that can be opened, else "sim"; `may_be_real` false: "sim", without a look.
+/// In      tell  for people, a line each: which one is used, and why those before it are not
+std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& tell,
+                          const std::vector<DeviceKind>& kinds = device_kinds());
 
 /// Fails   as find_device_kind(), and as the device's own open
 std::unique_ptr<Device> open_device(const DeviceOptions& options);

@@ -85,7 +85,7 @@ void DatagramChannel::stamp(ClientUpdate& update, LocalTime now) const {
   update.acknowledged_held = has_heard_ ? now - last_heard_ : Duration{0};
 }
 
-void DatagramChannel::stamp(ServerUpdate& update, LocalTime now) const {
+void DatagramChannel::stamp(OwnUpdate& update, LocalTime now) const {
   update.echoed_sent = LocalTime(heard_stamp_);
   update.received = has_heard_ ? server_time_of_own_clock(last_heard_) : ServerTime{};
   update.sent = server_time_of_own_clock(now);

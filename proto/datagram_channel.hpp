@@ -172,7 +172,7 @@ class DatagramChannel {
   void take_stamps(const ServerUpdate& update, LocalTime now);
   void note_heard(Duration sent_by_peer, LocalTime now);
   void stamp(ClientUpdate& update, LocalTime now) const;
-  void stamp(ServerUpdate& update, LocalTime now) const;
+  void stamp(OwnUpdate& update, LocalTime now) const;
   bool begin_datagram(LocalTime now, bool is_blocked);
   void count_sent(bool was_delivered);
 

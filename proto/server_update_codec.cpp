@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <bit>
-#include <tuple>
+#include <functional>
 
 #include "proto/state_fields.hpp"
 
@@ -52,7 +52,7 @@ DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
 }
 
 /// What a client with a local model, or with wave variables, needs besides.
-void write_bridge_part(const ServerUpdate& update, wire::ServerUpdate& out) {
+void write_bridge_part(const OwnUpdate& update, wire::ServerUpdate& out) {
   if (update.held_body.is_valid()) write_pose(update.X_BT, *out.mutable_tool_in_held_body());
   out.set_playout_ns(nanoseconds_of_delay(update.playout));
   // One that is out of range would make the whole message unreadable.
@@ -76,7 +76,7 @@ DropReason read_bridge_part(const wire::ServerUpdate& in, ServerUpdate& out) {
 }
 
 /// Everything but bodies and users is always sent: this before them, write_bridge_part() after.
-void write_own_part(const ServerUpdate& update, wire::ServerUpdate& out) {
+void write_own_part(const OwnUpdate& update, wire::ServerUpdate& out) {
   out.set_step(update.step.value);
   out.set_stepped_server_ns(nanoseconds_of(update.stepped.time_since_epoch()));
   out.set_answered_input_tick(update.answered_input.value);
@@ -182,7 +182,7 @@ void follow(const Items& items, Turns& turns) {
 }
 
 /// The written priority after the own part; lower goes first.
-enum Rank : int { kRankHeld, kRankOverdue, kRankUser, kRankHeldByOther, kRankMoving, kRankResting };
+enum Rank : std::uint8_t { kRankHeld, kRankOverdue, kRankUser, kRankHeldByOther, kRankMoving, kRankResting };
 
 Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
   if (body.id == held_body) return kRankHeld;
@@ -213,9 +213,6 @@ void write_item(const OtherUserState& user, wire::CompactState& out) {
   handle.set_age_ns(nanoseconds_of_delay(user.handle_age));
 }
 
-bool is_same(const RigidState& a, const RigidState& b) {
-  return a.X.p == b.X.p && a.X.q.coeffs() == b.X.q.coeffs() && a.V.v == b.V.v && a.V.w == b.V.w;
-}
 bool is_same(const BodyState& a, const BodyState& b) {
   return a.id == b.id && a.held_by == b.held_by && is_same(a.state, b.state);
 }
@@ -266,15 +263,28 @@ std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
   return known.bytes;
 }
 
-/// One body or user that could go into the message.
-struct Candidate {
-  bool is_user = false;
-  std::size_t index = 0;  ///< in update.bodies or update.users, and in the turns
-  int rank = 0;           ///< lower goes first
-  std::uint64_t sent = 0;
-  std::size_t place = 0;
+/// One body or user that could go into the message, as a number: lower goes first. From the high bits down its rank; the
+/// message in which it was last sent, and its place there; whether it is a user; its index.
+class Candidate {
+ public:
+  Candidate(Rank rank, std::uint64_t sent, std::size_t place, bool is_user, std::size_t index)
+      : order_(std::uint64_t{rank} << kRankBit | sent << kSentBit | place << kPlaceBit |
+               std::uint64_t{is_user} << kUserBit | index) {}
 
-  auto turn() const { return std::tuple(sent, place, is_user, index); }
+  Rank rank() const { return static_cast<Rank>(order_ >> kRankBit); }
+  std::uint64_t sent() const { return turn() >> kSentBit; }
+  /// Lower has waited longer.
+  std::uint64_t turn() const { return order_ & ((std::uint64_t{1} << kRankBit) - 1); }
+  bool is_user() const { return (order_ >> kUserBit & 1U) != 0; }
+  std::size_t index() const { return order_ & ((std::uint64_t{1} << kUserBit) - 1); }
+  void promote() { order_ = std::uint64_t{kRankOverdue} << kRankBit | turn(); }
+  bool operator<(const Candidate& other) const { return order_ < other.order_; }
+
+ private:
+  static constexpr unsigned kUserBit = 6, kPlaceBit = 7, kSentBit = 14, kRankBit = 61;
+  static_assert(kMaxBodies <= 1U << kUserBit && kMaxBodies + kMaxUsers <= 1U << (kSentBit - kPlaceBit));
+
+  std::uint64_t order_;
 };
 using Candidates = boost::container::static_vector<Candidate, kMaxBodies + kMaxUsers>;
 
@@ -283,37 +293,16 @@ void promote_overdue(Candidates& candidates, std::uint64_t message) {
     Candidate* longest_waiting = nullptr;
     for (Candidate& candidate : candidates) {
       const bool is_overdue =
-          candidate.rank > kRankOverdue && message - candidate.sent >= ServerUpdateEncoder::kOverdueMessages;
+          candidate.rank() > kRankOverdue && message - candidate.sent() >= ServerUpdateEncoder::kOverdueMessages;
       if (!is_overdue) continue;
       if (longest_waiting == nullptr || candidate.turn() < longest_waiting->turn()) longest_waiting = &candidate;
     }
     if (longest_waiting == nullptr) return;
-    longest_waiting->rank = kRankOverdue;
+    longest_waiting->promote();
   }
 }
 
-/// In      body_turns, user_turns  in the order of the update's bodies and users
-Candidates candidates_in_order(const ServerUpdate& update, std::uint64_t message, const auto& body_turns,
-                               const auto& user_turns) {
-  Candidates candidates;
-  for (std::size_t i = 0; i < update.bodies.size(); ++i) {
-    const BodyState& body = update.bodies[i];
-    if (!is_sendable(body.state)) continue;
-    const auto& turn = body_turns[i];
-    const int rank = rank_of(body, turn.was_moving, update.held_body);
-    candidates.push_back({.is_user = false, .index = i, .rank = rank, .sent = turn.sent, .place = turn.place});
-  }
-  for (std::size_t i = 0; i < update.users.size(); ++i) {
-    if (!is_sendable(update.users[i].tool)) continue;
-    const auto& turn = user_turns[i];
-    candidates.push_back({.is_user = true, .index = i, .rank = kRankUser, .sent = turn.sent, .place = turn.place});
-  }
-  promote_overdue(candidates, message);
-  std::ranges::sort(candidates, {}, [](const Candidate& c) { return std::tuple(c.rank, c.turn()); });
-  return candidates;
-}
-
-void append_part(void (*write)(const ServerUpdate&, wire::ServerUpdate&), const ServerUpdate& update, Bytes& out) {
+void append_part(void (*write)(const OwnUpdate&, wire::ServerUpdate&), const OwnUpdate& update, Bytes& out) {
   auto& message = fresh_message<wire::ServerUpdate>();
   write(update, message);
   append_bytes(message, message.ByteSizeLong(), out);
@@ -321,35 +310,49 @@ void append_part(void (*write)(const ServerUpdate&, wire::ServerUpdate&), const 
 
 }  // namespace
 
-void ServerUpdateEncoder::append(const ServerUpdate& update, Bytes& out) {
+void ServerUpdateEncoder::append(const OwnUpdate& own, std::span<const BodyState> bodies,
+                                 std::span<const OtherUserState> users, UserId but, Bytes& out) {
   ++message_;
-  follow(update.bodies, body_turns_);
-  follow(update.users, user_turns_);
+  follow(bodies, body_turns_);
+  follow(users, user_turns_);
   // In the order of the fields: own part, bodies, users, bridge part.
-  thread_local Bytes users, bridge;
-  users.clear();
+  thread_local Bytes users_part, bridge;
+  users_part.clear();
   bridge.clear();
-  append_part(write_bridge_part, update, bridge);
+  append_part(write_bridge_part, own, bridge);
   const std::size_t start = out.size();
-  append_part(write_own_part, update, out);
+  append_part(write_own_part, own, out);
   std::size_t left = kMaxPayloadBytes - (out.size() - start) - bridge.size();
+  Candidates candidates;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!is_sendable(bodies[i].state)) continue;
+    const Turn& turn = body_turns_[i];
+    candidates.emplace_back(rank_of(bodies[i], turn.was_moving, own.held_body), turn.sent, turn.place, false, i);
+  }
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    if (users[i].id == but || !is_sendable(users[i].tool)) continue;
+    candidates.emplace_back(kRankUser, user_turns_[i].sent, user_turns_[i].place, true, i);
+  }
+  promote_overdue(candidates, message_);
+  std::ranges::sort(candidates, std::less<>{});
   std::size_t sent = 0;
-  for (const Candidate& candidate : candidates_in_order(update, message_, body_turns_, user_turns_)) {
+  for (const Candidate& candidate : candidates) {
     if (left < kMinItemBytes) break;
-    Turn& turn = candidate.is_user ? user_turns_[candidate.index] : body_turns_[candidate.index];
+    const std::size_t index = candidate.index();
     const std::span<const std::byte> item =
-        candidate.is_user ? encoded(update.users[candidate.index], update.users[candidate.index].tool)
-                          : encoded(update.bodies[candidate.index], update.bodies[candidate.index].state);
+        candidate.is_user() ? encoded(users[index], users[index].tool) : encoded(bodies[index], bodies[index].state);
     if (item.size() > left) continue;
     left -= item.size();
-    Bytes& items = candidate.is_user ? users : out;
+    Bytes& items = candidate.is_user() ? users_part : out;
     items.insert(items.end(), item.begin(), item.end());
-    if (!candidate.is_user) turn.was_moving = !is_at_rest(update.bodies[candidate.index].state.V);
+    Turn& turn = candidate.is_user() ? user_turns_[index] : body_turns_[index];
+    if (!candidate.is_user()) turn.was_moving = !is_at_rest(bodies[index].state.V);
     turn.sent = message_;
     turn.place = sent++;
   }
-  thinned_ = update.bodies.size() + update.users.size() - sent;
-  out.insert(out.end(), users.begin(), users.end());
+  const bool is_among_them = but.is_valid() && has_id(users, but.value);
+  thinned_ = bodies.size() + users.size() - (is_among_them ? 1 : 0) - sent;
+  out.insert(out.end(), users_part.begin(), users_part.end());
   out.insert(out.end(), bridge.begin(), bridge.end());
 }
 

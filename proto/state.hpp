@@ -81,8 +81,8 @@ struct OtherUserState {
   Wrench on_hand_W;              ///< what the hand was shown then, about the handle, in W
 };
 
-/// One step of a room as one user is told: absolute, so that the newest one is enough.
-struct ServerUpdate {
+/// One step of a room as one user is told, without its bodies and the other users.
+struct OwnUpdate {
   Step step;
   ServerTime stepped{};
   Tick answered_input;      ///< of which handle this step used exactly that; kLocalModel in a gap: which it stands for
@@ -100,6 +100,10 @@ struct ServerUpdate {
   Duration playout{0};       ///< present delay between a handle's arrival and its use; 0: the newest is used at once
   SoftContact soft_contact;  ///< of this user's tool or what it holds; trust_radius_m 0: none
   Wrench wave;               ///< kWave: sum of the wave towards the hand, √W·s
+};
+
+/// All of it: absolute, so that the newest one is enough.
+struct ServerUpdate : OwnUpdate {
   boost::container::static_vector<BodyState, kMaxBodies> bodies;  ///< complete at the server; thinned on the wire
   boost::container::static_vector<OtherUserState, kMaxUsers> users;
 };

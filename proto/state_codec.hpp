@@ -43,8 +43,12 @@ class ServerUpdateEncoder {
   static constexpr std::uint64_t kMaxWaitMessages =
       kOverdueMessages + (kMaxBodies + kMaxUsers + kOverduePerMessage - 1) / kOverduePerMessage;
 
-  /// Appends `update` as one protobuf message of at most kMaxPayloadBytes.
-  void append(const ServerUpdate& update, Bytes& out);
+  /// Appends one protobuf message of at most kMaxPayloadBytes.
+  ///
+  /// In      users  of the room; `but` is not told of
+  void append(const OwnUpdate& own, std::span<const BodyState> bodies, std::span<const OtherUserState> users,
+              UserId but, Bytes& out);
+  void append(const ServerUpdate& update, Bytes& out) { append(update, update.bodies, update.users, UserId{}, out); }
   /// Bodies and users left out of the last message.
   std::size_t thinned() const { return thinned_; }
 
@@ -59,8 +63,8 @@ class ServerUpdateEncoder {
 
   std::size_t thinned_ = 0;
   std::uint64_t message_ = 0;
-  boost::container::static_vector<Turn, kMaxBodies> body_turns_;  ///< in the order of update.bodies
-  boost::container::static_vector<Turn, kMaxUsers> user_turns_;   ///< in the order of update.users
+  boost::container::static_vector<Turn, kMaxBodies> body_turns_;  ///< in the order of the bodies
+  boost::container::static_vector<Turn, kMaxUsers> user_turns_;   ///< in the order of the users
 };
 
 /// Reads a payload; fails as parse_client_update() does, and with kMalformed on a zero or repeated id and on more

@@ -387,10 +387,9 @@ void complete(devices::DeviceOptions& device, const std::string& profile, bool h
   const char* option = "--device: ";
   try {
     if (device.name == "auto") {
-      const devices::AutoDevice found = devices::choose_device(!has_hand && profile.empty());
-      for (const std::string& note : found.notes) std::cerr << "tandem-client: " + note + "\n";
-      const bool has_window_alone = found.name == "sim" && !is_headless && !has_hand;
-      device.name = has_window_alone ? "mouse" : found.name;
+      const auto tell = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
+      device.name = devices::choose_device(!has_hand && profile.empty(), tell);
+      if (device.name == "sim" && !is_headless && !has_hand) device.name = "mouse";
     }
     const devices::DeviceKind& kind = devices::find_device_kind(device.name);
     option = "--profile: ";

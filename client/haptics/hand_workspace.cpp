@@ -13,8 +13,7 @@ constexpr double kStandsAtShare = 0.5;               // likewise
 constexpr double kWidths_per_s = 1;
 
 bool is_same(const WorkspaceMapping& a, const WorkspaceMapping& b) {
-  return a.X_WD.p == b.X_WD.p && a.X_WD.q.coeffs() == b.X_WD.q.coeffs() && a.position_scale == b.position_scale &&
-         a.force_scale == b.force_scale;
+  return tandem::is_same(a.X_WD, b.X_WD) && a.position_scale == b.position_scale && a.force_scale == b.force_scale;
 }
 
 }  // namespace

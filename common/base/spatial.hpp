@@ -77,6 +77,17 @@ inline bool is_finite(const Wrench& F) {
   return is_finite(F.f) && is_finite(F.t);
 }
 
+/// Number by number: nothing has moved, not in the last bit. False with a NaN.
+inline bool is_same(const Pose& a, const Pose& b) {
+  return a.p == b.p && a.q.coeffs() == b.q.coeffs();
+}
+inline bool is_same(const Twist& a, const Twist& b) {
+  return a.v == b.v && a.w == b.w;
+}
+inline bool is_same(const RigidState& a, const RigidState& b) {
+  return is_same(a.X, b.X) && is_same(a.V, b.V);
+}
+
 /// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion, the short way round.
 inline Vec3 rotation_vector(const Quat& q) {
   const double sign = q.w() < 0 ? -1.0 : 1.0;

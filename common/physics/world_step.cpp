@@ -33,7 +33,7 @@ void World::Impl::find_field() noexcept {
     if (bodies[i].molecule() == nullptr) continue;
     Pose X_WB = bodies[i].rigid.pose();
     if (bodies[i].is_absent) X_WB.p.setConstant(kOutOfReach_m * static_cast<double>(i + 1));
-    is_found = is_found && X_WB.p == poses[i].p && X_WB.q.coeffs() == poses[i].q.coeffs();
+    is_found = is_found && is_same(X_WB, poses[i]);
     poses[i] = X_WB;
   }
   if (is_found) return;

@@ -26,8 +26,8 @@ void SimulatedUser::move(LocalTime now) {
 }
 
 Wrench SimulatedUser::feel(LocalTime now) {
-  room_.output(seat_).poll();
-  const Wrench on_hand_W = room_.output(seat_).front().update.wrench_on_hand_W;
+  room_.output().poll();
+  const Wrench on_hand_W = room_.output().front().own[seat_].wrench_on_hand_W;
   device_.write(now, workspace_.device_wrench(on_hand_W));
   return on_hand_W;
 }

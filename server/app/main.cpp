@@ -310,9 +310,9 @@ std::unique_ptr<server::ServerRecorder> start_recording(const Options& options, 
 }
 
 int serve(const Options& options, realtime::Output& output) {
-  server::MonitorSettings watching{.metrics = options.metrics};
-  if (options.agones) watching.agones = server::agones_port(*options.agones);
-  server::Monitor monitor(watching, [&output](const std::string& news) { output.log("agones", news); });
+  std::optional<std::uint16_t> agones;
+  if (options.agones) agones = server::agones_port(*options.agones);
+  server::Monitor monitor(options.metrics, agones, [&output](const std::string& news) { output.log("agones", news); });
   server::LiveServerSettings settings;
   settings.bind_address = options.bind;
   settings.port = static_cast<std::uint16_t>(options.port);

@@ -25,14 +25,14 @@ RoomFigures figures_of(const Room& room, RoomTiming timing, const RoomMeter& met
 
 }  // namespace
 
-Monitor::Monitor(const MonitorSettings& settings, std::function<void(const std::string&)> on_news) {
-  if (settings.metrics) {
-    port_ = std::make_unique<HttpPort>("--metrics", *settings.metrics,
-                                       [this](const std::string& path) { return answer(path); });
+Monitor::Monitor(const std::optional<std::string>& metrics, std::optional<std::uint16_t> agones,
+                 std::function<void(const std::string&)> on_news) {
+  if (metrics) {
+    port_ = std::make_unique<HttpPort>("--metrics", *metrics, [this](const std::string& path) { return answer(path); });
   }
-  if (settings.agones) {
+  if (agones) {
     agones_ = std::make_unique<Agones>(
-        *settings.agones, [this] { return seen(); }, std::move(on_news));
+        *agones, [this] { return seen(); }, std::move(on_news));
   }
 }
 

@@ -23,17 +23,15 @@
 
 namespace tandem::server {
 
-struct MonitorSettings {
-  std::optional<std::string> metrics{};   ///< [ADDRESS:]PORT of this machine's own; none: no port
-  std::optional<std::uint16_t> agones{};  ///< port of the sidecar; none: nobody is told
-};
-
 /// Made before the rooms are loaded, so that who waits for them is answered. It outlives them.
 class Monitor {
  public:
-  /// In      on_news  for people; called on threads of its own
+  /// In      metrics  [ADDRESS:]PORT of this machine's own; none: no port
+  ///         agones   port of the sidecar; none: nobody is told
+  ///         on_news  for people; called on threads of its own
   /// Fails   as HttpPort
-  Monitor(const MonitorSettings& settings, std::function<void(const std::string&)> on_news);
+  Monitor(const std::optional<std::string>& metrics, std::optional<std::uint16_t> agones,
+          std::function<void(const std::string&)> on_news);
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
 

@@ -185,13 +185,6 @@ void CollisionShape::assemble(const std::vector<SolidShape>& shapes, const Pose&
   compound_ = std::move(compound);
 }
 
-bool is_same(const Pose& a, const Pose& b) {
-  return a.p == b.p && a.q.coeffs() == b.q.coeffs();
-}
-bool is_same(const Twist& a, const Twist& b) {
-  return a.v == b.v && a.w == b.w;
-}
-
 /// A body of the scene as Bullet has it; in Bullet's world while `rigid` is set.
 struct Slot {
   std::unique_ptr<CollisionShape> shape;

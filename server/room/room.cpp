@@ -1,6 +1,7 @@
 #include "server/room/room.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "server/room/tool_driver.hpp"
@@ -12,6 +13,15 @@ namespace {
 constexpr double kSoftOffsets_hz = 20;
 
 }  // namespace
+
+proto::ServerUpdate RoomUpdate::of(std::size_t seat) const {
+  proto::ServerUpdate update;
+  static_cast<proto::OwnUpdate&>(update) = own[seat];
+  update.bodies = bodies;
+  std::ranges::copy_if(users, std::back_inserter(update.users),
+                       [this, seat](const proto::OtherUserState& other) { return other.id != user[seat]; });
+  return update;
+}
 
 /// What the room's loop keeps of a seat: large, so made once, and taken over by the seat's next user.
 struct Room::User {
@@ -29,7 +39,6 @@ struct Room::User {
   }
 
   realtime::Mailbox<proto::ClientUpdate> inbox;
-  realtime::Mailbox<UserUpdate> outbox;
   Seat seat;
   UserInput input;
   ToolPort port;
@@ -59,10 +68,6 @@ Room::~Room() = default;
 
 realtime::Mailbox<proto::ClientUpdate>& Room::input(std::size_t seat) {
   return users_[seat]->inbox;
-}
-
-realtime::Mailbox<UserUpdate>& Room::output(std::size_t seat) {
-  return users_[seat]->outbox;
 }
 
 const Seat& Room::seat(std::size_t index) const {
@@ -117,9 +122,7 @@ void Room::answer(ServerTime now) noexcept {
   ++step_.value;
   settle_tools();
   describe_world(now, faults | late_faults_);
-  for (const auto& user : users_) {
-    if (user->seat.user.is_valid()) publish_to(*user);
-  }
+  output_.publish();
   is_answered_ = true;
   answered_ = now;
   answered_faults_ = faults;
@@ -435,41 +438,40 @@ void Room::settle_tools() noexcept {
 }
 
 void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
-  common_.step = step_;
-  common_.stepped = now;
-  common_.tick_faults = faults;
-  common_.field_energy_kj_per_mol = world_.field_energy_kj_per_mol();
-  common_.bodies.clear();
-  for (const BodyId id : moving_bodies_) common_.bodies.push_back({id, world_.body(id), UserId{}});
-  common_.users.clear();
+  RoomUpdate& told = output_.back();
+  told.bodies.clear();
+  for (const BodyId id : moving_bodies_) told.bodies.push_back({id, world_.body(id), UserId{}});
+  told.users.clear();
   for (const auto& user : users_) {
     if (!user->seat.is_manipulator()) continue;
     const physics::ToolState tool = world_.tool(user->seat.tool);
     const BodyId held = tool.held;
-    common_.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
-                             user->input.handle_age(), user->input.on_hand_W});
-    const auto body = std::find_if(common_.bodies.begin(), common_.bodies.end(),
-                                   [held](const proto::BodyState& candidate) { return candidate.id == held; });
+    told.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
+                          user->input.handle_age(), user->input.on_hand_W});
+    const auto body = std::ranges::find(told.bodies, held, &proto::BodyState::id);
     // Of several who hold a body, the one in the first seat is named.
-    if (body != common_.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
+    if (body != told.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
   }
+  proto::OwnUpdate common;
+  common.step = step_;
+  common.stepped = now;
+  common.tick_faults = faults;
+  common.field_energy_kj_per_mol = world_.field_energy_kj_per_mol();
+  for (std::size_t seat = 0; seat < users_.size(); ++seat) describe_user(seat, common);
 }
 
-void Room::publish_to(User& user) noexcept {
-  UserUpdate& told = user.outbox.back();
-  told.user = user.seat.user;
-  told.requests_served = user.requests_served;
-  proto::ServerUpdate& update = told.update;
-  update = common_;
-  update.answered_input = user.input.answered;
-  if (user.seat.is_manipulator()) describe_tool(user, update);
-  // Of the others.
-  const auto own = std::ranges::find(update.users, user.seat.user, &proto::OtherUserState::id);
-  if (own != update.users.end()) update.users.erase(own);
-  user.outbox.publish();
+void Room::describe_user(std::size_t seat, const proto::OwnUpdate& common) noexcept {
+  const User& user = *users_[seat];
+  RoomUpdate& told = output_.back();
+  told.user[seat] = user.seat.user;
+  if (!user.seat.user.is_valid()) return;
+  told.requests_served[seat] = user.requests_served;
+  told.own[seat] = common;
+  told.own[seat].answered_input = user.input.answered;
+  if (user.seat.is_manipulator()) describe_tool(user, told.own[seat]);
 }
 
-void Room::describe_tool(const User& user, proto::ServerUpdate& update) const noexcept {
+void Room::describe_tool(const User& user, proto::OwnUpdate& update) const noexcept {
   const physics::ToolState tool = world_.tool(user.seat.tool);
   update.tool = tool.tool;
   update.wrench_on_hand_W = tool.wrench_on_hand_W;

@@ -7,10 +7,10 @@
 //                                                   the handle of his tool (tool_driver.hpp)
 //                                                 3 step the world as far as hands feel it; account for what each
 //                                                   tool put into it (tool_port.hpp)
-//                ◀──mailbox per seat── UserUpdate     4 publish one update a user
+//                ◀──mailbox── RoomUpdate              4 publish what users are told
 //                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, tell watchers, look ahead
 //
-// A seat changes hands while values wait in its mailboxes, so each update says whom it is for. The io side stamps
+// A seat changes hands while values wait in mailboxes, so each update says whom it is for. The io side stamps
 // `received` and `sent`.
 //
 // Nothing else crosses. The room thread never waits or logs in a step, and a step does a bounded amount of work
@@ -60,11 +60,17 @@ struct RoomEvent {
   physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< kGrabRefused
 };
 
-/// What a seat's user is told of a step.
-struct UserUpdate {
-  UserId user;                        ///< whom it is for
-  std::uint64_t requests_served = 0;  ///< kGrab and kRelease of this user that the room has served so far
-  proto::ServerUpdate update;
+/// What a room's users are told of a step. Arrays are by Seat::index.
+struct RoomUpdate {
+  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
+  /// All; nobody is told of himself.
+  boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
+  std::array<UserId, proto::kMaxUsers> user;                      ///< whom the seat's is for; invalid: nobody
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< of his, kGrab and kRelease, so far
+  std::array<proto::OwnUpdate, proto::kMaxUsers> own;
+
+  /// As that user is told.
+  proto::ServerUpdate of(std::size_t seat) const;
 };
 
 /// How the scene's soft bodies yield, for windows: of each, the offsets of proto::soft_lattice() from where it is at rest.
@@ -130,9 +136,10 @@ class Room {
   /// False when 256 commands are waiting: the room is stuck or flooded.
   bool post(const RoomCommand& command) { return commands_.push(command); }
   bool next_event(RoomEvent& event) { return events_.pop(event); }
-  /// The mailboxes of a seat, by Seat::index: io writes the input, the room the output.
+  /// By Seat::index; io writes.
   realtime::Mailbox<proto::ClientUpdate>& input(std::size_t seat);
-  realtime::Mailbox<UserUpdate>& output(std::size_t seat);
+  /// The room writes.
+  realtime::Mailbox<RoomUpdate>& output() { return output_; }
   /// Of a room with soft bodies, 20 times a second; else never anything.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
@@ -201,8 +208,8 @@ class Room {
   void place(BodyId body, const Pose& X_WB) noexcept;
   void publish_soft_offsets() noexcept;
   void describe_world(ServerTime now, TickFaults faults) noexcept;
-  void publish_to(User& user) noexcept;
-  void describe_tool(const User& user, proto::ServerUpdate& update) const noexcept;
+  void describe_user(std::size_t seat, const proto::OwnUpdate& common) noexcept;
+  void describe_tool(const User& user, proto::OwnUpdate& update) const noexcept;
   void emit(const RoomEvent& event) noexcept;
 
   RoomId id_;
@@ -215,7 +222,7 @@ class Room {
   realtime::Ring<RoomCommand> commands_{256};
   realtime::Ring<RoomEvent> events_{256};
   std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< by Seat::index
-  proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
+  realtime::Mailbox<RoomUpdate> output_;
   SoftLattices soft_lattices_;
   realtime::Mailbox<SoftOffsets> soft_offsets_;
   static constexpr std::size_t kMaxWatchers = 4;  // a recorder, a checkpoint, a keeper of poses, metrics

@@ -61,7 +61,7 @@ class RoomSeats {
   bool release(const Seat& seat, std::uint32_t request);
   /// What the room says of the seat's user: requests served, and what is held. Said anew after each step, so that a
   /// lost event leaves nothing wrong for long.
-  void on_update(const Seat& seat, const UserUpdate& told);
+  void on_update(const Seat& seat, const RoomUpdate& told);
   /// Retries what the room's full queue refused.
   void flush();
 

@@ -59,7 +59,7 @@ class PlayoutDriver final : public ToolDriver {
     port_.set_handle(played->handle);
     return played->buttons;
   }
-  void describe(proto::ServerUpdate& update) const noexcept override { update.playout = playout_.delay(); }
+  void describe(proto::OwnUpdate& update) const noexcept override { update.playout = playout_.delay(); }
   void stop() noexcept override { playout_.reset(); }
 
  private:
@@ -84,7 +84,7 @@ class WaveDriver final : public ToolDriver {
     return std::nullopt;
   }
   void settle() noexcept override { wave_.settle(-port_.state().wrench_on_hand_W, step_s_); }
-  void describe(proto::ServerUpdate& update) const noexcept override { update.wave = wave_.sum_towards_hand(); }
+  void describe(proto::OwnUpdate& update) const noexcept override { update.wave = wave_.sum_towards_hand(); }
   void stop() noexcept override { wave_.reset(); }
 
  private:

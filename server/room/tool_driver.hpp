@@ -46,7 +46,7 @@ class ToolDriver {
   /// After the world's step, while the newest input has a handle.
   virtual void settle() noexcept {}
   /// Adds what the client of this mode is told of its tool.
-  virtual void describe(proto::ServerUpdate& /*update*/) const noexcept {}
+  virtual void describe(proto::OwnUpdate& /*update*/) const noexcept {}
   /// There is no handle for now: nothing that is on its way acts any more.
   virtual void stop() noexcept {}
   /// Another mode or another user follows.

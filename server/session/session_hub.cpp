@@ -113,16 +113,13 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
   return proto::DropReason::kNone;
 }
 
-void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now) {
-  auto& output = connection.seats->room().output(connection.seat.index);
-  if (!output.poll()) return;
-  // What the seat's previous user was not sent any more.
-  if (output.front().user != connection.seat.user) return;
-  take_room_update(connection, output.front());
+void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& told, LocalTime now) {
+  // The seat's previous user is not sent his any more.
+  if (told.user[connection.seat.index] != connection.seat.user) return;
+  take_room_update(connection, told);
   const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
-  counters.bodies_thinned +=
-      connection.stream->send(output.front().update, is_blocked, now,
-                              [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
+  counters.bodies_thinned += connection.stream->send(
+      told, is_blocked, now, [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
 }
 
 bool SessionHub::Impl::deliver_state(Connection& connection, std::span<const std::byte> datagram) {
@@ -247,11 +244,11 @@ void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::Serve
 }
 
 /// What it changes of the coupling, the user is told after all have their states.
-void SessionHub::Impl::take_room_update(Connection& connection, const UserUpdate& update) {
+void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate& told) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
   const haptics::CouplingParameters before = seats.coupling_in_force(seat);
-  seats.on_update(seat, update);
+  seats.on_update(seat, told);
   connection.note_changes(before);
 }
 
@@ -414,10 +411,11 @@ std::span<const std::byte> SessionHub::path_challenge(ConnectionHandle connectio
 void SessionHub::poll(const Clock& clock) {
   const LocalTime now = clock.now();
   impl_->called_at = now;
-  // Room by room: of one that answers meanwhile, all users or none are sent the new states, and no half waits.
   for (const auto& seats : impl_->rooms) {
+    auto& output = seats->room().output();
+    if (!output.poll()) continue;
     for (const auto& [handle, connection] : impl_->connections) {
-      if (connection->is_in(*seats)) impl_->send_newest_update(*connection, clock.now());
+      if (connection->is_in(*seats)) impl_->send_update(*connection, output.front(), clock.now());
     }
   }
   for (const auto& seats : impl_->rooms) {

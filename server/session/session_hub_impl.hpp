@@ -110,13 +110,13 @@ struct SessionHub::Impl {
   proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
                                   const std::function<bool(ConnectionHandle)>& may_belong_to,
                                   AcceptedDatagram& accepted);
-  void send_newest_update(Connection& connection, LocalTime now);
+  void send_update(Connection& connection, const RoomUpdate& told, LocalTime now);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void deliver_events(RoomSeats& seats);
   void tell_poses();
   void tell_soft_shapes(RoomSeats& seats);
   void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
-  void take_room_update(Connection& connection, const UserUpdate& update);
+  void take_room_update(Connection& connection, const RoomUpdate& told);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);

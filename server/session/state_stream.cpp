@@ -36,40 +36,42 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   return proto::DropReason::kNone;
 }
 
-std::size_t StateStream::send(const proto::ServerUpdate& published, bool is_blocked, LocalTime now,
-                              const Deliver& deliver) {
-  channel_.count_overwritten(published.step.value);
-  unsent_faults_ |= published.tick_faults;
+std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, LocalTime now, const Deliver& deliver) {
+  proto::OwnUpdate own = published.own[seat_.index];
+  channel_.count_overwritten(own.step.value);
+  unsent_faults_ |= own.tick_faults;
   // Until its first datagram nobody knows where a user's datagrams should go.
   if (!channel_.has_heard() && !is_stream_) return 0;
   const auto changed = [&](const net::Deadband& deadband, Duration since) {
-    return has_changed(deadband, since, published);
+    return has_changed(deadband, since, own, published.users.size());
   };
   if (!channel_.admits(now, true, changed)) return 0;
-  if (is_suppressing_) sent_ = published;
-  update_ = published;
-  update_.tick_faults = std::exchange(unsent_faults_, 0);
+  if (is_suppressing_) {
+    sent_ = own;
+    users_sent_ = published.users.size();
+  }
+  own.tick_faults = std::exchange(unsent_faults_, 0);
   std::size_t thinned = 0;
-  const auto append = [&](const proto::ServerUpdate& update, proto::Bytes& out) {
-    encoder_.append(update, out);
+  const auto append = [&](const proto::OwnUpdate& update, proto::Bytes& out) {
+    encoder_.append(update, published.bodies, published.users, seat_.user, out);
     thinned = encoder_.thinned();
   };
-  channel_.send(update_, now, is_blocked, append, deliver);
+  channel_.send(own, now, is_blocked, append, deliver);
   return thinned;
 }
 
 // A client without a local model couples to the tool where it was sent to be; one with a model compares it with what
 // was, at that input.
-bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
-                              const proto::ServerUpdate& published) const {
-  if (mode_ == proto::ClientMode::kWave || published.held_body != sent_.held_body) return true;
-  if (published.tick_faults != sent_.tick_faults || published.users.size() != sent_.users.size()) return true;
+bool StateStream::has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own,
+                              std::size_t users) const {
+  if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;
+  if (own.tick_faults != sent_.tick_faults || users != users_sent_) return true;
   const haptics::CouplingParameters coupling = seats_.coupling_in_force(seat_);
   const RigidState& told = sent_.tool;
   const bool has_model = mode_ == proto::ClientMode::kLocalModel;
   const Pose X_believed = has_model ? integrate(told.X, told.V, to_seconds(since)) : told.X;
-  return deadband.notices(published.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
-         deadband.notices(published.tool, told.V, X_believed, published.wrench_on_hand_W, coupling.stiffness_n_per_m,
+  return deadband.notices(own.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
+         deadband.notices(own.tool, told.V, X_believed, own.wrench_on_hand_W, coupling.stiffness_n_per_m,
                           coupling.stiffness_n_m_per_rad);
 }
 

@@ -1,4 +1,4 @@
-// The state half of a user's session: between the room's mailboxes of a seat and the datagrams of its connection.
+// The state half of a user's session: between the mailboxes of his room and the datagrams of his connection.
 #pragma once
 
 #include <functional>
@@ -40,10 +40,10 @@ class StateStream {
   ///
   /// In      is_blocked  state goes over TCP, and the connection has not taken all that was sent before
   /// Out     bodies and users that did not fit into the datagram
-  std::size_t send(const proto::ServerUpdate& published, bool is_blocked, LocalTime now, const Deliver& deliver);
+  std::size_t send(const RoomUpdate& published, bool is_blocked, LocalTime now, const Deliver& deliver);
 
  private:
-  bool has_changed(const net::Deadband& deadband, Duration since, const proto::ServerUpdate& published) const;
+  bool has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own, std::size_t users) const;
 
   const RoomSeats& seats_;
   Seat seat_;
@@ -56,8 +56,8 @@ class StateStream {
   std::optional<Duration> round_trip_;
   proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< of the newest client update
   TickFaults unsent_faults_ = 0;                         ///< of steps that nothing was sent of
-  proto::ServerUpdate sent_;                             ///< last, as published; only where it may suppress the next
-  proto::ServerUpdate update_;                           ///< scratch, too big for the stack of a deep call
+  proto::OwnUpdate sent_;                                ///< last, as published; only where it may suppress the next
+  std::size_t users_sent_ = 0;                           ///< with it
 };
 
 }  // namespace tandem::server

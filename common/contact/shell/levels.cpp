@@ -32,8 +32,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   ++steps_at_level_;
   if (shell_ == nullptr || shell_->nodes.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   work_.is_coarse = level_ != kFine;
-  const bool is_at_rest =
-      has_walked_ && band_m == band_m_ && X_FP.p == X_FP_before_.p && X_FP.q.coeffs() == X_FP_before_.q.coeffs();
+  const bool is_at_rest = has_walked_ && band_m == band_m_ && is_same(X_FP, X_FP_before_);
   // The step after a motion says what is asked all the time.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || level_ == kFine;
   if (is_at_rest && has_rested && !may_be_finer() && looks_to_divide() == 0) return work_;

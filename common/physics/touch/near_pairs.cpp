@@ -14,10 +14,6 @@ constexpr double kMinBand_m = 5e-5;
 /// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
 constexpr std::size_t kMaxNear = 4096;
 
-bool is_same(const Pose& a, const Pose& b) {
-  return a.p == b.p && a.q.coeffs() == b.q.coeffs();
-}
-
 }  // namespace
 
 struct NearPairs::Near {
@@ -135,11 +131,11 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
 TickFaults NearPairs::choose_nearest() noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
-    const auto is_same = [&near](const Pair& pair) {
+    const auto is_its = [&near](const Pair& pair) {
       return pair.is_used && pair.thing_a == near.thing_a && pair.part_a == near.part_a &&
              pair.thing_b == near.thing_b && pair.part_b == near.part_b;
     };
-    const auto found = std::find_if(used.begin(), used.end(), is_same);
+    const auto found = std::find_if(used.begin(), used.end(), is_its);
     if (found != used.end()) near.pair = &*found;
   }
   if (near_.size() <= pairs_.size()) return 0;

@@ -78,7 +78,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
     if (took > room->period()) ++result.overlong;
     for (const auto& seat : seats) seat->feel(due);
     record_touch(*room, seats.size(), result);
-    for (std::size_t i = 0; i < seats.size(); ++i) result.faults |= room->output(i).front().update.tick_faults;
+    for (std::size_t i = 0; i < seats.size(); ++i) result.faults |= room->output().front().own[i].tick_faults;
   }
   result.lateness = timer.lateness();
   result.missed = timer.missed();

@@ -46,13 +46,16 @@ TEST(Doctor, NamesEachDeviceAndWhyItCannotBeOpened) {
 
 TEST(Doctor, AutoTakesTheFirstThatCanBeOpenedAndSaysWhyNotTheOthers) {
   const std::vector<devices::DeviceKind> kinds{kind("sim", nullptr), kind("b", locked), kind("a", one)};
-  const devices::AutoDevice found = devices::choose_device(true, kinds);
-  EXPECT_EQ(found.name, "a");
-  EXPECT_EQ(devices::choose_device(false, kinds).name, "sim") << "a simulated hand was asked for";
-  const devices::AutoDevice other = devices::choose_device(true, {kind("b", locked), kind("c", none)});
-  EXPECT_EQ(other.name, "sim");
-  ASSERT_THAT(other.notes, SizeIs(1));
-  EXPECT_THAT(other.notes[0], HasSubstr("udev rule"));
+  std::vector<std::string> notes;
+  const auto note = [&notes](const std::string& line) { notes.push_back(line); };
+  EXPECT_EQ(devices::choose_device(false, note, kinds), "sim") << "a simulated hand was asked for";
+  EXPECT_THAT(notes, SizeIs(0));
+  EXPECT_EQ(devices::choose_device(true, note, {kind("b", locked), kind("c", none)}), "sim");
+  ASSERT_THAT(notes, SizeIs(1));
+  EXPECT_THAT(notes[0], HasSubstr("udev rule"));
+  EXPECT_EQ(devices::choose_device(true, note, kinds), "a");
+  ASSERT_THAT(notes, SizeIs(3));
+  EXPECT_THAT(notes[2], HasSubstr("is used"));
 }
 
 TEST(Doctor, RightsThatWereNotGrantedComeWithTheirRemedy) {

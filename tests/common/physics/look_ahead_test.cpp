@@ -26,10 +26,6 @@ World cubes() {
       load_parts({.bodies = kCubeOnTable, .tools = R"({"name": "t", "placement": {"position_m": [0, 0, 0.06]}})"}));
 }
 
-bool is_same(const RigidState& a, const RigidState& b) {
-  return a.X.p == b.X.p && a.X.q.coeffs() == b.X.q.coeffs() && a.V.v == b.V.v && a.V.w == b.V.w;
-}
-
 TEST(TwoPartStep, IsFinishedOnceAndNeverLeftUndone) {
   World whole = cubes(), twice = cubes(), never = cubes();
   for (int i = 0; i < 20; ++i) {

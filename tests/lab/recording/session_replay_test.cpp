@@ -69,7 +69,7 @@ class SessionReplayTest : public ::testing::Test {
       if (random.uniform() > 0.3) room.input(ben->index).publish(input(i, proto::ClientMode::kHandle, 0.08, random));
       room.step(ServerTime(room.period() * (i + 1)));
       seats.flush();
-      if (room.output(ben->index).poll()) seats.on_update(*ben, room.output(ben->index).front());
+      if (room.output().poll()) seats.on_update(*ben, room.output().front());
       if (i % 50 == 0) recorder.drain();
     }
     recorder.finish();

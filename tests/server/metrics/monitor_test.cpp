@@ -69,7 +69,7 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
   for (const char* name : {"stuck", "good"})
     rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));
   for (const auto& room : rooms) ASSERT_TRUE(room->post({.seat = {0, UserId{1}, UserRole::kObserver}}));
-  Monitor monitor({.metrics = "0"}, [](const std::string&) {});
+  Monitor monitor("0", std::nullopt, [](const std::string&) {});
   EXPECT_THAT(get(monitor, "/healthz"), StartsWith("HTTP/1.1 200")) << "while rooms are loaded";
   EXPECT_THAT(get(monitor, "/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("loaded")));
   LiveServer server({.port = 0}, std::move(rooms));
@@ -103,14 +103,14 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
 TEST(Monitor, OpensNoPortForOthers) {
   for (const char* address : {"0.0.0.0:9464", "192.0.2.7:9464", "[::]:9464"}) {
     try {
-      Monitor monitor({.metrics = address}, [](const std::string&) {});
+      Monitor monitor(address, std::nullopt, [](const std::string&) {});
       FAIL() << address << " was opened";
     } catch (const std::invalid_argument& error) {
       EXPECT_THAT(error.what(), AllOf(HasSubstr("--metrics"), HasSubstr(address), HasSubstr("127.0.0.1:9464")));
     }
   }
   for (const char* address : {"", "x", "65536", "-1", "9464x", "localhost", "example.org:9464", "127.0.0.1:"})
-    EXPECT_THROW(Monitor({.metrics = address}, [](const std::string&) {}), std::invalid_argument) << address;
+    EXPECT_THROW(Monitor(address, std::nullopt, [](const std::string&) {}), std::invalid_argument) << address;
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   std::atomic<int> slow_steps{0}, slow_reports{0}, quick_reports{0};
   server.on_step = [&](const Room& room, LocalTime) {
     Room& its = const_cast<Room&>(room);
-    if (its.output(0).poll() && (its.output(0).front().update.tick_faults & kFaultRoomSlow) != 0)
+    if (its.output().poll() && (its.output().front().own[0].tick_faults & kFaultRoomSlow) != 0)
       ++(room.name() == "slow" ? slow_reports : quick_reports);
     if (room.name() != "slow") return;
     std::this_thread::sleep_for(std::chrono::milliseconds(4));

@@ -31,8 +31,8 @@ class RoomBridge : public ::testing::Test {
     }
     proto::ServerUpdate step(std::uint8_t told = 0) {
       room.step(ServerTime(room.period() * static_cast<Duration::rep>(room.steps_done().value + 1)));
-      room.output(told).poll();
-      return room.output(told).front().update;
+      room.output().poll();
+      return room.output().front().of(told);
     }
 
     Room room;

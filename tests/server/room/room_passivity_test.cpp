@@ -50,8 +50,8 @@ class Flung {
       const Vec3 before_W = room_.world().tool(0).tool.X.p;
       room_.step(ServerTime(std::chrono::milliseconds(tick)));
       tool_way_m_ += (room_.world().tool(0).tool.X.p - before_W).norm();
-      room_.output(0).poll();
-      told_ = room_.output(0).front().update;
+      room_.output().poll();
+      told_ = room_.output().front().own[0];
       faults_ |= told_.tick_faults;
       const double put_in_j = told_.energy_into_world_j - told_.energy_from_world_j;
       created_max_j_ = std::max(created_max_j_, put_in_j - (from_hand_j_ - to_hand_j_));
@@ -102,7 +102,7 @@ class Flung {
   std::uint64_t rest_ticks_ = 1500;
   proto::ClientMode mode_;
   Room room_;
-  proto::ServerUpdate told_;
+  proto::OwnUpdate told_;
   TickFaults faults_ = 0;
   Vec3 handle_p_{-0.02, 0, 0};
   double from_hand_j_ = 0;

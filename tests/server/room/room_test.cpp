@@ -6,6 +6,7 @@
 #include <LinearMath/btAlignedAllocator.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -53,8 +54,11 @@ class RoomTest : public ::testing::Test {
   }
   /// The newest update of a seat; empty when none came since the last call.
   std::optional<proto::ServerUpdate> update(std::uint8_t seat) {
-    if (!room_.output(seat).poll()) return std::nullopt;
-    return room_.output(seat).front().update;
+    room_.output().poll();
+    const RoomUpdate& told = room_.output().front();
+    if (!told.user[seat].is_valid() || told.own[seat].step == told_[seat]) return std::nullopt;
+    told_[seat] = told.own[seat].step;
+    return told.of(seat);
   }
   std::optional<RoomEvent> event() {
     RoomEvent event;
@@ -65,6 +69,7 @@ class RoomTest : public ::testing::Test {
   Room room_;
   std::uint64_t ticks_ = 0;
   std::uint64_t steps_ = 0;
+  std::array<Step, proto::kMaxUsers> told_;
 };
 
 TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
@@ -321,14 +326,14 @@ TEST_F(RoomTest, UpdatesSayWhomTheyAreForAndHowManyRequestsWereServed) {
   post(RoomCommand::Kind::kRelease, 0, 7, 0);
   step();
   ASSERT_TRUE(update(0).has_value());
-  EXPECT_EQ(room_.output(0).front().user, UserId{7});
-  EXPECT_EQ(room_.output(0).front().requests_served, 2U);
+  EXPECT_EQ(room_.output().front().user[0], UserId{7});
+  EXPECT_EQ(room_.output().front().requests_served[0], 2U);
   post(RoomCommand::Kind::kLeave, 0, 7);
   join(0, 8, 0);
   step();
   ASSERT_TRUE(update(0).has_value());
-  EXPECT_EQ(room_.output(0).front().user, UserId{8});
-  EXPECT_EQ(room_.output(0).front().requests_served, 0U);
+  EXPECT_EQ(room_.output().front().user[0], UserId{8});
+  EXPECT_EQ(room_.output().front().requests_served[0], 0U);
 }
 
 // Bullet takes its memory from its own functions, not from operator new.

@@ -18,12 +18,12 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   bench.take(ben);
   // A step in which the room has not heard of the change: it publishes for ada, after ben has joined. What the ring
   // holds cannot be kept back here, so the room's part is played by hand.
-  UserUpdate late;
-  late.user = UserId{ada.joined.user()};
-  late.update.step = Step{77};
+  RoomUpdate late;
+  late.user[0] = UserId{ada.joined.user()};
+  late.own[0].step = Step{77};
   bench.now += std::chrono::milliseconds(1);
-  late.update.stepped = server_time_of_own_clock(bench.now);
-  bench.rooms[0]->output(0).publish(late);
+  late.own[0].stepped = server_time_of_own_clock(bench.now);
+  bench.rooms[0]->output().publish(late);
   bench.hub->poll(VirtualClock(bench.now));
   EXPECT_EQ(test::described(bench.take(ben)), "");
   bench.step();
