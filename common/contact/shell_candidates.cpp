@@ -22,6 +22,8 @@ constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
 // A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
 // passed by may be one large one above planes again. Where nothing came of it, after twice as much.
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
+// In a step.
+constexpr double kSlow_m = 2e-5;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
@@ -48,9 +50,7 @@ struct ShellCandidates::Part {
 
 /// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
-  std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::vector<ShellCandidate>, std::size_t, std::size_t,
-             std::size_t, std::uint32_t, std::uint32_t, std::uint32_t, bool>
-      all;
+  std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::uint32_t, bool> all;
 };
 
 ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
@@ -59,8 +59,7 @@ ShellCandidates::~ShellCandidates() = default;
 ShellCandidates::ShellCandidates(std::uint32_t capacity)
     : largest_capacity_(capacity), capacity_(capacity), before_(std::make_unique<Found>()) {
   for (auto* parts : {&parts_, &std::get<std::vector<Part>>(before_->all)}) parts->reserve(kParts + 1);
-  for (auto* candidates : {&candidates_, &std::get<std::vector<ShellCandidate>>(before_->all)})
-    candidates->reserve(capacity + kShellLeafPoints);
+  candidates_.reserve(capacity + kShellLeafPoints);
   std::get<std::vector<CutNode>>(before_->all).reserve(cut_limit() / 2);  // finer levels are tried where there is room
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
@@ -202,15 +201,13 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
 // False: it is too much.
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
-  before_->all = std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_,
-                          steps_at_level_, dense_steps_, has_divided_);
+  before_->all = std::tie(level_, parts_, cut_, steps_at_level_, has_divided_);
   return true;
 }
 
 void ShellCandidates::take_back_found() noexcept {
   set_level(std::get<int>(before_->all));
-  std::tie(level_, parts_, cut_, candidates_, contacts_, more_contacts_, near_count_, walk_points_, steps_at_level_,
-           dense_steps_, has_divided_) = before_->all;
+  std::tie(level_, parts_, cut_, steps_at_level_, has_divided_) = before_->all;
 }
 
 // Far apart, one look at the poses is enough.
@@ -401,7 +398,11 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     if (is_question_open_ && steps_at_level_ <= 1) {
       part.has_open_question = true;
       part.looked_over_at_m = part.gone_m;
-    } else if (is_due && !is_question_open_) {
+    } else if (is_due && is_question_open_) {
+      // What a slow motion leaves true adds up; of a fast one there would be no end.
+      const bool is_fast = part.gone_m - part.looked_over_at_m > kSlow_m;
+      part.looked_over_at_m = part.gone_m + (is_fast ? share_of(part.node) * kMaxLookOver_m : 0);
+    } else if (is_due) {
       const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
       part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
       part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;

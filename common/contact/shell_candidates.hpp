@@ -84,13 +84,15 @@ class ShellCandidates {
   void start_again_from_0(Part& part) noexcept;
   bool walk(double band_m) noexcept;
   bool walk_part(Part& part, double band_m) noexcept;
-  bool is_too_dense() noexcept;
+  void note_density() noexcept;
   bool may_be_finer() const;
   bool is_as_fine(int level) const;
+  int coarser_level(bool has_too_many) const;
   bool is_band_wide() const;
   void try_in(std::uint32_t steps) noexcept;
-  void search_coarser(double band_m) noexcept;
-  void search_finer(double band_m) noexcept;
+  void search(double band_m) noexcept;
+  void begin_coarser() noexcept;
+  bool has_room_finer(double band_m) noexcept;
   static CutNode unknown(std::uint32_t node);
   void set_level(int level) noexcept;
   void change_level(int level) noexcept;

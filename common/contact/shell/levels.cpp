@@ -13,8 +13,9 @@ constexpr double kFinerBelow = 0.8;
 constexpr double kFinerLevelBelow = 0.4;
 constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
-// More looks for each candidate than this, in so many steps on end, are too many.
+// More looks for each candidate than this, in so many steps on end, are too many; and so much more where few are near.
 constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
+constexpr double kMoreLooks = 1.3;
 constexpr double kWideBand_m = 1e-3;
 // Nodes of which eight points stand for all are divided while no more than these shares are in use: of the capacity, of the
 // room for the cut; and not soon after it was too much. For each point that the step before asked, so many looks less.
@@ -39,11 +40,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_.is_refreshed = true;
   move(X_FP);
   allow_band(band_m);
-  if (!walk(band_m) || is_too_dense()) {
-    search_coarser(band_m);
-  } else if (may_be_finer()) {
-    search_finer(band_m);
-  }
+  search(band_m);
   has_walked_ = true;
   remember_gap(X_FP);
   work_.is_coarse = level_ != kFine;
@@ -65,35 +62,48 @@ bool ShellCandidates::is_as_fine(int level) const {
   return level > 0 && level <= kFinerWherePressed && band_m_ <= kMayPress_m;
 }
 
-void ShellCandidates::search_coarser(double band_m) noexcept {
+// A level begins before the walk, by what the last one said: a step walks twice where there was no room alone.
+void ShellCandidates::search(double band_m) noexcept {
+  if (dense_steps_ > kMaxDenseSteps) {
+    begin_coarser();
+  } else if (may_be_finer() && has_room_finer(band_m)) {
+    return;
+  }
+  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) begin_coarser();
+  note_density();
+}
+
+void ShellCandidates::begin_coarser() noexcept {
+  // Not twice in a step. When a try did not last, the next comes later.
+  if (steps_at_level_ > 0) {
+    const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
+    try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
+  }
   if (has_divided_) {
     // What was divided is one again, and stays so for longer.
     steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
-    change_level(level_);
-    if (walk(band_m)) return;
+    return change_level(level_);
   }
-  // Each try costs a walk: when it did not last, the next comes later.
-  const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
-  try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
   steps_to_divide_ = kStepsToDivide;
-  do {
-    // From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it was not
-    // contacts that were too many, it is left out.
-    const bool has_too_many = contacts_ > capacity_ && dense_steps_ == 0;
-    const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
-    change_level(std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_));
-  } while (!walk(band_m) && level_ < coarsest_level_);
+  change_level(coarser_level(contacts_ > capacity_ && dense_steps_ == 0));
+}
+
+// From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it is not
+// contacts that are too many, it is left out.
+int ShellCandidates::coarser_level(bool has_too_many) const {
+  const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
+  return std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_);
 }
 
 // Of larger nodes some points are asked for all: where few are near, only if it must be.
-bool ShellCandidates::is_too_dense() noexcept {
+void ShellCandidates::note_density() noexcept {
   // Surfaces that follow each other just beyond the band have many points to ask and few that are near. Who may get far
   // in a step looks far ahead: most of what is near then does not press, and what does shall be found.
   const bool is_near = near_count_ > capacity_ && !is_band_wide();
-  const bool is_over = walk_points_ > (is_near ? 1 : 2) * most_looks();
+  const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kMoreLooks : 2;
+  const bool is_over = walk_points_ > more * most_looks();
   const bool is_dense = is_over && !is_coarsest();
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
-  return dense_steps_ > kMaxDenseSteps;
 }
 
 // At least; of its ball.
@@ -146,22 +156,26 @@ bool ShellCandidates::may_be_finer() const {
   const bool is_little_near = is_below(near_count_, kFinestBelow);
   if (steps_to_try_ > (is_little_near && !has_failed ? kStepsPerTry - kStepsToFinest : 0)) return false;
   if (is_little_near) return true;
-  if (level_ == 0 || is_as_fine(level_)) return is_below(near_count_, kFinerBelow);
+  if (level_ == 0 || is_as_fine(level_)) return is_below(near_count_, kFinerBelow) && walk_points_ <= most_looks();
   return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
 }
 
-// A level that has no room costs its one walk: what the level before has found is right as it was.
-void ShellCandidates::search_finer(double band_m) noexcept {
+// A level that has no room costs its one walk: then all is as it was.
+bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_found();
   const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;
   change_level(static_cast<double>(near_count_) <= kFinestBelow * capacity_ ? kFine : next);
   is_try_ = true;
   steps_to_try_ = steps_per_try_;
-  if (walk(band_m)) return;
-  if (!is_kept) return search_coarser(band_m);
-  take_back_found();
+  if (walk(band_m)) return true;
   try_in(2 * steps_per_try_);
-  tries_when_divided_ = has_sampled();
+  if (is_kept) {
+    take_back_found();
+    tries_when_divided_ = has_sampled();
+  } else {
+    begin_coarser();
+  }
+  return false;
 }
 
 }  // namespace tandem::contact
