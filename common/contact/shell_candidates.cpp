@@ -41,6 +41,7 @@ struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< the root of its tree
   std::uint32_t begin = 0, count = 0;
   double gone_m = 0;               ///< a sum over steps: none of its points has come nearer by more
+  double moved_m = 0;              ///< of that, in the last step
   double asked_again_at_m = 0;     ///< the least of its nodes'
   double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
   double looked_over_after_m = 0;  ///< and after so much motion the next time
@@ -256,7 +257,8 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   for (Part& part : parts_) {
     const ShellNode& node = shell_->nodes[part.node];
     const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + turned * node.radius_m;
-    part.gone_m += std::min(of_points, of_solid);
+    part.moved_m = std::min(of_points, of_solid);
+    part.gone_m += part.moved_m;
     if (!(part.gone_m > kFarthest_m)) continue;
     start_again_from_0(part);
     do_answers_hold = false;
@@ -399,9 +401,9 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.has_open_question = true;
       part.looked_over_at_m = part.gone_m;
     } else if (is_due && is_question_open_) {
-      // What a slow motion leaves true adds up; of a fast one there would be no end.
-      const bool is_fast = part.gone_m - part.looked_over_at_m > kSlow_m;
-      part.looked_over_at_m = part.gone_m + (is_fast ? share_of(part.node) * kMaxLookOver_m : 0);
+      // What answers a slow motion leaves true add up; with a fast one there would be no end.
+      const bool is_slow = part.moved_m < kSlow_m;
+      part.looked_over_at_m = part.gone_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
     } else if (is_due) {
       const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
       part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
