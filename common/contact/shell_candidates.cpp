@@ -20,7 +20,8 @@ constexpr double kFarthest_m = 0.25;
 // most; and twice as many who looks far ahead.
 constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
 // A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
-// passed by may be one large one above planes again. Where nothing came of it, after twice as much.
+// passed by may be one large one above planes again. Where nothing came of it, after twice as much; where its questions were
+// too many for a step and it moves fast, after the most.
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
 // In a step.
 constexpr double kSlow_m = 2e-5;
@@ -46,12 +47,13 @@ struct ShellCandidates::Part {
   double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
   double looked_over_after_m = 0;  ///< and after so much motion the next time
   bool has_open_question = false;  ///< whether some node of it is above planes: its cut begins anew
+  bool waits_for_rest = false;     ///< with that, until it moves slowly or has moved far
   bool has_sampled = false;        ///< there may be nodes of which eight points stand for all
 };
 
 /// What a level found, as in the members that keep_found() names.
 struct ShellCandidates::Found {
-  std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::uint32_t, bool> all;
+  std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::size_t, std::uint32_t, bool> all;
 };
 
 ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
@@ -138,7 +140,7 @@ void ShellCandidates::begin_cut() noexcept {
     part.asked_again_at_m = -std::numeric_limits<double>::infinity();
     part.looked_over_after_m = kLookOver_m;
     part.looked_over_at_m = part.gone_m + share_of(part.node) * kLookOver_m;
-    part.has_open_question = false;
+    part.has_open_question = part.waits_for_rest = false;
     cut_.push_back(unknown(part.node));
   }
 }
@@ -202,13 +204,13 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
 // False: it is too much.
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
-  before_->all = std::tie(level_, parts_, cut_, steps_at_level_, has_divided_);
+  before_->all = std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_);
   return true;
 }
 
 void ShellCandidates::take_back_found() noexcept {
   set_level(std::get<int>(before_->all));
-  std::tie(level_, parts_, cut_, steps_at_level_, has_divided_) = before_->all;
+  std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_) = before_->all;
 }
 
 // Far apart, one look at the poses is enough.
@@ -359,7 +361,8 @@ void ShellCandidates::keep_rest(std::size_t part) noexcept {
 bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
   const auto begin = static_cast<std::uint32_t>(cut_.size());
-  const bool is_due = part.gone_m > part.looked_over_at_m && may_look_over_;
+  const bool is_slow = part.moved_m < kSlow_m;
+  const bool is_due = may_look_over_ && (part.gone_m > part.looked_over_at_m || (part.waits_for_rest && is_slow));
   if (!is_due && !divides_part_ && part.gone_m + band_m < part.asked_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
@@ -402,13 +405,13 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.looked_over_at_m = part.gone_m;
     } else if (is_due && is_question_open_) {
       // What answers a slow motion leaves true add up; with a fast one there would be no end.
-      const bool is_slow = part.moved_m < kSlow_m;
+      part.waits_for_rest = !is_slow;
       part.looked_over_at_m = part.gone_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
     } else if (is_due) {
       const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
       part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
       part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
-      part.has_open_question = false;
+      part.has_open_question = part.waits_for_rest = false;
     }
     part.asked_again_at_m = first_at_m_;
     part.has_sampled = has_sampled_;

@@ -91,6 +91,7 @@ class ShellCandidates {
   bool is_band_wide() const;
   void try_in(std::uint32_t steps) noexcept;
   void search(double band_m) noexcept;
+  void put_off_finer() noexcept;
   void begin_coarser() noexcept;
   bool has_room_finer(double band_m) noexcept;
   static CutNode unknown(std::uint32_t node);

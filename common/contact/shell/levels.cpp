@@ -13,9 +13,10 @@ constexpr double kFinerBelow = 0.8;
 constexpr double kFinerLevelBelow = 0.4;
 constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
-// More looks for each candidate than this, in so many steps on end, are too many; and so much more where few are near.
+// More looks for each candidate than this, in so many steps on end, are too many. Where few are near there may be more: so much
+// where a coarser level is as fine for what may press, or else.
 constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
-constexpr double kMoreLooks = 1.3;
+constexpr double kMoreLooks = 1.3, kMoreLooksElse = 2;
 constexpr double kWideBand_m = 1e-3;
 // Nodes of which eight points stand for all are divided while no more than these shares are in use: of the capacity, of the
 // room for the cut; and not soon after it was too much. For each point that the step before asked, so many looks less.
@@ -62,23 +63,30 @@ bool ShellCandidates::is_as_fine(int level) const {
   return level > 0 && level <= kFinerWherePressed && band_m_ <= kMayPress_m;
 }
 
-// A level begins before the walk, by what the last one said: a step walks twice where there was no room alone.
+// A level begins before the walk, by what the last one said: a step walks again where there was no room alone.
 void ShellCandidates::search(double band_m) noexcept {
-  if (dense_steps_ > kMaxDenseSteps) {
+  bool is_put_off = false;
+  const auto go_coarser = [&] {
+    if (!std::exchange(is_put_off, true)) put_off_finer();
     begin_coarser();
-  } else if (may_be_finer() && has_room_finer(band_m)) {
-    return;
+  };
+  if (dense_steps_ > kMaxDenseSteps) {
+    go_coarser();
+  } else if (may_be_finer()) {
+    if (has_room_finer(band_m)) return;
+    is_put_off = true;
   }
-  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) begin_coarser();
+  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) go_coarser();
   note_density();
 }
 
+// When a try did not last, the next comes later; where nodes were divided until it was too much, no sooner than it would have.
+void ShellCandidates::put_off_finer() noexcept {
+  const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
+  try_in(has_failed ? 2 * steps_per_try_ : has_divided_ ? steps_per_try_ : kStepsPerTry);
+}
+
 void ShellCandidates::begin_coarser() noexcept {
-  // Not twice in a step. When a try did not last, the next comes later.
-  if (steps_at_level_ > 0) {
-    const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
-    try_in(has_failed ? 2 * steps_per_try_ : kStepsPerTry);
-  }
   if (has_divided_) {
     // What was divided is one again, and stays so for longer.
     steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
@@ -100,7 +108,7 @@ void ShellCandidates::note_density() noexcept {
   // Surfaces that follow each other just beyond the band have many points to ask and few that are near. Who may get far
   // in a step looks far ahead: most of what is near then does not press, and what does shall be found.
   const bool is_near = near_count_ > capacity_ && !is_band_wide();
-  const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kMoreLooks : 2;
+  const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kMoreLooks : kMoreLooksElse;
   const bool is_over = walk_points_ > more * most_looks();
   const bool is_dense = is_over && !is_coarsest();
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
@@ -160,7 +168,7 @@ bool ShellCandidates::may_be_finer() const {
   return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
 }
 
-// A level that has no room costs its one walk: then all is as it was.
+// A level that has no room costs its one walk: then the one before goes on.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_found();
   const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;
