@@ -11,12 +11,12 @@ HttpAnswer yes_unless(const std::string& why_not) {
   return why_not.empty() ? HttpAnswer{200, "ok\n"} : HttpAnswer{503, why_not + "\n"};
 }
 
-RoomFigures figures_of(const Room& room, RoomTiming timing, const RoomMeter& meter) {
+RoomFigures figures_of(const Room& room, const RoomTiming& timing, const RoomMeter& meter) {
   RoomFigures figures;
   figures.name = room.name();
   figures.period = room.period();
   figures.is_awake = meter.is_awake();
-  figures.timing = std::move(timing);
+  figures.timing = timing;
   figures.braked_j = meter.braked_j();
   figures.events_lost = meter.events_lost();
   for (std::size_t bit = 0; bit < kTickFaultBits; ++bit) figures.fault_steps[bit] = meter.fault_steps(bit);
@@ -83,8 +83,7 @@ MetricsSnapshot Monitor::snapshot() {
   snapshot.server = server_->newest_figures();
   std::vector<RoomTiming> timings = server_->newest_timings();
   for (std::size_t i = 0; i < rooms_.size(); ++i) {
-    RoomFigures& room =
-        snapshot.rooms.emplace_back(figures_of(*server_->rooms()[i], std::move(timings[i]), *meters_[i]));
+    RoomFigures& room = snapshot.rooms.emplace_back(figures_of(*server_->rooms()[i], timings[i], *meters_[i]));
     if (recorder_ == nullptr) continue;
     const RoomRecorder& recorder = *recorder_->rooms()[i];
     room.is_recorded = true;
