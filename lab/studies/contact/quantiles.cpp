@@ -5,14 +5,27 @@
 
 namespace tandem::lab {
 
+namespace {
+
+template <class T>
+T at(double q, const std::vector<T>& sorted) {
+  const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+}  // namespace
+
 TimeQuantiles quantiles_of(std::vector<Duration> times) {
   if (times.empty()) return {};
-  std::sort(times.begin(), times.end());
-  const auto at = [&times](double q) {
-    const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(times.size())));
-    return to_seconds(times[std::max<std::size_t>(rank, 1) - 1]) * 1e6;
-  };
-  return {at(0.5), at(0.99), at(0.999), at(1)};
+  std::ranges::sort(times);
+  const auto at_us = [&times](double q) { return to_seconds(at(q, times)) * 1e6; };
+  return {at_us(0.5), at_us(0.99), at_us(0.999), at_us(1)};
+}
+
+std::uint32_t quantile_of(std::vector<std::uint32_t> counts, double q) {
+  if (counts.empty()) return 0;
+  std::ranges::sort(counts);
+  return at(q, counts);
 }
 
 boost::json::object to_json(const TimeQuantiles& times) {

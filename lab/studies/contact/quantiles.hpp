@@ -1,6 +1,7 @@
-// Times of steps, as the benchmarks print them.
+// Times of steps, and counts in them, as the benchmarks print them.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "common/base/json.hpp"
@@ -16,6 +17,8 @@ struct TimeQuantiles {
   double max_us = 0;
 };
 TimeQuantiles quantiles_of(std::vector<Duration> times);
+/// In      q  0..1
+std::uint32_t quantile_of(std::vector<std::uint32_t> counts, double q);
 
 /// {"p50", "p99", "p999", "max"}
 boost::json::object to_json(const TimeQuantiles& times);

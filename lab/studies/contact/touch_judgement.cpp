@@ -158,9 +158,11 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
   const TouchTrace trace = fastest_of(runs);
   figures.steps = trace.size();
   std::vector<Duration> queries, steps;
+  std::vector<std::uint32_t> looks;
   for (const TouchStep& step : trace) {
     queries.push_back(step.query);
     steps.push_back(step.step);
+    looks.push_back(step.looks);
     figures.contacts_max = std::max(figures.contacts_max, step.contacts);
     figures.force_jump_max_n = std::max(figures.force_jump_max_n, step.force_jump_n);
     figures.not_converged += step.has_converged ? 0 : 1;
@@ -170,6 +172,8 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
     figures.hand_force_step_max_n = std::max(figures.hand_force_step_max_n, (now.f - last.f).norm());
     figures.hand_torque_step_max_n_m = std::max(figures.hand_torque_step_max_n_m, (now.t - last.t).norm());
   }
+  figures.looks_p50 = quantile_of(looks, 0.5);
+  figures.looks_p99 = quantile_of(std::move(looks), 0.99);
   figures.query_us = quantiles_of(std::move(queries));
   figures.step_us = quantiles_of(std::move(steps));
   steps.clear();

@@ -13,6 +13,7 @@ namespace tandem::lab {
 struct TouchFigures {
   std::size_t steps = 0;
   std::uint32_t contacts_max = 0;
+  std::uint32_t looks_p50 = 0, looks_p99 = 0;  ///< distances asked of a field in a step: the same on every machine
   TimeQuantiles query_us;
   TimeQuantiles step_us;       ///< each step as fast as in the fastest of kRounds equal runs
   TimeQuantiles step_once_us;  ///< of the first run alone, with whatever interrupted it

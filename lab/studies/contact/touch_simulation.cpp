@@ -90,7 +90,7 @@ class TouchSimulation {
 
     result.query = found - begin;
     result.step = end - begin;
-    result.points = work.points;
+    result.looks = work.looks();
     result.found = static_cast<std::uint32_t>(pair_.contacts().size());
     result.contacts = patch_result_.pressing;
     result.reported_depth_m = patch_result_.deepest_m;

@@ -30,7 +30,7 @@ struct TouchStep {
   int phase = -1;
   Pose X_WT;  ///< after the step
   Wrench on_hand_W;
-  std::uint32_t points = 0;     ///< asked of a distance field
+  std::uint32_t looks = 0;      ///< distances asked of a field
   std::uint32_t found = 0;      ///< contact points within the band
   std::uint32_t contacts = 0;   ///< those that press
   double reported_depth_m = 0;  ///< deepest contact as the method sees it

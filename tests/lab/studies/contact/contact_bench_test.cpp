@@ -82,6 +82,8 @@ TEST(ContactBench, JsonHasWhatAScriptReadsAndItIsPlausible) {
     EXPECT_LE(quantiles.at("p99").to_number<double>(), quantiles.at("p999").to_number<double>());
     EXPECT_LE(quantiles.at("p999").to_number<double>(), quantiles.at("max").to_number<double>());
   }
+  EXPECT_GT(json.at("looks").at("p50").to_number<int>(), 0);
+  EXPECT_LE(json.at("looks").at("p50").to_number<int>(), json.at("looks").at("p99").to_number<int>());
   const boost::json::object& peer = json.at("gimpact").as_object();
   EXPECT_EQ(peer.at("steps").to_number<int>(), 20);
   for (const char* key : {"contacts_max", "query_us", "step_us", "max_penetration_m", "pop_throughs"}) {
