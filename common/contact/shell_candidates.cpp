@@ -25,6 +25,10 @@ constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
 // In a step.
 constexpr double kSlow_m = 2e-5;
+// Where a level has lasted for so many steps and more than this share of the room for the cut is in use, two nodes are one again as soon
+// as both are known for so much longer.
+constexpr std::uint32_t kStepsToJoin = 256;
+constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 1e-3;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
@@ -149,7 +153,7 @@ void ShellCandidates::set_level(int level) noexcept {
   level_ = level;
   is_try_ = false;
   has_divided_ = false;
-  steps_at_level_ = 0;
+  steps_at_level_ = steps_of_join_ = 0;
   dense_steps_ = 0;
 }
 
@@ -278,11 +282,46 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
   part.gone_m = 0;
 }
 
+// What is far for now, as few nodes: a shell that has moved past many things leaves a cut of small ones, which nobody asks again,
+// and no room for others.
+void ShellCandidates::join_far() noexcept {
+  const auto& nodes = shell_->nodes;
+  std::size_t size = 0;
+  for (Part& part : parts_) {
+    const std::size_t begin = size;
+    const auto far_at_m = static_cast<float>(part.gone_m + band_m_ + kJoinBeyond_m);
+    for (std::size_t i = part.begin; i < part.begin + part.count; ++i) {
+      CutNode entry = old_cut_[i];
+      while (size > begin && entry.node != part.node && entry.planes == 0 && entry.asked_again_at_m > far_at_m) {
+        const CutNode& before = old_cut_[size - 1];
+        if (before.planes != 0 || !(before.asked_again_at_m > far_at_m)) break;
+        const std::uint32_t parent = before.node - 1;
+        if (nodes[before.node].next != entry.node || nodes[parent].is_leaf ||
+            nodes[parent].next != nodes[entry.node].next)
+          break;
+        entry = {.node = parent,
+                 .asked_again_at_m = std::min(before.asked_again_at_m, entry.asked_again_at_m),
+                 .is_sampled = before.is_sampled || entry.is_sampled};
+        --size;
+      }
+      old_cut_[size++] = entry;
+    }
+    part.begin = static_cast<std::uint32_t>(begin);
+    part.count = static_cast<std::uint32_t>(size - begin);
+  }
+  old_cut_.resize(size);
+}
+
 // False: there are more than there is room for.
 bool ShellCandidates::walk(double band_m) noexcept {
   divide_looks_ = looks_to_divide();
   divide_points_ = 0;
   std::swap(cut_, old_cut_);
+  const bool is_full = static_cast<double>(old_cut_.size()) > kJoinFarAbove * static_cast<double>(cut_limit());
+  if (is_full && level_ != kFine && steps_at_level_ > kStepsToJoin + steps_of_join_) {
+    join_far();
+    steps_of_join_ = steps_at_level_;
+  }
   cut_.clear();
   candidates_.clear();
   contacts_ = more_contacts_ = 0;

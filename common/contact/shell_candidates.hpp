@@ -99,6 +99,7 @@ class ShellCandidates {
   void change_level(int level) noexcept;
   void put_as_coarse(CutNode entry, Part& part) noexcept;
   void keep_rest(std::size_t part) noexcept;
+  void join_far() noexcept;
   bool keep_found() noexcept;
   void take_back_found() noexcept;
 
@@ -143,6 +144,7 @@ class ShellCandidates {
   bool is_try_ = false;                             ///< this level was tried
   std::size_t divided_up_to_ = 0;                   ///< the part where the next step goes on to divide nodes
   std::uint32_t steps_to_divide_ = kStepsToDivide;  ///< at a level, until that begins
+  std::uint32_t steps_of_join_ = 0;                 ///< at this level, when what is far was joined in a full cut
   bool tries_when_divided_ = false;                 ///< a finer level had no room before
   bool has_rested_ = false;                         ///< the last step was like the one before
   std::unique_ptr<Found> before_;                   ///< what the level before had, while it is
