@@ -94,7 +94,7 @@ double thin_half_thickness(const DistanceField& field, const PointShell& shell) 
   return std::min(*thin, limit_m);
 }
 
-/// Of both without the points that are in the other one.
+/// Of both without the points that are inside.
 PointShell joined(const DistanceField& field, const PointShell& solid, const PointShell& sheet) {
   std::vector<ShellPoint> points;
   for (const PointShell* shell : {&solid, &sheet}) {
@@ -106,11 +106,14 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
 }
 
 /// Solids and sheets beside them, each sampled as what it is.
-PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField& field,
+PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField& field, bool may_overlap,
                          const ContactShapeOptions& options, const std::function<void(double)>& progress) {
   PointShells shells = sample_surface(mesh, options, progress);
-  if (mesh.sheet.triangles.empty()) return shells;
-  const PointShells sheet = sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options, progress);
+  if (mesh.sheet.triangles.empty() && !may_overlap) return shells;
+  PointShells sheet;
+  if (!mesh.sheet.triangles.empty()) {
+    sheet = sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options, progress);
+  }
   return {joined(field, shells.surface, sheet.surface), joined(field, shells.features, sheet.features)};
 }
 
@@ -188,9 +191,10 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   require_near_origin(mesh.sheet, options.spacing_m);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
-  const geometry::TriangleTree tree(mesh.mesh);
+  const bool is_solid = mesh.kind == geometry::SurfaceKind::kSolid;
+  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh) : geometry::TriangleTree(mesh.mesh);
   shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
-  shape->shells = sample_parts(mesh, *shape->field, options, staged.stage(0.7, 0.95));
+  shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
   // All who touch it get the same numbers, the server too.
   auto coded = contact_shape_from(contact_asset_bytes(*shape, 0), std::numeric_limits<std::size_t>::max());

@@ -379,9 +379,4 @@ std::size_t TriangleTree::within(const Vec3& p_S, double limit_m, std::span<Near
   return count;
 }
 
-double TriangleTree::signed_distance_m(const Vec3& p_S) const noexcept {
-  const Closest nearest = closest(p_S);
-  return (p_S - nearest.point_S).dot(nearest.normal_S) < 0 ? -nearest.distance_m : nearest.distance_m;
-}
-
 }  // namespace tandem::geometry

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,8 @@ class TriangleTree {
  public:
   /// In      mesh  at least one triangle; it need not live on
   explicit TriangleTree(const TriangleMesh& mesh);
+  /// For closest_of_solid() where parts overlap, or faces do not pair up at their edges: takes up to three times the memory.
+  static TriangleTree of_solid(const TriangleMesh& mesh);
   TriangleTree(TriangleTree&& other) noexcept;
   TriangleTree& operator=(TriangleTree&& other) noexcept;
   ~TriangleTree();
@@ -33,6 +36,13 @@ class TriangleTree {
   /// In      hint  a triangle that is probably near (of a neighbouring query), or −1
   Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                   int hint = -1) const noexcept;
+  /// The same with a normal that leads out of the solid. Where closed parts overlap, that is their union: of those that `p_S` is in,
+  /// the closest of the one that it is deepest in. A part that is turned inside out is a cavity of the smallest one around it.
+  /// Where faces do not pair up, the winding number says what is inside.
+  Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
+                           int hint = -1) const noexcept;
+  /// Whether boxes around parts overlap, or faces do not pair up at their edges.
+  bool may_overlap() const { return parts_ != nullptr; }
   /// A triangle of the mesh with its corners a, a + ab, a + ac.
   struct Near {
     int triangle = -1;
@@ -43,7 +53,7 @@ class TriangleTree {
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
   /// Negative inside. For solids.
   ///
-  /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c
+  /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c, see closest_of_solid()
   /// Source  Baerentzen & Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005
   double signed_distance_m(const Vec3& p_S) const noexcept;
 
@@ -55,11 +65,13 @@ class TriangleTree {
   struct Corners;
   struct Nearest;
   struct Builder;
+  struct Parts;
 
   void build_nodes(const TriangleMesh& mesh);
   void store_triangles(const TriangleMesh& mesh);
   void sum_corner_normals(const TriangleMesh& mesh);
   void sum_edge_normals(const TriangleMesh& mesh);
+  void find_parts(const TriangleMesh& mesh);
   double squared_to_box(const Child& child, const Vec3& p_S) const noexcept;
   void try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;
   void descend(const Vec3& p_S, Nearest& best) const noexcept;
@@ -75,6 +87,7 @@ class TriangleTree {
   std::vector<std::array<std::uint32_t, 3>> edges_of_slot_;
   std::vector<Vec3> vertex_normals_;
   std::vector<Vec3> edge_normals_;
+  std::shared_ptr<const Parts> parts_;  ///< see may_overlap(); null: none
 };
 
 }  // namespace tandem::geometry

@@ -102,7 +102,7 @@ ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh, double half_thick
                            std::shared_ptr<const ExactSurface> beside)
     : mesh_(mesh),
       half_thickness_m_(half_thickness_m),
-      tree_(mesh),
+      tree_(half_thickness_m > 0 ? geometry::TriangleTree(mesh) : geometry::TriangleTree::of_solid(mesh)),
       bounds_(bounds_of(mesh)),
       beside_(std::move(beside)) {
   std::vector<bool> is_used(mesh.vertices.size(), false);
@@ -130,7 +130,8 @@ bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
 }
 
 geometry::TriangleTree::Closest ExactSurface::closest(const Vec3& p_S, double limit_m) const {
-  geometry::TriangleTree::Closest closest = tree_.closest(p_S, limit_m);
+  geometry::TriangleTree::Closest closest =
+      half_thickness_m_ > 0 ? tree_.closest(p_S, limit_m) : tree_.closest_of_solid(p_S, limit_m);
   if (closest.triangle < 0) return closest;
   const Vec3 off = p_S - closest.point_S;
   if (half_thickness_m_ <= 0) {

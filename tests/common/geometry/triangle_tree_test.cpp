@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/base/random.hpp"
+#include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
 
@@ -196,6 +197,64 @@ TEST(TriangleTree, AQueryAllocatesNothing) {
   double sum = 0;
   for (int i = 0; i < 100; ++i) sum += tree.signed_distance_m(random_place(random, 0.03));
   EXPECT_EQ(test::allocation_count(), before) << sum;
+}
+
+/// An upright box, `flipped` with its inside out.
+void add_box(TriangleMesh& mesh, const Vec3& centre, const Vec3& size_m, bool flipped = false) {
+  const TriangleMesh box = tessellated_box(size_m);
+  const int first = static_cast<int>(mesh.vertices.size());
+  for (const Vec3& vertex : box.vertices) mesh.vertices.push_back(vertex + centre);
+  for (const auto& [a, b, c] : box.triangles) {
+    mesh.triangles.push_back({first + a, first + (flipped ? c : b), first + (flipped ? b : c)});
+  }
+}
+
+// A cross of two bars of which no corner is in the other, a post through both, and a bar on its own.
+TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
+  const std::array<std::array<Vec3, 2>, 4> boxes{{{Vec3(0, 0, 0), Vec3(0.1, 0.02, 0.02)},
+                                                  {Vec3(0.01, 0, 0.001), Vec3(0.02, 0.1, 0.014)},
+                                                  {Vec3(0.01, 0, 0), Vec3(0.008, 0.008, 0.08)},
+                                                  {Vec3(0.03, 0.04, 0), Vec3(0.01, 0.01, 0.01)}}};
+  TriangleMesh mesh;
+  for (const auto& [centre, size_m] : boxes) add_box(mesh, centre, size_m);
+  const TriangleTree tree = TriangleTree::of_solid(mesh);
+  EXPECT_TRUE(tree.may_overlap());
+  Random random(kTriangleTreeSeed);
+  int inside = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 p = random_place(random, 0.03);
+    double expected_m = std::numeric_limits<double>::infinity();
+    for (const auto& [centre, size_m] : boxes) expected_m = std::min(expected_m, distance_to_box_m(p - centre, size_m));
+    inside += expected_m < 0 ? 1 : 0;
+    ASSERT_NEAR(tree.signed_distance_m(p), expected_m, 1e-12) << p.transpose();
+    const TriangleTree::Closest closest = tree.closest_of_solid(p, 0.004);
+    ASSERT_EQ(closest.triangle >= 0, std::abs(expected_m) < 0.004) << p.transpose();
+  }
+  EXPECT_GT(inside, 500);
+}
+
+// The same where a hollow box has another in its cavity, which sticks out through the wall.
+TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
+  TriangleMesh mesh;
+  add_box(mesh, Vec3::Zero(), Vec3::Constant(0.06));
+  add_box(mesh, Vec3::Zero(), Vec3::Constant(0.04), true);
+  add_box(mesh, Vec3(0.02, 0, 0), Vec3(0.03, 0.01, 0.01));
+  const TriangleTree tree = TriangleTree::of_solid(mesh);
+  Random random(kTriangleTreeSeed);
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 p = random_place(random, 0.04);
+    const double hollow_m =
+        std::max(distance_to_box_m(p, Vec3::Constant(0.06)), -distance_to_box_m(p, Vec3::Constant(0.04)));
+    const double bar_m = distance_to_box_m(p - Vec3(0.02, 0, 0), Vec3(0.03, 0.01, 0.01));
+    ASSERT_NEAR(tree.signed_distance_m(p), std::min(hollow_m, bar_m), 1e-12) << p.transpose();
+  }
+}
+
+TEST(TriangleTree, PartsThatAreApartAreOneSurface) {
+  TriangleMesh mesh;
+  add_box(mesh, Vec3::Zero(), Vec3::Constant(0.02));
+  add_box(mesh, Vec3(0.03, 0, 0), Vec3::Constant(0.02));
+  EXPECT_FALSE(TriangleTree::of_solid(mesh).may_overlap());
 }
 
 }  // namespace
