@@ -197,7 +197,12 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
   // All who touch it get the same numbers, the server too.
-  auto coded = contact_shape_from(contact_asset_bytes(*shape, 0), std::numeric_limits<std::size_t>::max());
+  auto coded = contact_shape_from(contact_asset_bytes(*shape, 0));
+  if (coded == nullptr) {
+    throw geometry::MeshError("it needs " + std::to_string(shape->memory_bytes() >> 20U) +
+                              " MiB as a contact shape, of which " + std::to_string(kMaxShapeBytes >> 20U) +
+                              " are possible: leave out what nobody can touch, or divide it among several meshes");
+  }
   staged.reach(1);
   return coded;
 }

@@ -30,7 +30,7 @@ struct ContactShape {
   void set_bounds();
 };
 
-/// Of one shape in memory; the largest that the default options make have a third of it.
+/// Of one shape in memory; what the default options make has less.
 inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
 /// How hard zstd tries, 1 to 22.
 inline constexpr int kPackingLevel = 12;
@@ -44,6 +44,7 @@ struct ContactShapeOptions {
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
+  std::size_t max_grid_bytes = std::size_t{48} << 20U;  ///< what needs more gets wider cells, with as much more error
   int threads = 2;
 
   // Points.

@@ -21,6 +21,9 @@ namespace {
 
 /// Of the tolerance: how coarsely distances near the surface are coded.
 constexpr double kCodingShare = 1.0 / 16;
+/// So many bricks say how much all of a grid need; where that is too much, cells are widened for somewhat more.
+constexpr std::size_t kBricksToExpectBy = 500;
+constexpr double kWidenFor = 1.05;
 /// Of a brick: how coarsely the distances at its corners, for what is far, are coded.
 constexpr double kCornerSteps = 512;
 
@@ -117,12 +120,16 @@ class DistanceGridBuilder {
     lay_lattice(mesh);
   }
 
-  std::unique_ptr<DistanceGrid> build(bool is_solid) {
+  /// Which bricks there are. Out: how much memory the grid will need [bytes], as a few of them say.
+  double lay_out(bool is_solid) {
     measure_corners();
     if (is_solid)
       settle_signs(grid_->corners_m_, {corners_along(0), corners_along(1), corners_along(2)},
                    kRounding * grid_->brick_m_);
     find_bricks();
+    return bytes_expected();
+  }
+  std::unique_ptr<DistanceGrid> build() {
     sample_bricks();
     code_corners();
     code_samples();
@@ -135,6 +142,8 @@ class DistanceGridBuilder {
   void lay_lattice(const geometry::ContactMesh& mesh);
   void measure_corners();
   void find_bricks();
+  double bytes_expected() const;
+  void sample(Brick& brick) const;
   void sample_bricks();
   void code_samples();
   void code_corners();
@@ -235,13 +244,26 @@ void DistanceGridBuilder::find_bricks() {
   }
 }
 
-void DistanceGridBuilder::sample_bricks() {
-  parallel_.run(lattice_.bricks.size(), 0.15, 0.97, [&](std::size_t i) {
-    Brick& brick = lattice_.bricks[i];
-    const auto [x, y, z] = lattice_.position_of(brick.index);
-    sample_brick(exact_, corner_S(x, y, z), grid_->brick_m_, grid_->band_m_, options_.tolerance_m, grid_->quantum_m_,
-                 DistanceGrid::kLevels, brick);
+void DistanceGridBuilder::sample(Brick& brick) const {
+  const auto [x, y, z] = lattice_.position_of(brick.index);
+  sample_brick(exact_, corner_S(x, y, z), grid_->brick_m_, grid_->band_m_, options_.tolerance_m, grid_->quantum_m_,
+               DistanceGrid::kLevels, brick);
+}
+
+double DistanceGridBuilder::bytes_expected() const {
+  const std::size_t every = 1 + lattice_.bricks.size() / kBricksToExpectBy;
+  std::atomic<std::size_t> samples{0};
+  parallel_.run((lattice_.bricks.size() + every - 1) / every, 0.15, 0.2, [&](std::size_t i) {
+    Brick brick = lattice_.bricks[i * every];
+    sample(brick);
+    samples += every * brick.samples.size();
   });
+  return static_cast<double>(grid_->corner_total() * (sizeof(float) + sizeof(std::uint32_t)) +
+                             samples * sizeof(std::int16_t));
+}
+
+void DistanceGridBuilder::sample_bricks() {
+  parallel_.run(lattice_.bricks.size(), 0.2, 0.97, [&](std::size_t i) { sample(lattice_.bricks[i]); });
 }
 
 /// From here on the samples are what they are at all who get them.
@@ -278,10 +300,22 @@ std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& m
                                                   const ContactShapeOptions& options,
                                                   const std::function<void(double)>& progress) {
   check(options);
-  std::unique_ptr<DistanceGrid> grid =
-      DistanceGridBuilder(mesh, tree, options, progress).build(mesh.kind == geometry::SurfaceKind::kSolid);
-  if (progress) progress(1.0);
-  return grid;
+  for (ContactShapeOptions fitting = options;;) {
+    DistanceGridBuilder builder(mesh, tree, fitting, progress);
+    const double excess =
+        builder.lay_out(mesh.kind == geometry::SurfaceKind::kSolid) / static_cast<double>(options.max_grid_bytes);
+    if (excess > 1) {
+      // A surface has as many bricks as its area has squares of them.
+      const double wider = std::sqrt(kWidenFor * excess);
+      fitting.cell_m *= wider;
+      fitting.tolerance_m *= wider;
+      fitting.band_m = std::max(fitting.band_m, fitting.cell_m);
+      continue;
+    }
+    std::unique_ptr<DistanceGrid> grid = builder.build();
+    if (progress) progress(1.0);
+    return grid;
+  }
 }
 
 }  // namespace tandem::contact
