@@ -379,4 +379,45 @@ std::size_t TriangleTree::within(const Vec3& p_S, double limit_m, std::span<Near
   return count;
 }
 
+/// Box and line are apart if they are, seen along the line and an axis, for one of the axes.
+bool TriangleTree::may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept {
+  const Vec3 low(child.low[0], child.low[1], child.low[2]), high(child.high[0], child.high[1], child.high[2]);
+  const Vec3 half = (high - low) / 2;
+  const Vec3 apart = ((low + high) / 2 - p_S).cross(along).cwiseAbs();
+  const Vec3 d = along.cwiseAbs();
+  constexpr double kRounding = 1 + 1e-9;
+  const Vec3 reach(half.y() * d.z() + half.z() * d.y(), half.z() * d.x() + half.x() * d.z(),
+                   half.x() * d.y() + half.y() * d.x());
+  return (apart.array() <= kRounding * reach.array()).all();
+}
+
+std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept {
+  std::array<std::uint32_t, kStackSize> stack;
+  std::size_t height = 0;
+  stack[height++] = root_;
+  std::size_t count = 0;
+  while (height > 0 && count <= found.size()) {
+    const std::uint32_t link = stack[--height];
+    if ((link & kLeafBit) == 0) {
+      for (const Child& child : nodes_[link].children) {
+        if (may_cross(child, p_S, along)) stack[height++] = child.link;
+      }
+      continue;
+    }
+    const std::uint32_t first = link & kSlotMask;
+    const std::uint32_t last = first + ((link & ~kLeafBit) >> kCountShift);
+    for (std::uint32_t slot = first; slot <= last; ++slot) {
+      const auto& [a, ab, ac] = corners_[slot];
+      // The line passes all three sides on the same hand.
+      const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;
+      const double sides[] = {along.dot(pa.cross(pb)), along.dot(pb.cross(pc)), along.dot(pc.cross(pa))};
+      const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
+      if ((least < 0 && most > 0) || along.dot(ab.cross(ac)) == 0) continue;
+      if (count < found.size()) found[count] = {static_cast<int>(triangle_of_slot_[slot]), a, ab, ac};
+      ++count;
+    }
+  }
+  return count;
+}
+
 }  // namespace tandem::geometry

@@ -51,6 +51,8 @@ class TriangleTree {
   /// The triangles that are not farther than `limit_m`, in no special order, as many as the span holds.
   /// Out     how many; more than the span holds: there are others
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
+  /// The triangles that a line crosses, on both sides of `p_S`, as within() gives them; none that lies along the line.
+  std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
   /// Negative inside. For solids.
   ///
   /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c, see closest_of_solid()
@@ -73,6 +75,7 @@ class TriangleTree {
   void sum_edge_normals(const TriangleMesh& mesh);
   void find_parts(const TriangleMesh& mesh);
   double squared_to_box(const Child& child, const Vec3& p_S) const noexcept;
+  static bool may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept;
   void try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;
   void descend(const Vec3& p_S, Nearest& best) const noexcept;
   Vec3 pseudo_normal(std::uint32_t slot, int feature) const noexcept;

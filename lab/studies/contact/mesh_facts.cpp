@@ -6,61 +6,39 @@
 #include <stdexcept>
 
 #include "common/contact/contact_shape.hpp"
-#include "common/geometry/mesh_edges.hpp"
-#include "common/geometry/triangle_tree.hpp"
+#include "common/geometry/mesh_repair.hpp"
+#include "lab/studies/contact/wall_thickness.hpp"
 #include "server/assets/mesh_file.hpp"
 
 namespace tandem::lab {
 namespace {
 
-constexpr std::size_t kWallSamples = 4000;
-constexpr double kThinShare = 0.02;
 /// Meshes larger than this get cells in proportion (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
-void place(geometry::TriangleMesh& mesh, double largest_size_m, bool z_is_up) {
+/// Of the vertices that triangles use.
+Vec3 measured(const geometry::TriangleMesh& mesh, Vec3& middle) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const auto& triangle : mesh.triangles) {
+    for (const int corner : triangle) {
+      const Vec3& vertex = mesh.vertices[static_cast<std::size_t>(corner)];
+      low = low.cwiseMin(vertex);
+      high = high.cwiseMax(vertex);
+    }
+  }
+  middle = (low + high) / 2;
+  return high - low;
+}
+
+void place(geometry::TriangleMesh& mesh, double largest_size_m, bool z_is_up, MeshFacts& facts) {
   for (Vec3& vertex : mesh.vertices) {
     if (!z_is_up) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
   }
+  Vec3 middle;
+  facts.size_units = measured(mesh, middle);
   if (largest_size_m <= 0) return;
-  const double scale = largest_size_m / std::max((high - low).maxCoeff(), 1e-300);
-  for (Vec3& vertex : mesh.vertices) vertex = (vertex - (low + high) / 2) * scale;
-}
-
-Vec3 middle_of(const geometry::TriangleMesh& mesh, std::size_t triangle) {
-  Vec3 middle = Vec3::Zero();
-  for (const int corner : mesh.triangles[triangle]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
-  return middle;
-}
-
-/// The diameter of the largest ball inside that touches the surface at `p`.
-/// Source  Ma, Bae & Choi, "3D medial axis point approximation using nearest neighbors and the normal field", 2012
-double wall_at(const geometry::TriangleTree& tree, const Vec3& p, const Vec3& normal, double largest_m) {
-  double radius = largest_m;
-  for (int round = 0; round < 20; ++round) {
-    const Vec3 centre = p - radius * normal;
-    const auto closest = tree.closest(centre);
-    if (closest.distance_m > radius * (1 - 1e-3)) break;
-    const Vec3 to = p - closest.point_S;
-    const double along = 2 * normal.dot(to);
-    if (!(along > 0)) break;
-    radius = std::min(radius * 0.999, to.squaredNorm() / along);
-  }
-  return 2 * radius;
-}
-
-double thinnest_wall_m(const geometry::TriangleMesh& mesh, double largest_m) {
-  const geometry::TriangleTree tree(mesh);
-  std::vector<double> walls;
-  for (std::size_t t = 0; t < mesh.triangles.size(); t += 1 + mesh.triangles.size() / kWallSamples) {
-    walls.push_back(wall_at(tree, middle_of(mesh, t), geometry::doubled_area(mesh, t).normalized(), largest_m));
-  }
-  const auto thin = walls.begin() + static_cast<std::ptrdiff_t>(kThinShare * static_cast<double>(walls.size()));
-  std::nth_element(walls.begin(), thin, walls.end());
-  return *thin;
+  facts.scale_m = largest_size_m / std::max(facts.size_units.maxCoeff(), 1e-300);
+  for (Vec3& vertex : mesh.vertices) vertex = (vertex - middle) * facts.scale_m;
 }
 
 /// A square picture with the depth of each pixel.
@@ -121,26 +99,26 @@ class Canvas {
 MeshFacts mesh_facts(const std::filesystem::path& file, double largest_size_m, bool z_is_up) {
   geometry::TriangleMesh read = server::read_mesh_file(file, "give a mesh file");
   if (read.triangles.empty()) throw std::runtime_error(file.string() + ", which has no triangle; give a surface mesh");
-  place(read, largest_size_m, z_is_up);
   MeshFacts facts;
+  place(read, largest_size_m, z_is_up, facts);
   try {
     facts.mesh = geometry::repaired(read);
   } catch (const geometry::MeshError& error) {
     throw std::runtime_error(file.string() + ", which cannot be touched: " + error.what());
   }
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const Vec3& vertex : geometry::all_of(facts.mesh).vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  facts.size_m = high - low;
+  Vec3 middle;
+  facts.size_m = measured(geometry::all_of(facts.mesh), middle);
   facts.is_watertight = facts.mesh.kind == geometry::SurfaceKind::kSolid && facts.mesh.sheet.triangles.empty();
   for (const geometry::PartReport& part : facts.mesh.parts) {
     facts.volume_m3 += part.volume_m3;
     facts.is_watertight = facts.is_watertight && part.holes == 0;
   }
   const bool has_solid = facts.mesh.kind == geometry::SurfaceKind::kSolid;
-  if (has_solid) facts.thinnest_wall_m = thinnest_wall_m(facts.mesh.mesh, facts.size_m.maxCoeff());
+  if (has_solid) {
+    const auto [walls, overlap_share] = walls_of(facts.mesh.mesh);
+    facts.thinnest_wall_m = thinnest_wall_m(walls);
+    facts.overlap_share = overlap_share;
+  }
   facts.resolution_m =
       contact::ContactShapeOptions{}.cell_m / 4 * std::max(1.0, facts.size_m.maxCoeff() / kFullResolutionSize_m);
   return facts;

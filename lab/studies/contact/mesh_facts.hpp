@@ -12,10 +12,13 @@ namespace tandem::lab {
 
 struct MeshFacts {
   geometry::ContactMesh mesh;
+  Vec3 size_units = Vec3::Zero();  ///< as the file has it
+  double scale_m = 1;              ///< of a unit of the file
   Vec3 size_m = Vec3::Zero();
-  double volume_m3 = 0;        ///< of its solids
+  double volume_m3 = 0;        ///< of its solids, one by one: what overlaps counts twice
+  double overlap_share = 0;    ///< of the surface of its solids (wall_thickness.hpp)
   bool is_watertight = false;  ///< no sheet, and no hole that was closed
-  double thinnest_wall_m = 0;  ///< than which all but 2 % of the surface of its solids is thicker; 0: no solid
+  double thinnest_wall_m = 0;  ///< of its solids (wall_thickness.hpp); 0: no solid, or no two faces of it are opposite
   double resolution_m = 0;     ///< cells near the surface that contact would have
 };
 

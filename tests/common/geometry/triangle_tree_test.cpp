@@ -132,6 +132,40 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
   }
 }
 
+/// Where a line is inside of a triangle, both in the plane across the line.
+bool is_crossed(const TriangleMesh& mesh, std::size_t triangle, const Vec3& p, const Vec3& along) {
+  const Vec3 right = along.unitOrthogonal(), up = along.cross(right);
+  std::array<double, 3> turns{};
+  for (std::size_t side = 0; side < 3; ++side) {
+    const Vec3 a = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][side])] - p;
+    const Vec3 b = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][(side + 1) % 3])] - p;
+    turns[side] = a.dot(right) * b.dot(up) - a.dot(up) * b.dot(right);
+  }
+  return std::ranges::all_of(turns, [](double t) { return t > 0; }) ||
+         std::ranges::all_of(turns, [](double t) { return t < 0; });
+}
+
+TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
+  Random random(kTriangleTreeSeed);
+  const TriangleMesh mesh = rough_sphere(random);
+  const TriangleTree tree(mesh);
+  std::vector<TriangleTree::Near> found(mesh.triangles.size());
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p = random_place(random, 0.025);
+    const Vec3 along = i < 3 ? Vec3::Unit(i) : random_place(random, 1).normalized();
+    std::vector<int> expected;
+    for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+      if (is_crossed(mesh, k, p, along)) expected.push_back(static_cast<int>(k));
+    }
+    const std::size_t count = tree.crossed(p, along, found);
+    std::vector<int> triangles;
+    for (std::size_t k = 0; k < count; ++k) triangles.push_back(found[k].triangle);
+    EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
+    EXPECT_EQ(count % 2, 0U) << "what goes in comes out";
+    if (count > 1) EXPECT_GT(tree.crossed(p, along, std::span(found).first(count - 1)), count - 1);
+  }
+}
+
 TEST(TriangleTree, SignedDistanceToABoxIsTheFormula) {
   Random random(kTriangleTreeSeed);
   const Vec3 size(0.02, 0.03, 0.05);
