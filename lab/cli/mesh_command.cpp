@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -54,23 +55,35 @@ json::object json_of(const std::string& file, const MeshFacts& facts) {
   json::array notes;
   for (const std::string& note : facts.mesh.notes) notes.emplace_back(note);
   return {{"file", file},
+          {"size_units", {facts.size_units.x(), facts.size_units.y(), facts.size_units.z()}},
+          {"scale_m", facts.scale_m},
           {"size_m", {facts.size_m.x(), facts.size_m.y(), facts.size_m.z()}},
           {"parts", std::move(parts)},
           {"volume_m3", facts.volume_m3},
+          {"overlap_share", facts.overlap_share},
           {"is_watertight", facts.is_watertight},
-          {"thinnest_wall_m", facts.thinnest_wall_m},
+          {"thinnest_wall_m", facts.thinnest_wall_m > 0 ? json::value(facts.thinnest_wall_m) : json::value()},
           {"resolution_m", facts.resolution_m},
           {"notes", std::move(notes)}};
 }
 
 void print(const std::string& file, const MeshFacts& facts) {
-  std::printf("%s: %.4g x %.4g x %.4g mm\n", file.c_str(), facts.size_m.x() * 1e3, facts.size_m.y() * 1e3,
-              facts.size_m.z() * 1e3);
+  const Vec3 size_mm = facts.size_m * 1e3;
+  std::printf("%s: %.4g x %.4g x %.4g units in the file, here %.4g x %.4g x %.4g mm%s\n", file.c_str(),
+              facts.size_units.x(), facts.size_units.y(), facts.size_units.z(), size_mm.x(), size_mm.y(), size_mm.z(),
+              facts.scale_m == 1 ? ", for a unit is 1 m" : " (--largest-size; 0: a unit is 1 m)");
   for (const std::string& line : geometry::part_lines(facts.mesh)) std::printf("  %s\n", line.c_str());
   for (const std::string& note : facts.mesh.notes) std::printf("  note: %s\n", note.c_str());
-  std::printf("  volume %.4g cm³, %s\n", facts.volume_m3 * 1e6, facts.is_watertight ? "watertight" : "not watertight");
-  if (facts.thinnest_wall_m <= 0) return;
-  std::printf("  thinnest wall %.3g mm, resolution %.3g mm%s\n", facts.thinnest_wall_m * 1e3, facts.resolution_m * 1e3,
+  std::printf("  volume %.4g cm³%s, %s\n", facts.volume_m3 * 1e6,
+              facts.overlap_share > 0 ? " (what overlaps counts twice)" : "",
+              facts.is_watertight ? "watertight" : "not watertight");
+  if (facts.mesh.kind != geometry::SurfaceKind::kSolid) return;
+  if (facts.thinnest_wall_m <= 0) {
+    std::printf("  no wall: no two of its faces are opposite\n");
+    return;
+  }
+  std::printf("  thinnest wall %.3g mm, but for 2 %% of the surface; resolution %.3g mm%s\n",
+              facts.thinnest_wall_m * 1e3, facts.resolution_m * 1e3,
               facts.thinnest_wall_m < 2 * facts.resolution_m ? ": walls thinner than two cells are felt softer" : "");
 }
 
@@ -116,8 +129,35 @@ void print(const Tally& tally) {
   }
 }
 
+json::object json_of(const Tally& tally) {
+  json::array formats, refusals;
+  for (const std::string& format : kFormats) {
+    const auto loaded = tally.loaded.find(format);
+    const auto refused = tally.refused.find(format);
+    formats.emplace_back(json::object{{"format", format},
+                                      {"loaded", loaded == tally.loaded.end() ? 0 : loaded->second},
+                                      {"refused", refused == tally.refused.end() ? 0 : refused->second.size()}});
+    if (refused == tally.refused.end()) continue;
+    for (const std::string& why : refused->second) refusals.emplace_back(why);
+  }
+  return {{"formats", std::move(formats)}, {"refusals", std::move(refusals)}};
+}
+
+void check(const MeshOptions& options) {
+  if (options.files.empty() && options.folders.empty()) {
+    throw std::invalid_argument("mesh needs a mesh file, or --all with a folder of them; see tandem-lab mesh --help");
+  }
+  if (!options.picture.empty() && options.files.size() != 1) {
+    throw std::invalid_argument("--picture is of one mesh file, but there are " + std::to_string(options.files.size()) +
+                                "; give them one by one");
+  }
+  for (const std::string& folder : options.folders) {
+    if (!fs::is_directory(folder)) throw std::invalid_argument("--all " + folder + " is not a folder");
+  }
+}
+
 void run_mesh(const MeshOptions& options) {
-  if (!options.folders.empty()) print(tally_of(options.folders, options));
+  check(options);
   json::array all;
   for (const std::string& file : options.files) {
     const MeshFacts facts = mesh_facts(file, options.largest_size_m, options.up == "z");
@@ -129,7 +169,18 @@ void run_mesh(const MeshOptions& options) {
     if (options.picture.empty()) continue;
     client::write_png(options.picture, picture_of(facts.mesh, kPicturePixels), kPicturePixels, kPicturePixels);
   }
-  if (options.wants_json) std::cout << pretty_json(all);
+  if (options.folders.empty()) {
+    if (options.wants_json) std::cout << pretty_json(all);
+    return;
+  }
+  const Tally tally = tally_of(options.folders, options);
+  if (!options.wants_json) {
+    print(tally);
+    return;
+  }
+  json::object found = json_of(tally);
+  if (!all.empty()) found["files"] = std::move(all);
+  std::cout << pretty_json(found);
 }
 
 }  // namespace
@@ -139,14 +190,16 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
   CLI::App* const command = app.add_subcommand("mesh", "says what mesh files are taken for: solids and sheets");
   command->add_option("FILE", options->files, "mesh files: .obj, .stl, .ply, .off, .gltf, .glb, .3ds, .dae");
   command->add_option("--all", options->folders, "load every mesh file in these folders, and print a table by format");
-  command->add_option("--picture", options->picture, "write what the file looks like to this PNG file");
-  command->add_option("--largest-size", options->largest_size_m, "longest edge [m]; 0: the file is in metres")
+  command->add_option("--picture", options->picture, "write what the one file looks like to this PNG file");
+  command
+      ->add_option("--largest-size", options->largest_size_m,
+                   "scaled until the longest edge is this [m]; 0: a unit of the file is 1 m")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command->add_option("--up", options->up, "axis of the file that points up")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print JSON");
+  command->add_flag("--json", options->wants_json, "print JSON: a list of files, or an object with --all");
   command->callback([options, &exit_code] {
     run_mesh(*options);
     exit_code = 0;

@@ -300,6 +300,10 @@ class Mistakes(ProgramTest):
                                   ["--a is no.obj", "which does not exist; give a file that is there; or", "cube"]),
                                  (["bench", "contact", "--a", "cube", "--b", self.write("empty.obj", "")],
                                   ["--b is ", "empty.obj, which is empty"]),
+                                 (["mesh"], ["needs a mesh file, or --all with a folder"]),
+                                 (["mesh", "a.obj", "b.obj", "--picture", self.path("p.png")], ["--picture is of one mesh file", "2"]),
+                                 (["mesh", "--all", "nowhere"], ["--all nowhere is not a folder"]),
+                                 (["mesh", self.folder], [self.folder + ", which is a folder"]),
                                  (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
                                   ["--hands names 2 paths for 1 user"]),
                                  (["bench", "join", "--loss", "2"], ["--loss", "0 to 0.95"]),
@@ -358,6 +362,44 @@ class Study(ProgramTest):
         self.assertIn("not-joined", out)
         self.assertIn("not joined: ", err)
         self.assertIn("direct", err)
+
+
+class Meshes(ProgramTest):
+    # A plate of 100 by 80 by 5, of 12 triangles.
+    PLATE = "".join(f"v {x} {y} {z}\n" for z in (0, 5) for y in (0, 80) for x in (0, 100)) + "".join(
+        f"f {a} {b} {d}\nf {a} {d} {c}\n" for a, b, c, d in ((1, 3, 2, 4), (5, 6, 7, 8), (1, 2, 5, 6), (3, 7, 4, 8), (1, 5, 3, 7), (2, 4, 6, 8)))
+
+    def test_a_file_is_described_with_its_own_size_and_the_one_that_it_is_scaled_to(self):
+        file = self.write("plate.obj", self.PLATE)
+        code, out, err = run("tandem-lab", "mesh", file, "--largest-size", "0.05", "--picture", self.path("p.png"))
+        self.assertEqual(code, 0, err)
+        for words in ("plate.obj: 100 x 80 x 5 units in the file, here 50 x 40 x 2.5 mm (--largest-size; 0: a unit is 1 m)",
+                      "a solid of 12 triangles: closed, 5 cm³", "volume 5 cm³, watertight", "thinnest wall 2.5 mm"):
+            self.assertIn(words, out)
+        code, out, err = run("tandem-lab", "mesh", file, "--json", "--largest-size", "0")
+        self.assertEqual(code, 0, err)
+        (facts,) = json.loads(out)
+        self.assertEqual([facts["scale_m"], facts["size_units"], facts["size_m"]], [1, [100, 80, 5], [100, 80, 5]])
+        self.assertAlmostEqual(facts["thinnest_wall_m"], 5)
+
+    def test_parts_that_overlap_are_said_to_count_twice(self):
+        half = self.PLATE.replace("v 0 ", "v 50 ").replace("v 100 ", "v 120 ")
+        beside = self.PLATE.replace("v 100 ", "v 250 ").replace("v 0 ", "v 150 ")
+        for other, is_told in ((half, True), (beside, False)):
+            second = "".join("f " + " ".join(str(int(i) + 8) for i in line.split()[1:]) + "\n" if line[0] == "f" else line + "\n"
+                             for line in other.splitlines())
+            code, out, err = run("tandem-lab", "mesh", self.write("two.obj", self.PLATE + second))
+            self.assertEqual(code, 0, err)
+            self.assertEqual("(what overlaps counts twice)" in out, is_told, out)
+
+    def test_a_folders_json_is_json_alone(self):
+        self.write("plate.obj", self.PLATE)
+        self.write("none.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n")
+        code, out, err = run("tandem-lab", "mesh", "--all", self.folder, "--json")
+        self.assertEqual(code, 0, err)
+        found = json.loads(out)
+        self.assertIn({"format": "obj", "loaded": 1, "refused": 1}, found["formats"])
+        self.assertRegex(found["refusals"][0], "none.obj, which has no triangle")
 
 
 class Help(ProgramTest):

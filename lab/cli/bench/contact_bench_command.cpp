@@ -143,7 +143,9 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
   contact->add_option("--size-mm", options->size_mm, "longest edge of the bounding box of meshes from files [mm]")
       ->capture_default_str();
   contact->add_option("--mass-kg", options->mass_kg, "of the tool [kg]")->capture_default_str();
-  contact->add_option("--direction", options->direction, "in which the tool approaches: x y z")->capture_default_str();
+  contact->add_option("--direction", options->direction, "in which the tool approaches: x,y,z")
+      ->delimiter(',')
+      ->capture_default_str();
   contact->add_option("--steps", options->steps, "of 1 ms; 0: the whole path")->capture_default_str();
   contact->add_option("--peer-steps", options->peer_steps, "of GImpact, from where the tool begins to press")
       ->capture_default_str();
