@@ -58,7 +58,7 @@ def is_loaded(options, mesh):
     done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     if done.returncode != 0:
         print(f"not loaded: {mesh}: {done.stderr.strip()[-300:]}", file=sys.stderr)
-    return None if "triangle" in done.stderr and done.returncode != 0 else done.returncode == 0
+    return None if "no triangle" in done.stderr and done.returncode != 0 else done.returncode == 0
 
 
 def median_and_worst(numbers, digits):

@@ -422,8 +422,9 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   result.mesh = mesh;
   weld(result.mesh, result.notes);
   if (result.mesh.triangles.empty()) {
-    throw MeshError("no triangle of the mesh has an area: its " + std::to_string(mesh.triangles.size()) +
-                    " triangles are points or lines; is the scale right?");
+    throw MeshError("no triangle of the mesh has an area: its " +
+                    counted(mesh.triangles.size(), "triangle is a point or a line", "triangles are points or lines") +
+                    "; is the scale right?");
   }
   std::vector<MeshPart> parts = connect(result.mesh, result.notes);
   close_slits(result, parts);

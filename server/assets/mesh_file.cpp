@@ -305,6 +305,15 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
   return mesh;
 }
 
+/// The reader knows the file by another name.
+std::string named_as(const fs::path& file, std::string text) {
+  const std::string extension = file.extension().string();
+  const std::string name = "mesh." + (extension.empty() ? "" : extension.substr(1));
+  const std::size_t at = text.find(name);
+  if (at != std::string::npos) text.replace(at, name.size(), file.filename().string());
+  return text;
+}
+
 geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const fs::path& file) {
   if (bytes.empty()) refuse(file, "which is empty; export the mesh again");
   const std::vector<std::uint8_t> reply = ReaderProcess(bytes, files_beside(bytes, file), file).reply();
@@ -312,7 +321,7 @@ geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const fs
     const std::size_t size = std::min(reply.size(), mesh_reader::kMaxRefusalBytes + 1);
     std::string text(reply.begin() + 1, reply.begin() + static_cast<std::ptrdiff_t>(size));
     for (char& c : text) c = c < ' ' || c > '~' ? '?' : c;
-    refuse(file, text);
+    refuse(file, named_as(file, text));
   }
   std::optional<geometry::TriangleMesh> mesh = mesh_of_reply(reply);
   if (!mesh) refuse(file, "which is so damaged that its reader fails; export the mesh again");
@@ -329,6 +338,7 @@ void check(const geometry::TriangleMesh& mesh, const fs::path& file) {
 
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy) {
   std::error_code error;
+  if (std::filesystem::is_directory(file, error)) refuse(file, "which is a folder; give a file in it");
   if (!std::filesystem::is_regular_file(file, error)) {
     throw std::runtime_error(file.string() + ", which does not exist; " + remedy_for(file, remedy));
   }

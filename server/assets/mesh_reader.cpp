@@ -11,8 +11,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <assimp/DefaultLogger.hpp>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/LogStream.hpp>
 #include <cerrno>
 #include <new>
 #include <span>
@@ -185,10 +188,49 @@ std::vector<std::byte> ply_with_newline(std::span<const std::byte> bytes) {
   return doubled;
 }
 
+/// Assimp takes the last vertex for one that is not there, and only writes so into its log.
+class Complaints final : public Assimp::LogStream {
+ public:
+  Complaints() {
+    Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
+    Assimp::DefaultLogger::get()->attachStream(this, kSeverity);
+  }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+  ~Complaints() override { Assimp::DefaultLogger::get()->detachStream(this, kSeverity); }
+
+  void write(const char* message) override {
+    const std::string_view text(message);
+    is_index_wrong |= text.find("Vertex index is out of range") != std::string_view::npos ||
+                      text.find("Vertex index overflow") != std::string_view::npos;
+  }
+
+  bool is_index_wrong = false;
+
+ private:
+  static constexpr unsigned kSeverity = Assimp::Logger::Err | Assimp::Logger::Warn;
+};
+
+/// Why Assimp gives no mesh, in its own words in brackets.
+Bytes refusal_of(const std::string& reason, const std::string& format) {
+  constexpr std::array kWithoutTriangle{"No meshes remaining", "all meshes are orphaned", "OBJ-file is too small",
+                                        "There are no valid faces", "no data loaded"};
+  const std::string in_brackets = reason.empty() ? "" : " (" + reason + ")";
+  const auto is_said = [&reason](const char* words) { return reason.find(words) != std::string::npos; };
+  if (std::ranges::any_of(kWithoutTriangle, is_said)) {
+    return refusal("which has no triangle" + in_brackets + "; export its surface as triangles");
+  }
+  const bool is_known = Assimp::Importer().IsExtensionSupported("." + format);
+  return refusal("which is not a mesh that can be read" + in_brackets +
+                 (is_known ? "; export the mesh again, in the format that its name says"
+                           : "; give a file such as .obj, .ply or .stl"));
+}
+
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
 Bytes import(std::span<const std::byte> bytes, const std::string& format) {
   std::vector<GivenFile> files = files_of(bytes);
   if (files.empty()) return refusal("which is empty; export the mesh again");
+  Complaints complaints;
   const std::string name = "mesh." + format;
   files.front().name = name;
   const std::vector<std::byte> ply = format == "ply" ? ply_with_newline(files.front().bytes) : std::vector<std::byte>{};
@@ -204,10 +246,11 @@ Bytes import(std::span<const std::byte> bytes, const std::string& format) {
   const aiScene* const scene =
       importer.ReadFile(name, aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
                                   aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
+  if (complaints.is_index_wrong) {
+    return refusal("which has a face with an index beyond its last vertex; export the mesh again");
+  }
   if (scene != nullptr && scene->mNumMeshes > 0) return reply_of(*scene);
-  const std::string reason = importer.GetErrorString();
-  return refusal("which is not a mesh that can be read" + (reason.empty() ? "" : " (" + reason + ")") +
-                 "; give a file such as .obj, .ply or .stl");
+  return refusal_of(importer.GetErrorString(), format);
 }
 
 bool write_all(std::span<const std::uint8_t> bytes) {

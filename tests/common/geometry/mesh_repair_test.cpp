@@ -329,6 +329,8 @@ TEST(MeshRepair, NamesWhatIsWrongWithADamagedFile) {
   EXPECT_THAT(error_of(mesh), HasSubstr("vertex 5 is more than 1e12 m from the origin"));
   EXPECT_THAT(error_of({}), HasSubstr("no triangle"));
   EXPECT_THAT(error_of(tessellated_box(Vec3(0.1, 0, 0))), HasSubstr("no triangle of the mesh has an area"));
+  EXPECT_THAT(error_of({{Vec3::Zero(), Vec3::UnitX(), Vec3::UnitX()}, {{0, 1, 2}}}),
+              HasSubstr("its 1 triangle is a point or a line"));
 }
 
 TEST(MeshRepair, RefusesMorePartsThanCanBeComparedWithEachOther) {

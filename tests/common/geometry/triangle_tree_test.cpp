@@ -162,7 +162,9 @@ TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
     for (std::size_t k = 0; k < count; ++k) triangles.push_back(found[k].triangle);
     EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
     EXPECT_EQ(count % 2, 0U) << "what goes in comes out";
-    if (count > 1) EXPECT_GT(tree.crossed(p, along, std::span(found).first(count - 1)), count - 1);
+    if (count > 1) {
+      EXPECT_GT(tree.crossed(p, along, std::span(found).first(count - 1)), count - 1);
+    }
   }
 }
 

@@ -1,6 +1,8 @@
 """The corpus of meshes is what its classes say, and the table of lab/studies/contact/README.md counts its runs."""
 
 import collections
+import contextlib
+import io
 import json
 import pathlib
 import stat
@@ -86,6 +88,19 @@ class Table(unittest.TestCase):
             lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
             options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0)
             self.assertEqual(table.run_pair(options, folder / "a.obj", "a", "self", folder / "a.obj"), {"error": "no triangles", "code": 2})
+
+    def test_a_mesh_without_triangles_is_none_and_one_that_is_refused_is_not_loaded(self):
+        with tempfile.TemporaryDirectory() as name:
+            lab = pathlib.Path(name) / "lab"
+            options = types.SimpleNamespace(lab=str(lab))
+            for script, is_loaded in (("echo a solid of 2 triangles", True),
+                                      ("echo 'x.obj, which has no triangle (No meshes remaining); export it' >&2; exit 2", None),
+                                      ("echo 'x.obj, which cannot be touched: no triangle of the mesh has an area' >&2; exit 2", None),
+                                      ("echo 'x.obj, which has 2000000 triangles; at most 1000000 are possible' >&2; exit 2", False)):
+                lab.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+                lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
+                with contextlib.redirect_stderr(io.StringIO()):
+                    self.assertIs(table.is_loaded(options, "x.obj"), is_loaded)
 
 
 if __name__ == "__main__":

@@ -75,8 +75,7 @@ TEST(WallThickness, OfARoundRodIsItsDiameterAcrossTwoFaces) {
 
 TEST(WallThickness, OfAHollowBallIsTheGapBetweenItsFacesDownToAMicrometre) {
   for (const double wall_m : {0.01, 3e-4, 2e-5, 1e-6}) {
-    const TriangleMesh shell =
-        together(contact::sphere_mesh(0.05, 4), contact::sphere_mesh(0.05 - wall_m, 4), true);
+    const TriangleMesh shell = together(contact::sphere_mesh(0.05, 4), contact::sphere_mesh(0.05 - wall_m, 4), true);
     EXPECT_NEAR(thinnest_of(shell), wall_m, 0.02 * wall_m);
   }
   EXPECT_NEAR(thinnest_of(contact::sphere_mesh(0.05, 4)), 0.1, 0.001);
@@ -108,7 +107,8 @@ TEST(WallThickness, OfPartsThatOverlapIsThatOfTheWholeAndTheOverlapIsTold) {
 }
 
 TEST(WallThickness, OfABlockThatStandsOnAnotherIsThatOfBothAndNothingOverlaps) {
-  const auto [walls, share] = walls_of(together(contact::box_mesh({0.1, 0.1, 0.01}), contact::box_mesh({0.1, 0.1, 0.01}, {0, 0, 0.01})));
+  const auto [walls, share] =
+      walls_of(together(contact::box_mesh({0.1, 0.1, 0.01}), contact::box_mesh({0.1, 0.1, 0.01}, {0, 0, 0.01})));
   EXPECT_NEAR(thinnest_wall_m(walls), 0.02, 1e-12);
   EXPECT_EQ(share, 0);
 }
