@@ -23,6 +23,9 @@ namespace {
 
 /// Meshes larger than this get cells and spacings in proportion: the default ones would fill the memory.
 constexpr double kFullResolutionSize_m = 0.2;
+/// Of things that a hand touches. Others are possible, but mostly a scale is forgotten.
+constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
+constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 /// No asset is as large: what is larger is not one.
 constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
@@ -156,7 +159,7 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   // Clients are sent both, and check them by the same ranges.
   if (!proto::scene_range("Mesh.largest_size_m").accepts(message.largest_size_m())) {
     field.refuse("is " + file.string() + ", which is " + number_text(message.largest_size_m()) +
-                 " m large; give largest_size_m or a smaller scale");
+                 " m large; give largest_size_m or another scale (" + kMillimetres + ")");
   }
   if (const proto::SceneRange& range = proto::scene_range("Mesh.scale"); !range.accepts(message.scale())) {
     field.refuse("is " + file.string() + ", which is " + number_text(largest) + " units large and needs a scale of " +
@@ -165,6 +168,15 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   }
   const Vec3 centre = message.centre() ? Vec3((bounds.low + bounds.high) / 2) : Vec3(Vec3::Zero());
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
+}
+
+/// Metres taken for millimetres, or the other way round.
+void note_odd_size(const wire::Mesh& message, std::vector<std::string>& notes) {
+  const double size = message.largest_size_m();
+  if (size >= kMinPlausible_m && size <= kMaxPlausible_m) return;
+  notes.push_back(message.file() + ": " + number_text(size) + " m large, for a unit of the file is " +
+                  number_text(message.scale()) + " m: is that right? Else give the mesh scale" +
+                  (size > kMaxPlausible_m ? std::string(" (") + kMillimetres + ")" : "") + " or largest_size_m");
 }
 
 /// The same mesh may be there in several sizes, and names must differ.
@@ -211,12 +223,13 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
   const auto bytes = read(file, "mesh", file_field);
   geometry::TriangleMesh mesh = or_refused(file_field, [&] { return mesh_of_bytes(*bytes, file); });
   if (mesh.triangles.empty()) file_field.refuse("is " + file.string() + ", which has no triangle; give a surface mesh");
+  const bool is_scaled = message.largest_size_m() == 0;
   place(mesh, message, file, file_field);
   message.set_file(file.filename().string());
+  if (is_scaled) note_odd_size(message, notes);
   try {
     geometry::ContactMesh repaired_mesh = geometry::repaired(mesh);
-    notes.push_back(message.file() + ": " + counted(repaired_mesh.mesh.triangles.size(), "triangle", "triangles") +
-                    ", a " + (repaired_mesh.kind == geometry::SurfaceKind::kSolid ? "solid" : "sheet"));
+    for (const std::string& line : geometry::part_lines(repaired_mesh)) notes.push_back(message.file() + ": " + line);
     for (const std::string& note : repaired_mesh.notes) tell_users(message.file() + ": " + note);
     return repaired_mesh;
   } catch (const geometry::MeshError& error) {

@@ -43,12 +43,12 @@ class Meshes(ProgramTest):
         with tempfile.TemporaryDirectory() as folder:
             code, _, said = run("tandem-server", "--scene", mesh_scene(folder, FIN), "--port", "0", "--duration", "100ms")
             self.assertEqual(code, 0, said)
-            self.assertIn("part.obj: 3 triangles, a sheet", said)
+            self.assertIn("part.obj: a sheet of 3 triangles: ", said)
 
     def test_a_file_without_triangles_is_refused_with_the_reason(self):
         with tempfile.TemporaryDirectory() as folder:
             self.assert_setup_error(run("tandem-server", "--scene", mesh_scene(folder, "v 0 0 0\nv 1 0 0\n"), "--port", "0"),
-                                    "tandem-server: ", "part.obj", "not a mesh that can be read")
+                                    "tandem-server: ", "part.obj", "which has no triangle")
 
 
 class Soft(ProgramTest):

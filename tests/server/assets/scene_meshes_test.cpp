@@ -22,7 +22,9 @@ namespace tandem::server {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A folder for files that a test writes; removed at its end.
 class SceneFiles : public ::testing::Test {
@@ -84,8 +86,29 @@ TEST_F(SceneFiles, MeshIsScaledToItsLargestSizeAndCentred) {
 TEST_F(SceneFiles, DroppedTrianglesAreNoted) {
   write("t.obj", kTetrahedron);
   EXPECT_THAT(load(mesh_body(""))->notes,
-              ::testing::ElementsAre("t.obj: 4 triangles, a solid", HasSubstr("1 triangle without area"),
+              ::testing::ElementsAre("t.obj: a solid of 4 triangles: closed, 1.33e+06 cm³",
+                                     HasSubstr("1 triangle without area"),
                                      ::testing::AllOf(HasSubstr("t.obj: contact"), HasSubstr("points every"))));
+}
+
+TEST_F(SceneFiles, EachPartOfAMeshIsNoted) {
+  write("t.obj", std::string(kTetrahedron) + "v 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n");
+  EXPECT_THAT(load(mesh_body(R"(, "scale": 0.01)"))->notes,
+              ::testing::IsSupersetOf({HasSubstr("t.obj: a solid of 4 triangles: closed, 1.33 cm³"),
+                                       HasSubstr("t.obj: a sheet of 1 triangle: open, 1 hole")}));
+}
+
+TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
+  write("t.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n");
+  const auto said = [this](const std::string& fields) { return load(mesh_body(fields))->notes; };
+  const auto is_asked = Contains(AllOf(HasSubstr("m large, for a unit of the file is"), HasSubstr("scale")));
+  EXPECT_THAT(said(R"(, "scale": 2)"), Contains("t.obj: 4 m large, for a unit of the file is 2 m: is that right? Else "
+                                                "give the mesh scale (0.001 if the file is in millimetres) or "
+                                                "largest_size_m"));
+  EXPECT_THAT(said(R"(, "scale": 0.0001)"), is_asked);
+  EXPECT_THAT(said(R"(, "largest_size_m": 0.0002)"), Not(is_asked)) << "this one was meant";
+  EXPECT_THAT(refusal(mesh_body(R"(, "scale": 100)")),
+              AllOf(HasSubstr("which is 200 m large"), HasSubstr("0.001 if the file is in millimetres")));
 }
 
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
@@ -110,7 +133,7 @@ TEST_F(SceneFiles, BrokenMeshesAreRefused) {
   write("t.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which"));
   write("t.obj", std::string("\0\1\2garbage", 10));
-  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is not a mesh that can be read"));
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which has no triangle (OBJ-file is too small.); export"));
   write("t.obj", "");
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is empty; export the mesh again"));
 }
@@ -130,6 +153,28 @@ TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
   const auto scene =
       load(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.ply"}}], "mass_kg": 1})"}));
   EXPECT_NEAR(scene->world.bodies[0].mass.X_BC.p.sum(), 0.03, 1e-8);
+}
+
+TEST_F(SceneFiles, MeshWithoutTrianglesOrInAnotherFormatIsRefusedInWordsOfItsOwn) {
+  const auto said_of = [this](const std::string& name, const std::string& text) {
+    write(name, text);
+    return refusal(
+        physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + name + R"("}}]})"}));
+  };
+  const std::string vertices = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
+  EXPECT_THAT(said_of("cloud.ply", vertices + "property float z\nend_header\n0 0 0\n"),
+              AllOf(HasSubstr("cloud.ply, which has no triangle (No output meshes"), HasSubstr("export its surface")));
+  EXPECT_THAT(said_of("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"),
+              HasSubstr("lines.obj, which has no triangle (No meshes remaining)"));
+  EXPECT_THAT(said_of("other.stl", kTetrahedron),
+              AllOf(HasSubstr("other.stl, which is not a mesh"), HasSubstr("for other.stl."),
+                    HasSubstr("in the format that its name says"), Not(HasSubstr("give a file such as"))));
+  EXPECT_THAT(said_of("mesh.xyz", "nothing that anybody reads"), HasSubstr("give a file such as .obj, .ply or .stl"));
+  EXPECT_THAT(said_of("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n"),
+              HasSubstr("t.off, which has a face with an index beyond its last vertex"));
+  std::filesystem::create_directory(directory_ / "d.obj");
+  EXPECT_THAT(refusal(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "d.obj"}}]})"})),
+              HasSubstr("d.obj, which is a folder; give a file in it"));
 }
 
 TEST_F(SceneFiles, MeshThatDeclaresMoreThanItHoldsIsRefusedBeforeItIsAllocated) {
