@@ -188,7 +188,7 @@ std::vector<std::byte> ply_with_newline(std::span<const std::byte> bytes) {
   return doubled;
 }
 
-/// Assimp takes the last vertex for one that is not there, and only writes so into its log.
+/// Assimp takes the last vertex for one that is not there, or leaves the face out, and only writes so into its log.
 class Complaints final : public Assimp::LogStream {
  public:
   Complaints() {
@@ -201,8 +201,10 @@ class Complaints final : public Assimp::LogStream {
 
   void write(const char* message) override {
     const std::string_view text(message);
-    is_index_wrong |= text.find("Vertex index is out of range") != std::string_view::npos ||
-                      text.find("Vertex index overflow") != std::string_view::npos;
+    const auto is_said = [text](const char* words) { return text.find(words) != std::string_view::npos; };
+    // Of .off, .3ds and .gltf; readers of other formats throw.
+    constexpr std::array kWrongIndex{"Vertex index is out of range", "Vertex index overflow", "out-of-range indices"};
+    is_index_wrong |= std::ranges::any_of(kWrongIndex, is_said);
   }
 
   bool is_index_wrong = false;
@@ -221,9 +223,11 @@ Bytes refusal_of(const std::string& reason, const std::string& format) {
     return refusal("which has no triangle" + in_brackets + "; export its surface as triangles");
   }
   const bool is_known = Assimp::Importer().IsExtensionSupported("." + format);
+  const bool is_other = is_said("Failed to determine") || is_said("No suitable reader");
   return refusal("which is not a mesh that can be read" + in_brackets +
-                 (is_known ? "; export the mesh again, in the format that its name says"
-                           : "; give a file such as .obj, .ply or .stl"));
+                 (!is_known  ? "; give a file such as .obj, .ply or .stl"
+                  : is_other ? "; export the mesh again, in the format that its name says"
+                             : "; export the mesh again"));
 }
 
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.

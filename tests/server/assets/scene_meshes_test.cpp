@@ -172,6 +172,8 @@ TEST_F(SceneFiles, MeshWithoutTrianglesOrInAnotherFormatIsRefusedInWordsOfItsOwn
   EXPECT_THAT(said_of("mesh.xyz", "nothing that anybody reads"), HasSubstr("give a file such as .obj, .ply or .stl"));
   EXPECT_THAT(said_of("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n"),
               HasSubstr("t.off, which has a face with an index beyond its last vertex"));
+  EXPECT_THAT(said_of("t.gltf", R"({"asset": {"version": "2.0"}, "scene": 0})"),
+              AllOf(HasSubstr("t.gltf, which is not a mesh"), HasSubstr("; export the mesh again")));
   std::filesystem::create_directory(directory_ / "d.obj");
   EXPECT_THAT(refusal(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "d.obj"}}]})"})),
               HasSubstr("d.obj, which is a folder; give a file in it"));
