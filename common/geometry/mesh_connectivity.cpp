@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 
 #include "common/base/units.hpp"
@@ -11,6 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
+// Single precision turns a triangle a hundredth as high as the mesh is large by so much.
+constexpr double kSameAngle_rad = 2e-5;
 
 /// Half-edges as one number: 3 · triangle + side.
 int number_of(const HalfEdge& half) {
@@ -139,14 +142,49 @@ class Connector {
     partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
   }
 
+  /// A triangle at an edge, seen along it.
+  struct Spoke {
+    double angle_rad;
+    bool runs_along;
+    HalfEdge half;
+  };
+
+  /// Orders spokes that lie on each other, where rounding says which is first, so that their directions alternate.
+  /// In      spokes  by angle
+  /// Out     whether they do all around
+  static bool alternate(std::vector<Spoke>& spokes) {
+    // Not within those that lie on each other, unless all do.
+    std::size_t start = 0;
+    while (start < spokes.size() && !is_gap(spokes, start)) ++start;
+    std::rotate(spokes.begin(), spokes.begin() + static_cast<std::ptrdiff_t>(start % spokes.size()), spokes.end());
+    for (const bool first : {spokes.front().runs_along, !spokes.front().runs_along}) {
+      std::vector<Spoke> ordered = spokes;
+      bool wanted = first;
+      bool is_good = true;
+      for (std::size_t i = 0; i < ordered.size() && is_good; ++i, wanted = !wanted) {
+        std::size_t j = i;
+        while (ordered[j].runs_along != wanted && j + 1 < ordered.size() && !is_gap(spokes, j + 1)) ++j;
+        is_good = ordered[j].runs_along == wanted;
+        std::rotate(ordered.begin() + static_cast<std::ptrdiff_t>(i), ordered.begin() + static_cast<std::ptrdiff_t>(j),
+                    ordered.begin() + static_cast<std::ptrdiff_t>(j) + 1);
+      }
+      if (!is_good || wanted != first) continue;
+      spokes = std::move(ordered);
+      return true;
+    }
+    return false;
+  }
+
+  /// Whether spoke `i` lies apart from the one before it.
+  static bool is_gap(const std::vector<Spoke>& spokes, std::size_t i) {
+    const double before = spokes[(i + spokes.size() - 1) % spokes.size()].angle_rad;
+    const double apart = std::abs(spokes[i].angle_rad - before);
+    return std::min(apart, 2 * std::numbers::pi - apart) > kSameAngle_rad;
+  }
+
   /// Seen along the edge, material lies anticlockwise of triangles that run against it and clockwise of those that run
   /// along it: each of the first is joined with the next one around, which has to be one of the others.
   bool pair_around(std::span<const HalfEdge> uses) {
-    struct Spoke {
-      double angle_rad;
-      bool runs_along;
-      HalfEdge half;
-    };
     const int a = start_of(mesh_, uses[0]);
     const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];
     const Vec3 axis = (mesh_.vertices[static_cast<std::size_t>(end_of(mesh_, uses[0]))] - origin).normalized();
@@ -158,9 +196,7 @@ class Connector {
       spokes.push_back({std::atan2(to_apex.dot(v), to_apex.dot(u)), start_of(mesh_, half) == a, half});
     }
     std::sort(spokes.begin(), spokes.end(), [](const Spoke& x, const Spoke& y) { return x.angle_rad < y.angle_rad; });
-    for (std::size_t i = 0; i < spokes.size(); ++i) {
-      if (spokes[i].runs_along == spokes[(i + 1) % spokes.size()].runs_along) return false;
-    }
+    if (!alternate(spokes)) return false;
     for (std::size_t i = spokes[0].runs_along ? 1 : 0; i < spokes.size(); i += 2) {
       join(spokes[i].half, spokes[(i + 1) % spokes.size()].half);
     }
