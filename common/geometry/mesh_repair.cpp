@@ -24,6 +24,8 @@ constexpr double kMaxCoordinate_m = 1e12;
 // A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
 // is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
 constexpr double kHoleShare = 0.05;
+// A quarter of a micrometre at the size of a hand: what rounding makes of a surface that lies on itself.
+constexpr double kRoomShare = 1e-6;
 // Longer loops are closed from their middle: clipping takes the square of their length.
 constexpr std::size_t kMaxClipped = 1000;
 
@@ -52,7 +54,8 @@ void check(const TriangleMesh& mesh) {
 /// What the kind of a part is decided by.
 struct PartMeasures {
   double area_m2 = 0;
-  double volume_m3 = 0;  ///< enclosed, negative when it is inside out
+  double volume_m3 = 0;   ///< enclosed, negative when it is inside out
+  double between_m3 = 0;  ///< of the tetrahedra from one vertex to all triangles: none when all lie in a plane
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
 };
@@ -64,13 +67,19 @@ PartMeasures measured(const TriangleMesh& mesh, const MeshPart& part) {
     const auto& corners = mesh.triangles[static_cast<std::size_t>(t)];
     const Vec3 doubled = doubled_area(mesh, static_cast<std::size_t>(t));
     measures.area_m2 += doubled.norm() / 2;
-    measures.volume_m3 += (mesh.vertices[static_cast<std::size_t>(corners[0])] - about).dot(doubled) / 6;
+    const double volume_m3 = (mesh.vertices[static_cast<std::size_t>(corners[0])] - about).dot(doubled) / 6;
+    measures.volume_m3 += volume_m3;
+    measures.between_m3 += std::abs(volume_m3);
     for (const int corner : corners) {
       measures.low = measures.low.cwiseMin(mesh.vertices[static_cast<std::size_t>(corner)]);
       measures.high = measures.high.cwiseMax(mesh.vertices[static_cast<std::size_t>(corner)]);
     }
   }
   return measures;
+}
+
+bool has_no_room(double volume_m3, double area_m2) {
+  return std::abs(volume_m3) < kRoomShare * area_m2 * std::sqrt(area_m2);
 }
 
 /// What is known of a hole before it is closed.
@@ -95,14 +104,15 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 
 bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
   if (!part.is_orientable) return false;
-  if (part.borders.empty()) return true;
+  const PartMeasures measures = measured(mesh, part);
+  if (has_no_room(measures.between_m3, measures.area_m2)) return false;
   double holes = 0;
   for (const auto& loop : part.borders) {
     // A jagged border is long, a slit's is too: the first closes with a disc at most, the second with next to nothing.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
-  return holes < kHoleShare * measured(mesh, part).area_m2;
+  return holes < kHoleShare * measures.area_m2;
 }
 
 /// Closes holes of a part; what is added belongs to it.
@@ -299,6 +309,9 @@ std::string note_of_sheet(const TriangleMesh& mesh, const std::vector<MeshPart>&
       if (!first) first = mesh.vertices[static_cast<std::size_t>(loop.front())];
     }
   }
+  if (!first && std::ranges::all_of(parts, &MeshPart::is_orientable)) {
+    return "surface that lies on itself, with no room inside: felt as a plate from both sides";
+  }
   if (!first) return "surface with one side only: felt as a plate from both sides";
   std::ostringstream note;
   note << "open surface (" << counted(open, "open edge", "open edges") << ", the first near (" << std::setprecision(6)
@@ -348,6 +361,12 @@ double volume_m3(const TriangleMesh& mesh) {
   return volume;
 }
 
+double area_m2(const TriangleMesh& mesh) {
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += doubled_area(mesh, t).norm() / 2;
+  return area;
+}
+
 /// Makes a solid of what has its inside on one side, and a sheet of what has the outside on both.
 void divide_by_winding(ContactMesh& result) {
   const std::vector<Side> sides = sides_of(result.mesh);
@@ -361,17 +380,23 @@ void divide_by_winding(ContactMesh& result) {
     result.notes.push_back(
         counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
   }
-  result.sheet = part_of(result.mesh, open);
-  result.mesh = part_of(result.mesh, border);
+  const TriangleMesh whole = std::move(result.mesh);
+  result.mesh = part_of(whole, border);
   if (!border.empty()) {
     // Without what was inside, edges pair up that did not before. What this says has been said.
     std::vector<std::string> repeated;
     weld(result.mesh, repeated);
     const std::vector<MeshPart> parts = connect(result.mesh, repeated);
     if (parts.size() <= kMaxParts) turn_parts(result, parts);
-    result.parts.push_back(
-        {SurfaceKind::kSolid, border.size(), 1, volume_m3(result.mesh), 0, "enclosed, by the winding number"});
+    const double volume = volume_m3(result.mesh);
+    if (has_no_room(volume, area_m2(result.mesh))) {
+      open.insert(open.end(), border.begin(), border.end());
+      result.mesh = {};
+    } else {
+      result.parts.push_back({SurfaceKind::kSolid, border.size(), 1, volume, 0, "enclosed, by the winding number"});
+    }
   }
+  result.sheet = part_of(whole, open);
   if (!open.empty()) {
     result.parts.push_back({SurfaceKind::kSheet, open.size(), 1, 0, 0, "has the outside on both sides"});
   }

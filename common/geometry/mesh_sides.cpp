@@ -1,9 +1,11 @@
 #include "common/geometry/mesh_sides.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <thread>
 
+#include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/winding_number.hpp"
 
 namespace tandem::geometry {
@@ -13,27 +15,72 @@ namespace {
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
+// Of the diagonal: twenty times what single precision puts triangles of one plane apart by, a tenth of a thin wall.
+constexpr double kStepShare = 2e-6;
+
 /// A triangle itself makes the winding number jump by 1. Half way, which is what the others make there, it is ½ where a
-/// solid is on one side, 0 where none is, and 1 or more inside of one; of a solid that is inside out less than 0.
-Side side_of(double half_way) {
+/// solid is on one side, 0 where none is, and 1 or more inside of one; of a solid that is inside out less than 0. Where it
+/// jumps by 2, the solid or the triangle is there twice: half way it is 1 or ½ then.
+Side side_of(double half_way, double jump = 1) {
   const double others = std::abs(half_way);
   if (others < 0.25) return Side::kOutside;
-  return others < 0.75 ? Side::kBorder : Side::kInside;
+  return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-Side side_of(const WindingNumber& winding, const TriangleMesh& mesh, std::size_t triangle) {
-  Vec3 middle = Vec3::Zero();
-  for (const int corner : mesh.triangles[triangle]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
-  return side_of(winding.at(middle, static_cast<int>(triangle)));
-}
+/// Judges triangles by the winding number that the others make in their middle; where another triangle lies on it, which
+/// there hangs on rounding, by that of all a little off both sides.
+class Judge {
+ public:
+  explicit Judge(const TriangleMesh& mesh) : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
+
+  Side side_of(std::size_t triangle) const {
+    std::array<Vec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[i] = mesh_.vertices[static_cast<std::size_t>(mesh_.triangles[triangle][i])];
+    const Vec3 normal = doubled_area(mesh_, triangle).stableNormalized();
+    const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
+    bool lies_on_another = false;
+    const double half_way = winding_.at(middle, static_cast<int>(triangle), &lies_on_another);
+    if (!lies_on_another) return tandem::geometry::side_of(half_way);
+    const Side side = side_beside(middle, normal);
+    if (side == Side::kBorder) return side;
+    // Others may lie on a part of it only. One that is left out is a hole, one too many is not felt from outside.
+    for (const Vec3& corner : corners) {
+      if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
+    }
+    return side;
+  }
+
+ private:
+  static double diagonal_m(const TriangleMesh& mesh) {
+    Vec3 low = mesh.vertices.front();
+    Vec3 high = low;
+    for (const Vec3& p : mesh.vertices) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    return (high - low).norm();
+  }
+
+  Side side_beside(const Vec3& p, const Vec3& normal) const {
+    const double behind = winding_.at(p - step_m_ * normal);
+    const double before = winding_.at(p + step_m_ * normal);
+    return tandem::geometry::side_of((behind + before) / 2, behind - before);
+  }
+
+  const TriangleMesh& mesh_;
+  WindingNumber winding_;
+  double step_m_;
+};
 
 }  // namespace
 
 std::vector<Side> sides_of(const TriangleMesh& mesh) {
-  const WindingNumber winding(mesh);
+  if (mesh.triangles.empty()) return {};
+  const Judge judge(mesh);
   std::vector<Side> sides(mesh.triangles.size());
   const auto decide = [&](std::size_t first, std::size_t last) {
-    for (std::size_t t = first; t < last; ++t) sides[t] = side_of(winding, mesh, t);
+    for (std::size_t t = first; t < last; ++t) sides[t] = judge.side_of(t);
   };
   const std::size_t processors = std::max(1U, std::thread::hardware_concurrency());
   const std::size_t threads = sides.size() < kMinForThreads ? 1 : std::min(processors, kMaxThreads);

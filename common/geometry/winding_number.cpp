@@ -148,16 +148,22 @@ double WindingNumber::far_angle(const Node& node, const Vec3& r, double squared)
   return per_r3 * (node.area_m2.dot(r) + first + second);
 }
 
-void WindingNumber::add_angle(std::uint32_t triangle, const Vec3& p_S, AngleSum& sum) const noexcept {
+bool WindingNumber::add_angle(std::uint32_t triangle, const Vec3& p_S, AngleSum& sum) const noexcept {
   const Vec3 a = corner(triangle, 0) - p_S;
   const Vec3 b = corner(triangle, 1) - p_S;
   const Vec3 c = corner(triangle, 2) - p_S;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
-  sum.add(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb, a.dot(b.cross(c)));
+  const double all = la * lb * lc;
+  const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  const double y = a.dot(b.cross(c));
+  sum.add(x, y);
+  // x is 0 on a side of the triangle and less than 0 within.
+  return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 
-double WindingNumber::at(const Vec3& p_S, int without) const noexcept {
+double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noexcept {
   double far = 0;
+  bool is_on = false;
   AngleSum near;
   for (std::uint32_t i = 0; i < nodes_.size();) {
     const Node& node = nodes_[i];
@@ -171,11 +177,12 @@ double WindingNumber::at(const Vec3& p_S, int without) const noexcept {
     } else {
       for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
         const std::uint32_t triangle = order_[slot];
-        if (static_cast<int>(triangle) != without) add_angle(triangle, p_S, near);
+        if (static_cast<int>(triangle) != without) is_on |= add_angle(triangle, p_S, near);
       }
       i = node.next;
     }
   }
+  if (lies_on != nullptr) *lies_on = is_on;
   return (far + 2 * near.angle()) / (4 * std::numbers::pi);
 }
 

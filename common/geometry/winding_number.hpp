@@ -29,11 +29,14 @@ class WindingNumber {
   explicit WindingNumber(const TriangleMesh& mesh);
 
   /// In      without  a triangle that does not count, or −1: in the middle of one, what the others make there
-  double at(const Vec3& p_S, int without = -1) const noexcept;
+  /// Out     lies_on  whether p is on a triangle that counts, or within about a thousandth of its size: what that one
+  ///         makes there hangs on rounding
+  double at(const Vec3& p_S, int without = -1, bool* lies_on = nullptr) const noexcept;
 
  private:
   static constexpr double kFar = 2;
   static constexpr std::uint32_t kLeafTriangles = 6;
+  static constexpr double kOnShare = 1e-3;
 
   /// Of triangles first … first + count − 1 in order_; its children are the next node and `second`.
   struct Node {
@@ -56,8 +59,8 @@ class WindingNumber {
   void add_moments(Node& node, std::uint32_t triangle) const;
   static void add_moments(Node& node, const Node& child);
   static double far_angle(const Node& node, const Vec3& r, double squared) noexcept;
-  /// Half of its solid angle.
-  void add_angle(std::uint32_t triangle, const Vec3& p_S, AngleSum& sum) const noexcept;
+  /// Half of its solid angle. Out: whether the point lies on it.
+  bool add_angle(std::uint32_t triangle, const Vec3& p_S, AngleSum& sum) const noexcept;
   const Vec3& corner(std::uint32_t triangle, std::size_t index) const {
     return mesh_.vertices[static_cast<std::size_t>(mesh_.triangles[triangle][index])];
   }
