@@ -7,6 +7,7 @@
 #include "common/base/units.hpp"
 #include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/mesh_twins.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -242,7 +243,9 @@ void weld(TriangleMesh& mesh, std::vector<std::string>& notes) {
        "vertices merged with others at the same place");
   note(notes, drop_collapsed(mesh) + drop_flat(mesh, tolerance_m * kFlatShare / kWeldShare),
        "triangle without area taken out", "triangles without area taken out");
-  note(notes, drop_twins(mesh), "triangle taken out that was there twice", "triangles taken out that were there twice");
+  std::size_t twins = drop_twins(mesh);
+  twins += drop_twin_patches(mesh, tolerance_m);
+  note(notes, twins, "triangle taken out that was there twice", "triangles taken out that were there twice");
   drop_unused_vertices(mesh);
 }
 

@@ -9,9 +9,9 @@
 namespace tandem::geometry {
 
 /// Merges vertices that are no farther apart than 1e-7 of the bounding box's diagonal (what single-precision files
-/// round by), and takes out unused vertices, triangles that are there twice, and those less high than 1e-9 of the
-/// diagonal. One whose middle corner lies on its longest side leaves no gap: the triangle beyond is divided at the
-/// corner.
+/// round by), and takes out unused vertices, triangles less high than 1e-9 of the diagonal, and surface that is there
+/// twice (mesh_twins.hpp). A flat triangle whose middle corner lies on its longest side leaves no gap: the triangle
+/// beyond is divided at the corner.
 ///
 /// In      mesh  indices in range, vertices finite
 /// Fails   MeshError: most vertices crowd in 1e-5 of the box, where looking for each takes the square of their number
