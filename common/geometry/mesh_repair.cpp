@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "common/base/units.hpp"
-#include "common/geometry/mesh_connectivity.hpp"
-#include "common/geometry/mesh_sides.hpp"
-#include "common/geometry/mesh_weld.hpp"
+#include "common/geometry/repair/mesh_connectivity.hpp"
+#include "common/geometry/repair/mesh_sides.hpp"
+#include "common/geometry/repair/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
 namespace tandem::geometry {

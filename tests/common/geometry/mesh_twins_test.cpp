@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_twins.hpp"
+#include "common/geometry/repair/mesh_twins.hpp"
 
 #include <gmock/gmock.h>
 

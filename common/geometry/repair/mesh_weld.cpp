@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_weld.hpp"
+#include "common/geometry/repair/mesh_weld.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 #include "common/base/units.hpp"
 #include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/mesh_repair.hpp"
-#include "common/geometry/mesh_twins.hpp"
+#include "common/geometry/repair/mesh_twins.hpp"
 
 namespace tandem::geometry {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_sides.hpp"
+#include "common/geometry/repair/mesh_sides.hpp"
 
 #include <algorithm>
 #include <array>

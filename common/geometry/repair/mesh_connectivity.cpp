@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_connectivity.hpp"
+#include "common/geometry/repair/mesh_connectivity.hpp"
 
 #include <algorithm>
 #include <cstdint>
