@@ -27,7 +27,7 @@ constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
 constexpr double kSlow_m = 2e-5;
 // Where a level has lasted for so many steps and more than this share of the room for the cut is in use, two nodes are one again as soon
 // as both are known for so much longer.
-constexpr std::uint32_t kStepsToJoin = 256;
+constexpr std::uint32_t kStepsToJoin = 100;
 constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 1e-3;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
