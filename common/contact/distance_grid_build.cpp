@@ -92,9 +92,7 @@ ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::Surfa
                              const geometry::TriangleTree* sheet, double sheet_thickness_m) {
   const bool is_solid = kind == geometry::SurfaceKind::kSolid;
   return [&tree, is_solid, sheet, half_thickness_m = sheet_thickness_m / 2](const Vec3& p_S, int& hint) {
-    constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
-    const geometry::TriangleTree::Closest closest =
-        is_solid ? tree.closest_of_solid(p_S, kAnyDistance, hint) : tree.closest(p_S, kAnyDistance, hint);
+    const auto closest = tree.closest_of_solid(p_S, std::numeric_limits<double>::infinity(), hint);
     hint = closest.triangle;
     if (!is_solid) return closest.distance_m - half_thickness_m;
     const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;

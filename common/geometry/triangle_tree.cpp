@@ -62,6 +62,36 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
   return box;
 }
 
+/// The triangles for which `is_it` says so, below nodes of which `may_be` does, as many as the span holds.
+/// Out     how many; more than the span holds: there are others
+template <class Nodes, class Corners, class MayBe, class IsIt>
+std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corners,
+                   const std::vector<std::uint32_t>& triangle_of_slot, const MayBe& may_be, const IsIt& is_it,
+                   std::span<TriangleTree::Near> found) noexcept {
+  std::array<std::uint32_t, kStackSize> stack;
+  std::size_t height = 0;
+  stack[height++] = root;
+  std::size_t count = 0;
+  while (height > 0 && count <= found.size()) {
+    const std::uint32_t link = stack[--height];
+    if ((link & kLeafBit) == 0) {
+      for (const auto& child : nodes[link].children) {
+        if (may_be(child)) stack[height++] = child.link;
+      }
+      continue;
+    }
+    const std::uint32_t first = link & kSlotMask;
+    const std::uint32_t last = first + ((link & ~kLeafBit) >> kCountShift);
+    for (std::uint32_t slot = first; slot <= last; ++slot) {
+      if (!is_it(corners[slot])) continue;
+      const auto& [a, ab, ac] = corners[slot];
+      if (count < found.size()) found[count] = {static_cast<int>(triangle_of_slot[slot]), a, ab, ac};
+      ++count;
+    }
+  }
+  return count;
+}
+
 }  // namespace
 
 /// Of one child: a box in single precision, rounded outward, and where it goes on.
@@ -354,29 +384,12 @@ TriangleTree::Closest TriangleTree::closest(const Vec3& p_S, double limit_m, int
 
 std::size_t TriangleTree::within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept {
   const double squared_limit = limit_m * limit_m;
-  std::array<std::uint32_t, kStackSize> stack;
-  std::size_t height = 0;
-  stack[height++] = root_;
-  std::size_t count = 0;
-  while (height > 0 && count <= found.size()) {
-    const std::uint32_t link = stack[--height];
-    if ((link & kLeafBit) == 0) {
-      for (const Child& child : nodes_[link].children) {
-        if (squared_to_box(child, p_S) <= squared_limit) stack[height++] = child.link;
-      }
-      continue;
-    }
-    const std::uint32_t first = link & kSlotMask;
-    const std::uint32_t last = first + ((link & ~kLeafBit) >> kCountShift);
-    for (std::uint32_t slot = first; slot <= last; ++slot) {
-      const auto& [a, ab, ac] = corners_[slot];
-      const Vec3 ap = p_S - a;
-      if (!((ap - closest_on_triangle(ab, ac, ap).from_a).squaredNorm() <= squared_limit)) continue;
-      if (count < found.size()) found[count] = {static_cast<int>(triangle_of_slot_[slot]), a, ab, ac};
-      ++count;
-    }
-  }
-  return count;
+  const auto may_be_in = [&](const Child& child) { return squared_to_box(child, p_S) <= squared_limit; };
+  const auto is_in = [&](const Corners& corners) {
+    const Vec3 ap = p_S - corners.a;
+    return (ap - closest_on_triangle(corners.ab, corners.ac, ap).from_a).squaredNorm() <= squared_limit;
+  };
+  return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
 /// Box and line are apart if they are, seen along the line and an axis, for one of the axes.
@@ -392,32 +405,16 @@ bool TriangleTree::may_cross(const Child& child, const Vec3& p_S, const Vec3& al
 }
 
 std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept {
-  std::array<std::uint32_t, kStackSize> stack;
-  std::size_t height = 0;
-  stack[height++] = root_;
-  std::size_t count = 0;
-  while (height > 0 && count <= found.size()) {
-    const std::uint32_t link = stack[--height];
-    if ((link & kLeafBit) == 0) {
-      for (const Child& child : nodes_[link].children) {
-        if (may_cross(child, p_S, along)) stack[height++] = child.link;
-      }
-      continue;
-    }
-    const std::uint32_t first = link & kSlotMask;
-    const std::uint32_t last = first + ((link & ~kLeafBit) >> kCountShift);
-    for (std::uint32_t slot = first; slot <= last; ++slot) {
-      const auto& [a, ab, ac] = corners_[slot];
-      // The line passes all three sides on the same hand.
-      const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;
-      const double sides[] = {along.dot(pa.cross(pb)), along.dot(pb.cross(pc)), along.dot(pc.cross(pa))};
-      const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
-      if ((least < 0 && most > 0) || along.dot(ab.cross(ac)) == 0) continue;
-      if (count < found.size()) found[count] = {static_cast<int>(triangle_of_slot_[slot]), a, ab, ac};
-      ++count;
-    }
-  }
-  return count;
+  const auto may_be_crossed = [&](const Child& child) { return may_cross(child, p_S, along); };
+  // The line passes all three sides on the same hand.
+  const auto is_crossed = [&](const Corners& corners) {
+    const auto& [a, ab, ac] = corners;
+    const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;
+    const double sides[] = {along.dot(pa.cross(pb)), along.dot(pb.cross(pc)), along.dot(pc.cross(pa))};
+    const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
+    return !((least < 0 && most > 0) || along.dot(ab.cross(ac)) == 0);
+  };
+  return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_crossed, is_crossed, found);
 }
 
 }  // namespace tandem::geometry

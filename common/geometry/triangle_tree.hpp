@@ -38,7 +38,7 @@ class TriangleTree {
                   int hint = -1) const noexcept;
   /// The same with a normal that leads out of the solid. Where closed parts overlap, that is their union: of those that `p_S` is in,
   /// the closest of the one that it is deepest in. A part that is turned inside out is a cavity of the smallest one around it.
-  /// Where faces do not pair up, the winding number says what is inside.
+  /// Where faces do not pair up, the winding number says what is inside. Of a tree that is not of_solid(), the same as closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
   /// Whether boxes around parts overlap, or faces do not pair up at their edges.

@@ -130,8 +130,7 @@ bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
 }
 
 geometry::TriangleTree::Closest ExactSurface::closest(const Vec3& p_S, double limit_m) const {
-  geometry::TriangleTree::Closest closest =
-      half_thickness_m_ > 0 ? tree_.closest(p_S, limit_m) : tree_.closest_of_solid(p_S, limit_m);
+  geometry::TriangleTree::Closest closest = tree_.closest_of_solid(p_S, limit_m);
   if (closest.triangle < 0) return closest;
   const Vec3 off = p_S - closest.point_S;
   if (half_thickness_m_ <= 0) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include "common/base/random.hpp"
@@ -103,6 +104,19 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
+/// `ask` fills a span, and says how many there are; where the span is too short, that there are more.
+template <class Ask>
+std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Ask& ask) {
+  const std::size_t count = ask(found);
+  std::vector<int> triangles;
+  for (std::size_t k = 0; k < count; ++k) triangles.push_back(found[k].triangle);
+  EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
+  if (count > 1) {
+    EXPECT_GT(ask(found.first(count - 1)), count - 1);
+  }
+  return count;
+}
+
 TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
   Random random(kTriangleTreeSeed);
   const TriangleMesh mesh = rough_sphere(random);
@@ -118,16 +132,11 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
       };
       if (distance_to_triangle_m(p, corner(0), corner(1), corner(2)) <= limit) expected.push_back(static_cast<int>(k));
     }
-    const std::size_t count = tree.within(p, limit, found);
-    std::vector<int> triangles;
+    const std::size_t count =
+        expect_finds(expected, found, [&](std::span<TriangleTree::Near> into) { return tree.within(p, limit, into); });
     for (std::size_t k = 0; k < count; ++k) {
-      triangles.push_back(found[k].triangle);
       const auto& corners = mesh.triangles[static_cast<std::size_t>(found[k].triangle)];
       EXPECT_EQ(found[k].a, mesh.vertices[static_cast<std::size_t>(corners[0])]);
-    }
-    EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
-    if (count > 1) {
-      EXPECT_GT(tree.within(p, limit, std::span(found).first(count - 1)), count - 1);
     }
   }
 }
@@ -157,14 +166,9 @@ TEST(TriangleTree, FindsAllTrianglesThatALineCrossesAndSaysWhenThereAreMore) {
     for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
       if (is_crossed(mesh, k, p, along)) expected.push_back(static_cast<int>(k));
     }
-    const std::size_t count = tree.crossed(p, along, found);
-    std::vector<int> triangles;
-    for (std::size_t k = 0; k < count; ++k) triangles.push_back(found[k].triangle);
-    EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
+    const std::size_t count =
+        expect_finds(expected, found, [&](std::span<TriangleTree::Near> into) { return tree.crossed(p, along, into); });
     EXPECT_EQ(count % 2, 0U) << "what goes in comes out";
-    if (count > 1) {
-      EXPECT_GT(tree.crossed(p, along, std::span(found).first(count - 1)), count - 1);
-    }
   }
 }
 
