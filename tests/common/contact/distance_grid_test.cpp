@@ -310,6 +310,19 @@ TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
   EXPECT_LE(grid->coarsest_cell_m(), 8e-4);
 }
 
+TEST(DistanceGrid, WhatWouldBeTooLargeGetsWiderCells) {
+  const geometry::TriangleMesh mesh = bumpy_sphere();
+  const auto whole = grid_of(mesh);
+  ContactShapeOptions options;
+  options.max_grid_bytes = whole->memory_bytes() / 3;
+  const auto smaller = grid_of(mesh, options);
+  EXPECT_LT(static_cast<double>(smaller->memory_bytes()), 1.2 * static_cast<double>(options.max_grid_bytes));
+  EXPECT_GT(smaller->memory_bytes(), options.max_grid_bytes / 4) << "no coarser than it must be";
+  EXPECT_GT(smaller->coarsest_cell_m(), whole->coarsest_cell_m());
+  EXPECT_GT(smaller->error_m(), whole->error_m());
+  for (const Vec3& p : mesh.vertices) EXPECT_NEAR(smaller->sample(p).distance_m, 0, 2 * smaller->error_m());
+}
+
 TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
   const geometry::TriangleMesh mesh = bumpy_sphere();
   ContactShapeOptions options;
