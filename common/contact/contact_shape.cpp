@@ -192,7 +192,8 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const bool is_solid = mesh.kind == geometry::SurfaceKind::kSolid;
-  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh) : geometry::TriangleTree(mesh.mesh);
+  const auto tree =
+      is_solid ? geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner) : geometry::TriangleTree(mesh.mesh);
   shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
   shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));

@@ -367,8 +367,19 @@ double area_m2(const TriangleMesh& mesh) {
   return area;
 }
 
+/// What is inside of those parts that come out of the solid somewhere.
+std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides) {
+  const auto side_of = [&sides](int t) { return sides[static_cast<std::size_t>(t)]; };
+  std::vector<int> inner;
+  for (const MeshPart& part : parts) {
+    if (std::ranges::find(part.triangles, Side::kBorder, side_of) == part.triangles.end()) continue;
+    std::ranges::copy_if(part.triangles, std::back_inserter(inner), [&](int t) { return side_of(t) == Side::kInside; });
+  }
+  return inner;
+}
+
 /// Makes a solid of what has its inside on one side, and a sheet of what has the outside on both.
-void divide_by_winding(ContactMesh& result) {
+void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& all_parts) {
   const std::vector<Side> sides = sides_of(result.mesh);
   std::vector<int> border, open;
   for (std::size_t t = 0; t < sides.size(); ++t) {
@@ -382,6 +393,7 @@ void divide_by_winding(ContactMesh& result) {
   }
   const TriangleMesh whole = std::move(result.mesh);
   result.mesh = part_of(whole, border);
+  result.inner = part_of(whole, inner_of(all_parts, sides));
   if (!border.empty()) {
     // Without what was inside, edges pair up that did not before. What this says has been said.
     std::vector<std::string> repeated;
@@ -456,7 +468,7 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   const auto is_solid_here = [&](const MeshPart& part) { return is_solid(result.mesh, part); };
   const bool is_unpaired = std::ranges::any_of(parts, &MeshPart::is_unpaired);
   if (is_unpaired) {
-    divide_by_winding(result);
+    divide_by_winding(result, parts);
   } else if (std::ranges::any_of(parts, is_solid_here)) {
     divide_by_parts(result, parts);
   } else {

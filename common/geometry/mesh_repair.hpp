@@ -29,8 +29,9 @@ struct PartReport {
 struct ContactMesh {
   TriangleMesh mesh;
   SurfaceKind kind = SurfaceKind::kSolid;
-  std::vector<std::string> notes;   ///< for people: what was changed, with counts
-  TriangleMesh sheet{};             ///< of a solid: what beside it is open
+  std::vector<std::string> notes;  ///< for people: what was changed, with counts
+  TriangleMesh sheet{};            ///< of a solid: what beside it is open
+  TriangleMesh inner{};  ///< what goes on inside the solid from its surface: no surface, but of its winding number
   std::vector<PartReport> parts{};  ///< what each was taken for, the largest first
 };
 
@@ -46,6 +47,8 @@ class MeshError : public std::runtime_error {
 /// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, or too many parts
 ContactMesh repaired(const TriangleMesh& mesh);
 
+/// Adds the triangles of `other` with vertices of their own.
+void append(TriangleMesh& mesh, const TriangleMesh& other);
 /// Solid and sheet in one.
 TriangleMesh all_of(const ContactMesh& mesh);
 

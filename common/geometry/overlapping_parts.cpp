@@ -1,9 +1,11 @@
 // The union of solids that overlap, of which a mesh from a modelling program often is: bristles that stand in a board, a handle that
 // goes into a pot. What is of one part is inside of another there, and no surface.
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <optional>
 
+#include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "common/geometry/winding_number.hpp"
 
@@ -103,11 +105,15 @@ std::vector<Piece> solids_of(const std::vector<Piece>& pieces) {
   return solids;
 }
 
-/// Those of which the box meets another's, and what is closed together alone.
-std::vector<Piece> not_alone(std::vector<Piece> solids) {
+/// Those of which the box meets another's, what is closed together alone, and what crosses itself.
+/// In      crosses  of each triangle, whether it crosses another
+std::vector<Piece> not_alone(std::vector<Piece> solids, const std::vector<bool>& crosses) {
   std::ranges::sort(solids, {}, [](const Piece& solid) { return solid.box.min().x(); });
   std::vector<bool> overlaps(solids.size(), false);
-  for (std::size_t i = 0; i < solids.size(); ++i) overlaps[i] = !solids[i].is_closed;
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    const auto is_crossing = [&](int triangle) { return crosses[static_cast<std::size_t>(triangle)]; };
+    overlaps[i] = !solids[i].is_closed || std::ranges::any_of(solids[i].triangles, is_crossing);
+  }
   for (std::size_t i = 0; i < solids.size(); ++i) {
     for (std::size_t k = i + 1; k < solids.size() && solids[k].box.min().x() <= solids[i].box.max().x(); ++k) {
       if (solids[i].box.intersects(solids[k].box)) overlaps[i] = overlaps[k] = true;
@@ -162,11 +168,15 @@ double signed_m(const TriangleTree::Closest& closest, const Vec3& p_S) {
 /// Slabs across the longest axis say which parts a point may be in.
 struct TriangleTree::Parts {
   struct Part {
-    explicit Part(const Piece& piece, TriangleMesh of_piece)
+    /// In      inner  of it, if it is not closed
+    Part(const Piece& piece, TriangleMesh of_piece, const TriangleMesh& inner)
         : box(piece.box), mesh(std::move(of_piece)), tree(mesh), triangles(piece.triangles) {
-      if (piece.is_closed) return;
-      winding.emplace(mesh);
-      find_sound();
+      const std::vector<bool> crosses = tree.crossing();
+      if (piece.is_closed && std::ranges::none_of(crosses, std::identity())) return;
+      whole = mesh;
+      if (!piece.is_closed) append(whole, inner);
+      winding.emplace(whole);
+      find_sound(crosses);
     }
 
     /// Where the faces at an edge do not pair up, or cross others, the nearest one does not say which side is inside.
@@ -176,7 +186,7 @@ struct TriangleTree::Parts {
       return found;
     }
     bool is_inside(const Vec3& p_S) const { return std::abs(winding->at(p_S)) > 0.5; }
-    void find_sound();
+    void find_sound(const std::vector<bool>& crosses);
     bool has_inside_below(std::size_t triangle) const;
     /// Turns the normal so that it says so.
     static void face(Closest& found, const Vec3& p_S, bool is_inside) {
@@ -188,16 +198,18 @@ struct TriangleTree::Parts {
     TriangleMesh mesh;
     TriangleTree tree;
     std::vector<int> triangles;  ///< of the mesh that it is a part of, in the order of its own
-    // Of what is closed together alone.
+    // Of what is closed together alone, or crosses itself.
+    TriangleMesh whole;
     std::optional<WindingNumber> winding;
     std::vector<bool> is_sound;  ///< of each of its triangles: its normal says what is inside
   };
 
-  Parts(const TriangleMesh& mesh, const std::vector<Piece>& pieces) : is_sound(mesh.triangles.size(), true) {
+  Parts(const TriangleMesh& mesh, const TriangleMesh& inner, const std::vector<Piece>& pieces)
+      : is_sound(mesh.triangles.size(), true) {
     Cutter cutter(mesh);
     for (const Piece& piece : pieces) {
       all.extend(piece.box);
-      parts.push_back(std::make_unique<Part>(piece, cutter.cut(piece)));
+      parts.push_back(std::make_unique<Part>(piece, cutter.cut(piece), inner));
       for (std::size_t i = 0; i < parts.back()->is_sound.size(); ++i) {
         is_sound[static_cast<std::size_t>(piece.triangles[i])] = parts.back()->is_sound[i];
       }
@@ -222,8 +234,8 @@ struct TriangleTree::Parts {
   std::vector<std::vector<std::size_t>> slabs;
 };
 
-/// All edges at its corners pair up, and all of it is a border.
-void TriangleTree::Parts::Part::find_sound() {
+/// All edges at its corners pair up, no other one crosses it, and all of it is a border.
+void TriangleTree::Parts::Part::find_sound(const std::vector<bool>& crosses) {
   const std::size_t count = mesh.triangles.size();
   std::vector<int> triangles_at(3 * count);
   for (const auto& edges : tree.edges_of_slot_) {
@@ -238,7 +250,7 @@ void TriangleTree::Parts::Part::find_sound() {
   }
   for (std::size_t i = 0; i < count; ++i) {
     const auto ends = [&](int vertex) { return is_end[static_cast<std::size_t>(vertex)]; };
-    is_sound.push_back(std::ranges::none_of(mesh.triangles[i], ends) && has_inside_below(i));
+    is_sound.push_back(!crosses[i] && std::ranges::none_of(mesh.triangles[i], ends) && has_inside_below(i));
   }
 }
 
@@ -260,18 +272,17 @@ bool TriangleTree::Parts::Part::has_inside_below(std::size_t triangle) const {
   return true;
 }
 
-void TriangleTree::find_parts(const TriangleMesh& mesh) {
+void TriangleTree::find_parts(const TriangleMesh& mesh, const TriangleMesh& inner) {
   std::vector<std::array<std::uint32_t, 3>> edges(mesh.triangles.size());
   for (std::size_t slot = 0; slot < edges.size(); ++slot) edges[triangle_of_slot_[slot]] = edges_of_slot_[slot];
   const std::vector<Piece> pieces = pieces_of(mesh, edges);
-  if (pieces.size() == 1 && pieces.front().is_closed) return;
-  const std::vector<Piece> found = not_alone(solids_of(pieces));
-  if (!found.empty()) parts_ = std::make_shared<Parts>(mesh, found);
+  const std::vector<Piece> found = not_alone(solids_of(pieces), crossing());
+  if (!found.empty()) parts_ = std::make_shared<Parts>(mesh, inner, found);
 }
 
-TriangleTree TriangleTree::of_solid(const TriangleMesh& mesh) {
+TriangleTree TriangleTree::of_solid(const TriangleMesh& mesh, const TriangleMesh& inner) {
   TriangleTree tree(mesh);
-  tree.find_parts(mesh);
+  tree.find_parts(mesh, inner);
   return tree;
 }
 

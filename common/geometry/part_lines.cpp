@@ -7,11 +7,15 @@
 
 namespace tandem::geometry {
 
+void append(TriangleMesh& mesh, const TriangleMesh& other) {
+  const auto first = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const auto& [a, b, c] : other.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
+}
+
 TriangleMesh all_of(const ContactMesh& mesh) {
   TriangleMesh all = mesh.mesh;
-  const auto first = static_cast<int>(all.vertices.size());
-  all.vertices.insert(all.vertices.end(), mesh.sheet.vertices.begin(), mesh.sheet.vertices.end());
-  for (const auto& [a, b, c] : mesh.sheet.triangles) all.triangles.push_back({first + a, first + b, first + c});
+  append(all, mesh.sheet);
   return all;
 }
 

@@ -20,8 +20,10 @@ class TriangleTree {
  public:
   /// In      mesh  at least one triangle; it need not live on
   explicit TriangleTree(const TriangleMesh& mesh);
-  /// For closest_of_solid() where parts overlap, or faces do not pair up at their edges: takes up to three times the memory.
-  static TriangleTree of_solid(const TriangleMesh& mesh);
+  /// For closest_of_solid() where parts overlap or cross themselves, or faces do not pair up at their edges: takes up to three times
+  /// the memory.
+  /// In      inner  what lies within the solid, and is no surface of it, but belongs to its winding number; may be empty
+  static TriangleTree of_solid(const TriangleMesh& mesh, const TriangleMesh& inner);
   TriangleTree(TriangleTree&& other) noexcept;
   TriangleTree& operator=(TriangleTree&& other) noexcept;
   ~TriangleTree();
@@ -38,10 +40,11 @@ class TriangleTree {
                   int hint = -1) const noexcept;
   /// The same with a normal that leads out of the solid. Where closed parts overlap, that is their union: of those that `p_S` is in,
   /// the closest of the one that it is deepest in. A part that is turned inside out is a cavity of the smallest one around it.
-  /// Where faces do not pair up, the winding number says what is inside. Of a tree that is not of_solid(), the same as closest().
+  /// Where faces do not pair up, or cross others of their part, the winding number says what is inside. Of a tree that is not
+  /// of_solid(), the same as closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
-  /// Whether boxes around parts overlap, or faces do not pair up at their edges.
+  /// Whether boxes around parts overlap, or faces do not pair up at their edges or cross others.
   bool may_overlap() const { return parts_ != nullptr; }
   /// A triangle of the mesh with its corners a, a + ab, a + ac.
   struct Near {
@@ -73,7 +76,9 @@ class TriangleTree {
   void store_triangles(const TriangleMesh& mesh);
   void sum_corner_normals(const TriangleMesh& mesh);
   void sum_edge_normals(const TriangleMesh& mesh);
-  void find_parts(const TriangleMesh& mesh);
+  void find_parts(const TriangleMesh& mesh, const TriangleMesh& inner);
+  /// Of each triangle, whether an edge of one that shares none of its corners goes through it, or one of its own through another.
+  std::vector<bool> crossing() const;
   double squared_to_box(const Child& child, const Vec3& p_S) const noexcept;
   static bool may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept;
   void try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;

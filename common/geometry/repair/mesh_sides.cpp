@@ -41,7 +41,10 @@ class Judge {
     const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
     bool lies_on_another = false;
     const double half_way = winding_.at(middle, static_cast<int>(triangle), &lies_on_another);
-    if (!lies_on_another) return tandem::geometry::side_of(half_way);
+    if (!lies_on_another) {
+      const Side side = tandem::geometry::side_of(half_way);
+      return side == Side::kInside && comes_out(triangle, corners) ? Side::kBorder : side;
+    }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
     // Others may lie on a part of it only. One that is left out is a hole, one too many is not felt from outside.
@@ -60,6 +63,25 @@ class Judge {
       high = high.cwiseMax(p);
     }
     return (high - low).norm();
+  }
+
+  /// Of a triangle that is inside in its middle: where another closed part goes through it, half of a solid is at some of the middles
+  /// of sixteen equal ones. Next to what is not closed the winding number is anything.
+  bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
+    constexpr int kAlong = 4;
+    constexpr double kSurely = 0.1;
+    const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
+    const auto is_border = [&](double along_u, double along_v) {
+      const Vec3 p = corners[0] + along_u * u + along_v * v;
+      return std::abs(std::abs(winding_.at(p, static_cast<int>(triangle))) - 0.5) < kSurely;
+    };
+    for (int i = 0; i < kAlong; ++i) {
+      for (int k = 0; i + k < kAlong; ++k) {
+        const bool has_other = i + k + 1 < kAlong;
+        if (is_border(i + 1.0 / 3, k + 1.0 / 3) || (has_other && is_border(i + 2.0 / 3, k + 2.0 / 3))) return true;
+      }
+    }
+    return false;
   }
 
   Side side_beside(const Vec3& p, const Vec3& normal) const {

@@ -99,10 +99,10 @@ class Deepest final : public Collector {
 }  // namespace
 
 ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m,
-                           std::shared_ptr<const ExactSurface> beside)
+                           std::shared_ptr<const ExactSurface> beside, const geometry::TriangleMesh& inner)
     : mesh_(mesh),
       half_thickness_m_(half_thickness_m),
-      tree_(half_thickness_m > 0 ? geometry::TriangleTree(mesh) : geometry::TriangleTree::of_solid(mesh)),
+      tree_(half_thickness_m > 0 ? geometry::TriangleTree(mesh) : geometry::TriangleTree::of_solid(mesh, inner)),
       bounds_(bounds_of(mesh)),
       beside_(std::move(beside)) {
   std::vector<bool> is_used(mesh.vertices.size(), false);

@@ -19,8 +19,9 @@ class ExactSurface {
  public:
   /// In      half_thickness_m  of the plate, which is all that is no farther from the mesh; 0: a solid
   ///         beside            what else is of the body: of a solid, its open parts; may be null
+  ///         inner             of a solid: see geometry::ContactMesh
   explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0,
-                        std::shared_ptr<const ExactSurface> beside = nullptr);
+                        std::shared_ptr<const ExactSurface> beside = nullptr, const geometry::TriangleMesh& inner = {});
 
   /// This one, and what is beside it.
   std::vector<const ExactSurface*> parts() const;

@@ -60,7 +60,8 @@ TouchObject make_touch_object(const std::string& name, const geometry::TriangleM
   const double half_m = options.sheet_thickness_m / 2;
   const auto beside =
       object.mesh.sheet.triangles.empty() ? nullptr : std::make_shared<const ExactSurface>(object.mesh.sheet, half_m);
-  object.exact = std::make_shared<const ExactSurface>(object.mesh.mesh, is_sheet ? half_m : 0, beside);
+  object.exact =
+      std::make_shared<const ExactSurface>(object.mesh.mesh, is_sheet ? half_m : 0, beside, object.mesh.inner);
   return object;
 }
 

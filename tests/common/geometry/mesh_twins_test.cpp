@@ -48,12 +48,6 @@ TriangleMesh twice(const Faces& faces, std::size_t from, bool is_reversed) {
   return mesh;
 }
 
-void append(TriangleMesh& mesh, const TriangleMesh& other) {
-  const auto first = static_cast<int>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (const auto& [a, b, c] : other.triangles) mesh.triangles.push_back({a + first, b + first, c + first});
-}
-
 /// A box of n × n quads a side.
 Faces box(int n, const Vec3& size_m = Vec3(0.04, 0.03, 0.02), const Vec3& low_S = Vec3::Zero()) {
   Faces faces;

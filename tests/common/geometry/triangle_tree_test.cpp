@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "common/base/random.hpp"
+#include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
@@ -257,7 +258,7 @@ TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
                                                   {Vec3(0.03, 0.04, 0), Vec3(0.01, 0.01, 0.01)}}};
   TriangleMesh mesh;
   for (const auto& [centre, size_m] : boxes) add_box(mesh, centre, size_m);
-  const TriangleTree tree = TriangleTree::of_solid(mesh);
+  const TriangleTree tree = TriangleTree::of_solid(mesh, {});
   EXPECT_TRUE(tree.may_overlap());
   Random random(kTriangleTreeSeed);
   int inside = 0;
@@ -279,7 +280,7 @@ TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.06));
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.04), true);
   add_box(mesh, Vec3(0.02, 0, 0), Vec3(0.03, 0.01, 0.01));
-  const TriangleTree tree = TriangleTree::of_solid(mesh);
+  const TriangleTree tree = TriangleTree::of_solid(mesh, {});
   Random random(kTriangleTreeSeed);
   for (int i = 0; i < 5000; ++i) {
     const Vec3 p = random_place(random, 0.04);
@@ -290,11 +291,85 @@ TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
   }
 }
 
+/// A bar of square section along a way in the plane z = 0 that turns by right angles, closed at its ends.
+TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
+  TriangleMesh mesh;
+  const auto left = [&](std::size_t from) { return Vec3(Vec3::UnitZ().cross(way[from + 1] - way[from]).normalized()); };
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const bool turns = i > 0 && i + 1 < way.size();
+    const Vec3 aside = turns ? Vec3(left(i - 1) + left(i)) : left(i == 0 ? 0 : i - 1);
+    for (const auto& [along, up] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)}) {
+      mesh.vertices.push_back(way[i] + half_m * (along * aside + up * Vec3::UnitZ()));
+    }
+    if (i == 0) continue;
+    const int ring = 4 * static_cast<int>(i);
+    for (int k = 0; k < 4; ++k) {
+      const int next = (k + 1) % 4;
+      mesh.triangles.push_back({ring - 4 + k, ring - 4 + next, ring + next});
+      mesh.triangles.push_back({ring - 4 + k, ring + next, ring + k});
+    }
+  }
+  const int last = 4 * static_cast<int>(way.size() - 1);
+  mesh.triangles.insert(mesh.triangles.end(),
+                        {{0, 2, 1}, {0, 3, 2}, {last, last + 1, last + 2}, {last, last + 2, last + 3}});
+  return mesh;
+}
+
+TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
+  constexpr double kHalf_m = 0.004;
+  const std::vector<Vec3> way{{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.03, 0}, {0, 0.03, 0}, {0, -0.03, 0}};
+  const TriangleTree tree = TriangleTree::of_solid(bent_bar(way, kHalf_m), {});
+  Random random(kTriangleTreeSeed);
+  int inside = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = random_place(random, 0.035).cwiseProduct(Vec3(1, 1, 0.3));
+    double expected_m = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k + 1 < way.size(); ++k) {
+      // As far as the outside of a turn, but not beyond an end.
+      const Vec3 along = (way[k + 1] - way[k]).normalized();
+      const Vec3 from = way[k] - (k > 0 ? kHalf_m : 0) * along;
+      const Vec3 to = way[k + 1] + (k + 2 < way.size() ? kHalf_m : 0) * along;
+      const Vec3 size_m = (to - from).cwiseAbs() + 2 * kHalf_m * (Vec3::Ones() - along.cwiseAbs());
+      expected_m = std::min(expected_m, distance_to_box_m(p - (from + to) / 2, size_m));
+    }
+    inside += expected_m < 0 ? 1 : 0;
+    const double found_m = tree.signed_distance_m(p);
+    ASSERT_EQ(found_m < 0, expected_m < 0) << p.transpose();
+    if (expected_m <= 0) continue;
+    ASSERT_NEAR(found_m, expected_m, 1e-12) << p.transpose();
+  }
+  EXPECT_GT(inside, 1000);
+}
+
+// A block with a bar through it of which each side has its middle in the block; and far away one with a wall inside, so that all is
+// judged by the winding number.
+TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
+  const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
+  TriangleMesh mesh;
+  add_box(mesh, Vec3::Zero(), block_m);
+  add_box(mesh, bar_at, bar_m);
+  const int first = static_cast<int>(mesh.vertices.size());
+  add_box(mesh, Vec3(0.3, 0, 0), Vec3::Constant(0.01));
+  mesh.triangles.push_back({first, first + 1, first + 7});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.parts.at(0).why, "enclosed, by the winding number");
+  const TriangleTree tree = TriangleTree::of_solid(result.mesh, result.inner);
+  Random random(kTriangleTreeSeed);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = random_place(random, 0.05);
+    const double expected_m = std::min(distance_to_box_m(p, block_m), distance_to_box_m(p - bar_at, bar_m));
+    const double found_m = tree.signed_distance_m(p);
+    ASSERT_EQ(found_m < 0, expected_m < 0) << p.transpose();
+    if (expected_m <= 0) continue;
+    ASSERT_NEAR(found_m, expected_m, 1e-9) << p.transpose();
+  }
+}
+
 TEST(TriangleTree, PartsThatAreApartAreOneSurface) {
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.02));
   add_box(mesh, Vec3(0.03, 0, 0), Vec3::Constant(0.02));
-  EXPECT_FALSE(TriangleTree::of_solid(mesh).may_overlap());
+  EXPECT_FALSE(TriangleTree::of_solid(mesh, {}).may_overlap());
 }
 
 }  // namespace
