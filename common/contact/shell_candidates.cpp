@@ -28,7 +28,7 @@ constexpr double kSlow_m = 2e-5;
 // Where a level has lasted for so many steps and more than this share of the room for the cut is in use, two nodes are one again as soon
 // as both are known for so much longer.
 constexpr std::uint32_t kStepsToJoin = 100;
-constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 1e-3;
+constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 3e-4;
 
 // About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
 double radius_of(const ContactShape& shape) {
