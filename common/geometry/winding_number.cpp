@@ -19,10 +19,10 @@ struct WindingNumber::AngleSum {
 
   void add(double of_x, double of_y) noexcept {
     const double new_x = x * of_x - y * of_y;
-    const double new_y = x * of_y + y * of_x;
+    const double new_y = x * of_y + y * of_x + 0.0;  // never −0: straight back is π, not −π
     const double size = std::max(std::abs(new_x), std::abs(new_y));
     if (!(size > 0)) return;  // in a corner of the triangle, or in its edge: any angle would do
-    if (y > 0 && of_y > 0 && new_y <= 0) ++turns;
+    if (y >= 0 && of_y > 0 && new_y < 0) ++turns;
     if (y < 0 && of_y < 0 && new_y >= 0) --turns;
     x = new_x / size;
     y = new_y / size;

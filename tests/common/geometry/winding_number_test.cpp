@@ -87,6 +87,19 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
+// The angles there add up to half a turn, sometimes to the last bit.
+TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
+  for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {
+    const TriangleMesh mesh = tessellated_box(Vec3(size_m, 0.02, 0.02));
+    const WindingNumber winding(mesh);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      Vec3 middle = Vec3::Zero();
+      for (const int corner : mesh.triangles[t]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
+      EXPECT_NEAR(winding.at(middle, static_cast<int>(t)), 0.5, 1e-9) << size_m << ", " << t;
+    }
+  }
+}
+
 TEST(WindingNumber, IsTwoWhereSolidsOverlapAndZeroOutside) {
   TriangleMesh mesh = tessellated_sphere(0.03);
   add(mesh, tessellated_sphere(0.03), Vec3(0.02, 0, 0));
