@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <thread>
 
 #include "common/geometry/mesh_edges.hpp"
@@ -27,13 +28,22 @@ Side side_of(double half_way, double jump = 1) {
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
+/// Whether a winding number is that of a border, of what is inside, or of what is outside, about: not what a wall makes of it that is
+/// beside, of which there are only the faces of one side.
+bool is_clear(double half_way) {
+  constexpr double kUnclear = 0.1;
+  const double others = std::abs(half_way);
+  return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
+}
+
 /// Judges triangles by the winding number that the others make in their middle; where another triangle lies on it, which
 /// there hangs on rounding, by that of all a little off both sides.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
 
-  Side side_of(std::size_t triangle) const {
+  /// Out     is_sure  see is_clear()
+  Side side_of(std::size_t triangle, bool& is_sure) const {
     std::array<Vec3, 3> corners;
     for (std::size_t i = 0; i < 3; ++i)
       corners[i] = mesh_.vertices[static_cast<std::size_t>(mesh_.triangles[triangle][i])];
@@ -41,6 +51,7 @@ class Judge {
     const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
     bool lies_on_another = false;
     const double half_way = winding_.at(middle, static_cast<int>(triangle), &lies_on_another);
+    is_sure = lies_on_another || is_clear(half_way);
     if (!lies_on_another) {
       const Side side = tandem::geometry::side_of(half_way);
       return side == Side::kInside && comes_out(triangle, corners) ? Side::kBorder : side;
@@ -95,14 +106,16 @@ class Judge {
   double step_m_;
 };
 
-}  // namespace
-
-std::vector<Side> sides_of(const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) return {};
+/// Of some triangles of a mesh. Out: of each of these whether it is sure.
+std::vector<char> judge(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles, std::vector<Side>& sides) {
   const Judge judge(mesh);
-  std::vector<Side> sides(mesh.triangles.size());
+  std::vector<char> is_sure(triangles.size());
   const auto decide = [&](std::size_t first, std::size_t last) {
-    for (std::size_t t = first; t < last; ++t) sides[t] = judge.side_of(t);
+    for (std::size_t i = first; i < last; ++i) {
+      bool sure = true;
+      sides[i] = judge.side_of(triangles[i], sure);
+      is_sure[i] = sure ? 1 : 0;
+    }
   };
   const std::size_t processors = std::max(1U, std::thread::hardware_concurrency());
   const std::size_t threads = sides.size() < kMinForThreads ? 1 : std::min(processors, kMaxThreads);
@@ -112,6 +125,32 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   }
   decide(0, sides.size() / threads);
   helpers.clear();
+  return is_sure;
+}
+
+}  // namespace
+
+std::vector<Side> sides_of(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return {};
+  std::vector<Side> sides(mesh.triangles.size());
+  std::vector<std::size_t> all(sides.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const std::vector<char> is_sure = judge(mesh, all, sides);
+  // What is no border for sure does not count in the second look at the others.
+  TriangleMesh rest{mesh.vertices, {}};
+  std::vector<std::size_t> unsure, unsure_in_rest;
+  for (const std::size_t t : all) {
+    if (is_sure[t] != 0 && sides[t] != Side::kBorder) continue;
+    if (is_sure[t] == 0) {
+      unsure.push_back(t);
+      unsure_in_rest.push_back(rest.triangles.size());
+    }
+    rest.triangles.push_back(mesh.triangles[t]);
+  }
+  if (unsure.empty() || rest.triangles.size() == all.size()) return sides;
+  std::vector<Side> again(unsure.size());
+  judge(rest, unsure_in_rest, again);
+  for (std::size_t i = 0; i < unsure.size(); ++i) sides[unsure[i]] = again[i];
   return sides;
 }
 

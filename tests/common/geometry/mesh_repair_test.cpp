@@ -241,6 +241,18 @@ TEST(MeshRepair, LeavesOutAWallInsideASolid) {
   EXPECT_THAT(result.notes, Contains("1 triangle inside the solid is left out"));
 }
 
+/// Its faces are of one side of it only: beside it the winding number is up to a half off.
+TEST(MeshRepair, LeavesOutAWallThatDividesASolid) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  EXPECT_TRUE(result.sheet.triangles.empty());
+  EXPECT_THAT(result.notes, Contains("2 triangles inside the solid are left out"));
+}
+
 /// A fin on a box, as a file of three triangles at an edge often has it.
 TEST(MeshRepair, TakesAFinOnASolidForASheet) {
   TriangleMesh mesh = tessellated_box(kCube);
