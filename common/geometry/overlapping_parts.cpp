@@ -1,11 +1,11 @@
 // The union of solids that overlap, of which a mesh from a modelling program often is: bristles that stand in a board, a handle that
 // goes into a pot. What is of one part is inside of another there, and no surface.
 #include <algorithm>
-#include <functional>
 #include <numeric>
 #include <optional>
 
 #include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/triangle_crossing.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "common/geometry/winding_number.hpp"
 
@@ -14,14 +14,24 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
+using Corners = std::array<Vec3, 3>;
+/// Of each triangle, by number.
+using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
+
 constexpr std::size_t kMaxSlabs = 256;
+/// Of the diagonal: what is nearer to each other touches.
+constexpr double kTouching = 1e-7;
 
 /// A part of a mesh: its box, the volume that it encloses, and its triangles.
 struct Piece {
   Box box;
   double volume_m3 = 0;
   bool is_closed = true;
+  bool crosses_itself = false;
   std::vector<int> triangles;
+
+  /// Its normals say everywhere which side is inside.
+  bool is_simple() const { return is_closed && !crosses_itself; }
 
   void add(const Piece& other) {
     box.extend(other.box);
@@ -56,8 +66,7 @@ std::vector<std::size_t> parts_of(const TriangleMesh& mesh) {
   return parts;
 }
 
-/// In      edges  of each triangle, by number
-std::vector<Piece> pieces_of(const TriangleMesh& mesh, const std::vector<std::array<std::uint32_t, 3>>& edges) {
+std::vector<Piece> pieces_of(const TriangleMesh& mesh, const EdgesOfTriangles& edges) {
   const std::vector<std::size_t> part_of = parts_of(mesh);
   std::vector<Piece> pieces(*std::ranges::max_element(part_of) + 1);
   std::vector<int> triangles_at(3 * mesh.triangles.size());
@@ -105,15 +114,30 @@ std::vector<Piece> solids_of(const std::vector<Piece>& pieces) {
   return solids;
 }
 
-/// Those of which the box meets another's, what is closed together alone, and what crosses itself.
-/// In      crosses  of each triangle, whether it crosses another
-std::vector<Piece> not_alone(std::vector<Piece> solids, const std::vector<bool>& crosses) {
+void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, const TriangleTree& tree) {
+  Box all;
+  std::vector<const Piece*> solid_of(mesh.triangles.size(), nullptr);
+  for (const Piece& solid : solids) {
+    all.extend(solid.box);
+    for (const int triangle : solid.triangles) solid_of[static_cast<std::size_t>(triangle)] = &solid;
+  }
+  const double tolerance_m = kTouching * all.diagonal().norm();
+  std::vector<TriangleTree::Near> near;
+  for (Piece& solid : solids) {
+    if (!solid.is_closed) continue;
+    for (const int triangle : solid.triangles) {
+      for (const std::size_t other : crossing(mesh, tree, static_cast<std::size_t>(triangle), tolerance_m, near))
+        solid.crosses_itself = solid.crosses_itself || solid_of[other] == &solid;
+      if (solid.crosses_itself) break;
+    }
+  }
+}
+
+/// Those of which the box meets another's, and those that are not simple.
+std::vector<Piece> not_alone(std::vector<Piece> solids) {
   std::ranges::sort(solids, {}, [](const Piece& solid) { return solid.box.min().x(); });
   std::vector<bool> overlaps(solids.size(), false);
-  for (std::size_t i = 0; i < solids.size(); ++i) {
-    const auto is_crossing = [&](int triangle) { return crosses[static_cast<std::size_t>(triangle)]; };
-    overlaps[i] = !solids[i].is_closed || std::ranges::any_of(solids[i].triangles, is_crossing);
-  }
+  for (std::size_t i = 0; i < solids.size(); ++i) overlaps[i] = !solids[i].is_simple();
   for (std::size_t i = 0; i < solids.size(); ++i) {
     for (std::size_t k = i + 1; k < solids.size() && solids[k].box.min().x() <= solids[i].box.max().x(); ++k) {
       if (solids[i].box.intersects(solids[k].box)) overlaps[i] = overlaps[k] = true;
@@ -163,31 +187,221 @@ double signed_m(const TriangleTree::Closest& closest, const Vec3& p_S) {
   return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
 }
 
+/// What is on the sides of the triangles of a mesh, everywhere on them. Where they meet others or have edges that do not pair up,
+/// they are divided until little is left of them that may be one thing or the other.
+class Sides {
+ public:
+  enum class Kind : std::uint8_t {
+    kFace,   ///< inside behind it, outside before it
+    kInner,  ///< inside on both sides
+    kAsk     ///< another, or more than one
+  };
+
+  /// In      inner  of the mesh, if it is not closed
+  Sides(const TriangleMesh& mesh, const TriangleMesh& inner, const TriangleTree& tree, const EdgesOfTriangles& edges,
+        const Piece& piece)
+      : mesh_(mesh),
+        whole_(with(inner, mesh)),
+        winding_(whole_),
+        is_closed_(piece.is_closed),
+        size_m_(piece.box.diagonal().norm()) {
+    std::vector<TriangleTree::Near> space;
+    const std::vector<bool> is_end = ends_of(edges);
+    cells_.resize(mesh.triangles.size());
+    border_.vertices = mesh.vertices;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Corners corners = corners_of(mesh, t);
+      std::vector<Obstacle> near;
+      for (const std::size_t other : crossing(mesh, tree, t, kTouching * size_m_, space))
+        near.push_back({corners_of(mesh, other), 3});
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto ends = [&](std::size_t corner) {
+          return is_end[static_cast<std::size_t>(mesh.triangles[t][corner])];
+        };
+        if (triangles_at_[edges[t][k]] != 2) near.push_back({{corners[k], corners[(k + 1) % 3]}, 2});
+        if (ends(k)) near.push_back({{corners[k], corners[k]}, 2});
+      }
+      divide(t, corners, near, t);
+    }
+  }
+
+  bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
+
+  /// Around a hole, what is inside has no border of triangles.
+  Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
+    const Corners corners = corners_of(mesh_, triangle);
+    const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
+    const double bb = ab.squaredNorm(), bc = ab.dot(ac), cc = ac.squaredNorm(), scale = bb * cc - bc * bc;
+    double u = (cc * ab.dot(ap) - bc * ac.dot(ap)) / scale, v = (bb * ac.dot(ap) - bc * ab.dot(ap)) / scale;
+    std::size_t cell = triangle;
+    while (cells_[cell].first_quarter != 0) {
+      cell = cells_[cell].first_quarter;
+      u *= 2;
+      v *= 2;
+      if (u >= 1) {
+        cell += 1;
+        u -= 1;
+      } else if (v >= 1) {
+        cell += 2;
+        v -= 1;
+      } else if (u + v > 1) {
+        cell += 3;
+        u = 1 - u;
+        v = 1 - v;
+      }
+    }
+    const Kind kind = cells_[cell].kind;
+    return kind == Kind::kInner && !is_closed_ ? Kind::kAsk : kind;
+  }
+
+  const TriangleMesh& border() const { return border_; }  ///< what has not the inside on both sides
+  bool has_inner() const { return has_inner_; }
+  int triangle_of_border(int triangle) const { return triangle_of_border_[static_cast<std::size_t>(triangle)]; }
+
+ private:
+  static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
+  /// Of the whole: cells that are not longer stay as they are, and likewise those where the winding number is that near to ½.
+  static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
+  static constexpr double kDoubt = 0.2;
+
+  struct Cell {
+    Kind kind = Kind::kAsk;
+    std::uint32_t first_quarter = 0;  ///< 0: not divided
+  };
+  /// What may be a border between one kind and another: a triangle, or a side of one.
+  struct Obstacle {
+    Corners corners;
+    int count;
+  };
+
+  static TriangleMesh with(const TriangleMesh& inner, TriangleMesh mesh) {
+    append(mesh, inner);
+    return mesh;
+  }
+
+  std::vector<bool> ends_of(const EdgesOfTriangles& edges) {
+    triangles_at_.resize(3 * edges.size());
+    for (const auto& of_triangle : edges) {
+      for (const std::uint32_t edge : of_triangle) ++triangles_at_[edge];
+    }
+    std::vector<bool> is_end(mesh_.vertices.size(), false);
+    for (std::size_t t = 0; t < edges.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (triangles_at_[edges[t][k]] == 2) continue;
+        for (const std::size_t end : {k, (k + 1) % 3}) is_end[static_cast<std::size_t>(mesh_.triangles[t][end])] = true;
+      }
+    }
+    return is_end;
+  }
+
+  void divide(std::size_t cell, const Corners& corners, std::span<const Obstacle> near, std::size_t triangle) {
+    const double tolerance_m = kTouching * size_m_;
+    std::vector<Obstacle> left;
+    for (const Obstacle& other : near) {
+      const bool touches = other.count == 3 ? meet(corners, other.corners, tolerance_m)
+                                            : meets(corners, other.corners[0], other.corners[1], tolerance_m);
+      if (touches) left.push_back(other);
+    }
+    const auto& [a, b, c] = corners;
+    const double share = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) / size_m_;
+    Look look;
+    if (left.empty() || share <= kFinest) look = look_at(corners, is_closed_ && left.empty());
+    const bool is_unclear = !left.empty() || look.is_mixed;
+    if (share > (is_unclear ? kFinest : look.is_doubtful ? kDoubtful : share)) {
+      const std::size_t first = cells_.size();
+      cells_[cell].first_quarter = static_cast<std::uint32_t>(first);
+      cells_.resize(first + 4);
+      const Vec3 ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
+      const Corners quarters[] = {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {bc, ca, ab}};
+      for (std::size_t k = 0; k < 4; ++k) divide(first + k, quarters[k], left, triangle);
+      return;
+    }
+    cells_[cell].kind = is_unclear || (look.is_doubtful && !is_closed_) ? Kind::kAsk : look.kind;
+    if (look.kind == Kind::kInner && !look.is_mixed) {
+      has_inner_ = true;
+    } else {
+      add_to_border(corners, triangle, cell == triangle);
+    }
+  }
+
+  /// What samples of a cell say.
+  struct Look {
+    Kind kind = Kind::kAsk;
+    bool is_mixed = false;     ///< they differ
+    bool is_doubtful = false;  ///< they might elsewhere: beside a hole the winding number changes
+  };
+
+  /// At its middle, and near its corners and the middles of its sides.
+  Look look_at(const Corners& corners, bool at_middle_only) const {
+    const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
+    const Vec3 step = kBeside * size_m_ * normal;
+    const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
+    Look look;
+    const auto kind_at = [&](const Vec3& p_S) {
+      const double behind = std::abs(winding_.at(p_S - step)) - 0.5, before = std::abs(winding_.at(p_S + step)) - 0.5;
+      look.is_doubtful = look.is_doubtful || std::min(std::abs(behind), std::abs(before)) < kDoubt;
+      return behind <= 0 ? Kind::kAsk : before > 0 ? Kind::kInner : Kind::kFace;
+    };
+    look.kind = kind_at(middle);
+    for (std::size_t k = 0; k < 3 && !at_middle_only && !look.is_mixed; ++k) {
+      const Vec3 side = (corners[k] + corners[(k + 1) % 3]) / 2;
+      look.is_mixed = kind_at(middle + kToTheRim * (corners[k] - middle)) != look.kind ||
+                      kind_at(middle + kToTheRim * (side - middle)) != look.kind;
+    }
+    return look;
+  }
+
+  void add_to_border(const Corners& corners, std::size_t triangle, bool is_whole) {
+    if (is_whole) {
+      border_.triangles.push_back(mesh_.triangles[triangle]);
+    } else {
+      const auto first = static_cast<int>(border_.vertices.size());
+      border_.vertices.insert(border_.vertices.end(), corners.begin(), corners.end());
+      border_.triangles.push_back({first, first + 1, first + 2});
+    }
+    triangle_of_border_.push_back(static_cast<int>(triangle));
+  }
+
+  const TriangleMesh& mesh_;
+  TriangleMesh whole_;
+  WindingNumber winding_;
+  bool is_closed_;
+  double size_m_;
+  std::vector<int> triangles_at_;  ///< each edge
+  std::vector<Cell> cells_;        ///< first one of each triangle
+  bool has_inner_ = false;
+  TriangleMesh border_;
+  std::vector<int> triangle_of_border_;
+};
+
 }  // namespace
 
 /// Slabs across the longest axis say which parts a point may be in.
 struct TriangleTree::Parts {
   struct Part {
-    /// In      inner  of it, if it is not closed
     Part(const Piece& piece, TriangleMesh of_piece, const TriangleMesh& inner)
         : box(piece.box), mesh(std::move(of_piece)), tree(mesh), triangles(piece.triangles) {
-      const std::vector<bool> crosses = tree.crossing();
-      if (piece.is_closed && std::ranges::none_of(crosses, std::identity())) return;
-      whole = mesh;
-      if (!piece.is_closed) append(whole, inner);
-      winding.emplace(whole);
-      find_sound(crosses);
+      if (piece.is_simple()) return;
+      sides.emplace(mesh, piece.is_closed ? TriangleMesh{} : inner, tree, edges_of(tree), piece);
+      if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
     /// Where the faces at an edge do not pair up, or cross others, the nearest one does not say which side is inside.
     Closest closest(const Vec3& p_S) const {
       Closest found = tree.closest(p_S);
-      if (winding && !is_sound[static_cast<std::size_t>(found.triangle)]) face(found, p_S, is_inside(p_S));
+      const Sides::Kind kind = kind_of(found.triangle, found.point_S);
+      if (kind == Sides::Kind::kFace) return found;
+      const bool is_inside = kind == Sides::Kind::kInner || sides->is_inside(p_S);
+      if (is_inside && border) {
+        found = border->closest(p_S);
+        found.triangle = sides->triangle_of_border(found.triangle);
+      }
+      face(found, p_S, is_inside);
       return found;
     }
-    bool is_inside(const Vec3& p_S) const { return std::abs(winding->at(p_S)) > 0.5; }
-    void find_sound(const std::vector<bool>& crosses);
-    bool has_inside_below(std::size_t triangle) const;
+    Sides::Kind kind_of(int triangle, const Vec3& p_S) const {
+      return sides ? sides->at(static_cast<std::size_t>(triangle), p_S) : Sides::Kind::kFace;
+    }
     /// Turns the normal so that it says so.
     static void face(Closest& found, const Vec3& p_S, bool is_inside) {
       if ((signed_m(found, p_S) < 0) == is_inside || !(found.distance_m > 0)) return;
@@ -197,22 +411,21 @@ struct TriangleTree::Parts {
     Box box;
     TriangleMesh mesh;
     TriangleTree tree;
-    std::vector<int> triangles;  ///< of the mesh that it is a part of, in the order of its own
-    // Of what is closed together alone, or crosses itself.
-    TriangleMesh whole;
-    std::optional<WindingNumber> winding;
-    std::vector<bool> is_sound;  ///< of each of its triangles: its normal says what is inside
+    std::vector<int> triangles;          ///< of the mesh that it is a part of, in the order of its own
+    std::optional<Sides> sides;          ///< of what is not simple
+    std::optional<TriangleTree> border;  ///< of that, where it has inner faces
   };
 
   Parts(const TriangleMesh& mesh, const TriangleMesh& inner, const std::vector<Piece>& pieces)
-      : is_sound(mesh.triangles.size(), true) {
+      : places(mesh.triangles.size(), {kNone, 0}) {
     Cutter cutter(mesh);
     for (const Piece& piece : pieces) {
       all.extend(piece.box);
-      parts.push_back(std::make_unique<Part>(piece, cutter.cut(piece), inner));
-      for (std::size_t i = 0; i < parts.back()->is_sound.size(); ++i) {
-        is_sound[static_cast<std::size_t>(piece.triangles[i])] = parts.back()->is_sound[i];
+      for (std::size_t i = 0; i < piece.triangles.size(); ++i) {
+        places[static_cast<std::size_t>(piece.triangles[i])] = {static_cast<std::uint32_t>(parts.size()),
+                                                                static_cast<int>(i)};
       }
+      parts.push_back(std::make_unique<Part>(piece, cutter.cut(piece), inner));
     }
     all.sizes().maxCoeff(&axis);
     slabs.resize(std::min(kMaxSlabs, 2 * parts.size()));
@@ -222,6 +435,11 @@ struct TriangleTree::Parts {
     }
   }
 
+  /// Its normal there says which side is inside.
+  bool is_face(int triangle, const Vec3& p_S) const {
+    const auto& [part, in_part] = places[static_cast<std::size_t>(triangle)];
+    return part == kNone || parts[part]->kind_of(in_part, p_S) == Sides::Kind::kFace;
+  }
   std::size_t slab_of(const Vec3& p_S) const {
     const double share = (p_S[axis] - all.min()[axis]) / all.sizes()[axis];
     return std::min(static_cast<std::size_t>(share * static_cast<double>(slabs.size())), slabs.size() - 1);
@@ -230,53 +448,22 @@ struct TriangleTree::Parts {
   Box all;
   Eigen::Index axis = 0;
   std::vector<std::unique_ptr<Part>> parts;
-  std::vector<bool> is_sound;  ///< likewise, of each triangle of the mesh
+  static constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::pair<std::uint32_t, int>> places;  ///< of each triangle of the mesh: its part, and which it is there
   std::vector<std::vector<std::size_t>> slabs;
+
+  static EdgesOfTriangles edges_of(const TriangleTree& tree) {
+    EdgesOfTriangles edges(tree.triangle_count());
+    for (std::size_t slot = 0; slot < edges.size(); ++slot)
+      edges[tree.triangle_of_slot_[slot]] = tree.edges_of_slot_[slot];
+    return edges;
+  }
 };
 
-/// All edges at its corners pair up, no other one crosses it, and all of it is a border.
-void TriangleTree::Parts::Part::find_sound(const std::vector<bool>& crosses) {
-  const std::size_t count = mesh.triangles.size();
-  std::vector<int> triangles_at(3 * count);
-  for (const auto& edges : tree.edges_of_slot_) {
-    for (const std::uint32_t edge : edges) ++triangles_at[edge];
-  }
-  std::vector<bool> is_end(mesh.vertices.size(), false);
-  for (std::size_t slot = 0; slot < count; ++slot) {
-    for (std::size_t side = 0; side < 3; ++side) {
-      if (triangles_at[tree.edges_of_slot_[slot][side]] == 2) continue;
-      is_end[tree.vertices_of_slot_[slot][side]] = is_end[tree.vertices_of_slot_[slot][(side + 1) % 3]] = true;
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto ends = [&](int vertex) { return is_end[static_cast<std::size_t>(vertex)]; };
-    is_sound.push_back(!crosses[i] && std::ranges::none_of(mesh.triangles[i], ends) && has_inside_below(i));
-  }
-}
-
-/// At its middle, and near its corners and the middles of its sides.
-bool TriangleTree::Parts::Part::has_inside_below(std::size_t triangle) const {
-  constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  std::array<Vec3, 3> corners;
-  for (std::size_t k = 0; k < 3; ++k) corners[k] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k])];
-  const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
-  const Vec3 step = kBeside * box.diagonal().norm() * normal;
-  const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
-  const auto is_border = [&](const Vec3& p_S) { return is_inside(p_S - step) && !is_inside(p_S + step); };
-  if (!is_border(middle)) return false;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 side = (corners[k] + corners[(k + 1) % 3]) / 2;
-    if (!is_border(middle + kToTheRim * (corners[k] - middle)) || !is_border(middle + kToTheRim * (side - middle)))
-      return false;
-  }
-  return true;
-}
-
 void TriangleTree::find_parts(const TriangleMesh& mesh, const TriangleMesh& inner) {
-  std::vector<std::array<std::uint32_t, 3>> edges(mesh.triangles.size());
-  for (std::size_t slot = 0; slot < edges.size(); ++slot) edges[triangle_of_slot_[slot]] = edges_of_slot_[slot];
-  const std::vector<Piece> pieces = pieces_of(mesh, edges);
-  const std::vector<Piece> found = not_alone(solids_of(pieces), crossing());
+  std::vector<Piece> solids = solids_of(pieces_of(mesh, Parts::edges_of(*this)));
+  find_self_crossing(solids, mesh, *this);
+  const std::vector<Piece> found = not_alone(std::move(solids));
   if (!found.empty()) parts_ = std::make_shared<Parts>(mesh, inner, found);
 }
 
@@ -302,8 +489,7 @@ TriangleTree::Closest TriangleTree::closest_of_solid(const Vec3& p_S, double lim
     best = closest;
   }
   if (!(best.distance_m < limit_m)) return {};
-  const bool is_sound = parts_->is_sound[static_cast<std::size_t>(best.triangle)];
-  if (deepest_m == 0 && !is_sound) Parts::Part::face(best, p_S, false);
+  if (deepest_m == 0 && !parts_->is_face(best.triangle, best.point_S)) Parts::Part::face(best, p_S, false);
   return best;
 }
 

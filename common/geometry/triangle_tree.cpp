@@ -107,19 +107,6 @@ struct TriangleTree::Node {
 
 struct TriangleTree::Corners {
   Vec3 a, ab, ac;
-
-  /// By a line, which then passes all three sides on the same hand.
-  bool is_crossed(const Vec3& p_S, const Vec3& along) const {
-    const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;
-    const double sides[] = {along.dot(pa.cross(pb)), along.dot(pb.cross(pc)), along.dot(pc.cross(pa))};
-    const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
-    return !((least < 0 && most > 0) || along.dot(ab.cross(ac)) == 0);
-  }
-  /// By a line from `begin` to `end`, ends included.
-  bool is_crossed_between(const Vec3& begin, const Vec3& end) const {
-    const Vec3 normal = ab.cross(ac);
-    return normal.dot(begin - a) * normal.dot(end - a) <= 0 && is_crossed(begin, end - begin);
-  }
 };
 
 struct TriangleTree::Nearest {
@@ -405,6 +392,22 @@ std::size_t TriangleTree::within(const Vec3& p_S, double limit_m, std::span<Near
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
+std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept {
+  const auto may_be_in = [&](const Child& child) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<Eigen::Index>(axis);
+      if (child.low[axis] > box_S.max()[i] || child.high[axis] < box_S.min()[i]) return false;
+    }
+    return true;
+  };
+  const auto is_in = [&](const Corners& corners) {
+    const auto& [a, ab, ac] = corners;
+    const Eigen::AlignedBox3d box(a + ab.cwiseMin(ac).cwiseMin(0.0), a + ab.cwiseMax(ac).cwiseMax(0.0));
+    return box_S.intersects(box);
+  };
+  return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
+}
+
 /// Box and line are apart if they are, seen along the line and an axis, for one of the axes.
 bool TriangleTree::may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept {
   const Vec3 low(child.low[0], child.low[1], child.low[2]), high(child.high[0], child.high[1], child.high[2]);
@@ -419,40 +422,15 @@ bool TriangleTree::may_cross(const Child& child, const Vec3& p_S, const Vec3& al
 
 std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept {
   const auto may_be_crossed = [&](const Child& child) { return may_cross(child, p_S, along); };
-  const auto is_crossed = [&](const Corners& corners) { return corners.is_crossed(p_S, along); };
+  // The line passes all three sides on the same hand.
+  const auto is_crossed = [&](const Corners& corners) {
+    const auto& [a, ab, ac] = corners;
+    const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;
+    const double sides[] = {along.dot(pa.cross(pb)), along.dot(pb.cross(pc)), along.dot(pc.cross(pa))};
+    const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
+    return !((least < 0 && most > 0) || along.dot(ab.cross(ac)) == 0);
+  };
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_crossed, is_crossed, found);
-}
-
-std::vector<bool> TriangleTree::crossing() const {
-  std::vector<bool> crosses(corners_.size(), false);
-  std::vector<Near> near(64);
-  for (std::uint32_t slot = 0; slot < corners_.size(); ++slot) {
-    const auto& [a, ab, ac] = corners_[slot];
-    const Vec3 at[] = {a, a + ab, a + ac};
-    for (std::size_t side = 0; side < 3; ++side) {
-      const std::uint32_t from = vertices_of_slot_[slot][side], to = vertices_of_slot_[slot][(side + 1) % 3];
-      const Vec3 &begin = at[side], &end = at[(side + 1) % 3];
-      const auto may_be = [low = begin.cwiseMin(end).eval(), high = begin.cwiseMax(end).eval()](const Child& child) {
-        bool overlaps = true;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const auto of_axis = static_cast<Eigen::Index>(axis);
-          overlaps = overlaps && child.low[axis] <= high[of_axis] && child.high[axis] >= low[of_axis];
-        }
-        return overlaps;
-      };
-      const auto is_it = [&begin, &end](const Corners& other) { return other.is_crossed_between(begin, end); };
-      std::size_t count = 0;
-      while ((count = gather(nodes_, root_, corners_, triangle_of_slot_, may_be, is_it, near)) > near.size())
-        near.resize(2 * near.size());
-      for (const Near& other : std::span(near).first(count)) {
-        const auto& corners = vertices_of_slot_[slot_of_triangle_[static_cast<std::size_t>(other.triangle)]];
-        if (std::ranges::any_of(corners, [&](std::uint32_t corner) { return corner == from || corner == to; }))
-          continue;
-        crosses[static_cast<std::size_t>(other.triangle)] = crosses[triangle_of_slot_[slot]] = true;
-      }
-    }
-  }
-  return crosses;
 }
 
 }  // namespace tandem::geometry

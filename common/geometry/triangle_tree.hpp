@@ -40,8 +40,8 @@ class TriangleTree {
                   int hint = -1) const noexcept;
   /// The same with a normal that leads out of the solid. Where closed parts overlap, that is their union: of those that `p_S` is in,
   /// the closest of the one that it is deepest in. A part that is turned inside out is a cavity of the smallest one around it.
-  /// Where faces do not pair up, or cross others of their part, the winding number says what is inside. Of a tree that is not
-  /// of_solid(), the same as closest().
+  /// Where a part crosses itself or faces do not pair up, the winding number says what is inside, and what has that on both sides
+  /// is no surface. Of a tree that is not of_solid(), the same as closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
   /// Whether boxes around parts overlap, or faces do not pair up at their edges or cross others.
@@ -54,6 +54,8 @@ class TriangleTree {
   /// The triangles that are not farther than `limit_m`, in no special order, as many as the span holds.
   /// Out     how many; more than the span holds: there are others
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
+  /// The triangles whose boxes meet a box, likewise.
+  std::size_t within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept;
   /// The triangles that a line crosses, on both sides of `p_S`, as within() gives them; none that lies along the line.
   std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
   /// Negative inside. For solids.
@@ -77,8 +79,6 @@ class TriangleTree {
   void sum_corner_normals(const TriangleMesh& mesh);
   void sum_edge_normals(const TriangleMesh& mesh);
   void find_parts(const TriangleMesh& mesh, const TriangleMesh& inner);
-  /// Of each triangle, whether an edge of one that shares none of its corners goes through it, or one of its own through another.
-  std::vector<bool> crossing() const;
   double squared_to_box(const Child& child, const Vec3& p_S) const noexcept;
   static bool may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept;
   void try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;

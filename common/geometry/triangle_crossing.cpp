@@ -1,0 +1,96 @@
+#include "common/geometry/triangle_crossing.hpp"
+
+#include <algorithm>
+
+namespace tandem::geometry {
+namespace {
+
+using Corners = std::array<Vec3, 3>;
+
+bool meet_in_mesh(const Corners& a, const std::array<int, 3>& vertices_a, const Corners& b,
+                  const std::array<int, 3>& vertices_b, double tolerance_m) noexcept {
+  const auto find_in = [](const std::array<int, 3>& vertices, int vertex) {
+    return static_cast<std::size_t>(std::ranges::find(vertices, vertex) - vertices.begin());
+  };
+  std::size_t shared = 0, at_a = 0, at_b = 0, other_a = 0, other_b = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (const std::size_t found = find_in(vertices_b, vertices_a[i]); found < 3) {
+      ++shared;
+      at_a = i;
+      at_b = found;
+    } else {
+      other_a = i;
+    }
+    if (find_in(vertices_a, vertices_b[i]) == 3) other_b = i;
+  }
+  if (shared == 0) return meet(a, b, tolerance_m);
+  if (shared == 1) {
+    return meets(a, b[(at_b + 1) % 3], b[(at_b + 2) % 3], tolerance_m) ||
+           meets(b, a[(at_a + 1) % 3], a[(at_a + 2) % 3], tolerance_m);
+  }
+  return shared == 3 || meets(a, b[other_b], b[other_b], tolerance_m) || meets(b, a[other_a], a[other_a], tolerance_m);
+}
+
+}  // namespace
+
+/// By what the planes of the triangle and of its three sides leave of the segment.
+bool meets(const Corners& corners, const Vec3& p, const Vec3& q, double tolerance_m) noexcept {
+  const Vec3 across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const double size = across.norm();
+  if (!(size > 0)) return false;
+  const Vec3 normal = across / size;
+  double from = 0, to = 1;
+  // Leaves what is not more than the tolerance above a plane of which p and q are at these heights.
+  const auto cut = [&](double p_m, double q_m) {
+    p_m -= tolerance_m;
+    q_m -= tolerance_m;
+    if (p_m > 0 && q_m > 0) to = -1;
+    if (p_m > 0 && q_m <= 0) from = std::max(from, p_m / (p_m - q_m));
+    if (p_m <= 0 && q_m > 0) to = std::min(to, p_m / (p_m - q_m));
+  };
+  const double p_m = normal.dot(p - corners[0]), q_m = normal.dot(q - corners[0]);
+  cut(p_m, q_m);
+  cut(-p_m, -q_m);
+  for (std::size_t i = 0; i < 3 && from <= to; ++i) {
+    const Vec3 out = (corners[(i + 1) % 3] - corners[i]).cross(normal).normalized();
+    cut(out.dot(p - corners[i]), out.dot(q - corners[i]));
+  }
+  return from <= to;
+}
+
+bool meet(const Corners& a, const Corners& b, double tolerance_m) noexcept {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (meets(a, b[i], b[(i + 1) % 3], tolerance_m) || meets(b, a[i], a[(i + 1) % 3], tolerance_m)) return true;
+  }
+  return false;
+}
+
+Corners corners_of(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto at = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k])]; };
+  return {at(0), at(1), at(2)};
+}
+
+std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::size_t triangle,
+                                  double tolerance_m, std::vector<TriangleTree::Near>& near) {
+  const Corners corners = corners_of(mesh, triangle);
+  const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]).array() - tolerance_m;
+  const Vec3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]).array() + tolerance_m;
+  constexpr std::size_t kUsual = 64;
+  if (near.empty()) near.resize(kUsual);
+  std::size_t count = tree.within({low, high}, near);
+  if (count > near.size()) {
+    near.resize(mesh.triangles.size());
+    count = tree.within({low, high}, near);
+  }
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto other = static_cast<std::size_t>(near[i].triangle);
+    if (other == triangle) continue;
+    const Corners of_other = {near[i].a, near[i].a + near[i].ab, near[i].a + near[i].ac};
+    if (meet_in_mesh(corners, mesh.triangles[triangle], of_other, mesh.triangles[other], tolerance_m))
+      found.push_back(other);
+  }
+  return found;
+}
+
+}  // namespace tandem::geometry
