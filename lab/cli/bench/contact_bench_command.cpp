@@ -9,11 +9,14 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/json_pretty.hpp"
 #include "lab/report/check.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/contact_scaling.hpp"
+#include "lab/studies/contact/landing.hpp"
 #include "lab/studies/contact/mesh_source.hpp"
 #include "lab/studies/contact/pose_check.hpp"
 
@@ -32,6 +35,7 @@ struct ContactBenchOptions {
   std::size_t steps = 0;
   std::size_t peer_steps = 3000;
   std::size_t check = 0;
+  bool is_landing = false;
   bool has_peer = true;
   bool wants_json = false;
 };
@@ -106,6 +110,20 @@ boost::json::object to_json(const PoseCheck& check) {
           {"checks", to_json(checks_of(check))}};
 }
 
+/// Landings and drops, in place of the path.
+int run_landings(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b, const Clock& clock) {
+  std::vector<Landing> all = landings(a, b, direction_of(options), options.mass_kg, clock);
+  for (Landing& drop : drops(a, options.mass_kg, clock)) all.push_back(std::move(drop));
+  const std::vector<Check> checks = landing_checks(all);
+  if (options.wants_json) {
+    std::cout << pretty_json(boost::json::object{{"a", a.name}, {"b", b.name}, {"landing", to_json(all)}});
+  } else {
+    std::cout << a.name << " on " << b.name << "\n\n" << to_text(all) << '\n';
+    print_checks(std::cout, checks);
+  }
+  return all_hold(checks) ? 0 : 1;
+}
+
 int run_contact_bench(const ContactBenchOptions& options) {
   check_numbers(options);
   const SteadyClock clock;
@@ -113,6 +131,7 @@ int run_contact_bench(const ContactBenchOptions& options) {
   std::optional<TouchObject> other;
   if (options.b != options.a) other = object_of(options, options.b, "--b", clock);
   const TouchObject& b = other ? *other : a;
+  if (options.is_landing) return run_landings(options, a, b, clock);
   const ContactBench bench = measure_contact_bench(options, a, b, clock);
   boost::json::object json = to_json(bench);
   std::string text = to_text(bench);
@@ -149,10 +168,16 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
   contact->add_option("--steps", options->steps, "of 1 ms; 0: the whole path")->capture_default_str();
   contact->add_option("--peer-steps", options->peer_steps, "of GImpact, from where the tool begins to press")
       ->capture_default_str();
-  contact->add_option("--check", options->check, "poses to compare with an exhaustive search")->capture_default_str();
+  CLI::Option* check = contact->add_option("--check", options->check, "poses to compare with an exhaustive search");
+  check->capture_default_str();
+  contact
+      ->add_flag("--landing", options->is_landing,
+                 "in place of the path: the hand lands the tool at three speeds and two stiffnesses, and the tool is "
+                 "dropped on each of its six sides")
+      ->excludes(check);
   contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
   contact->add_flag("--json", options->wants_json, "print JSON instead of a table");
-  contact->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
+  contact->footer("Exit code: 0 done, 1 a bound of --check or --landing does not hold, 2 bad input or set-up.");
   contact->callback([options, &exit_code] { exit_code = run_contact_bench(*options); });
 }
 

@@ -62,6 +62,7 @@ boost::json::object to_json(const ContactBench& bench) {
   result["looks"] = boost::json::object{{"p50", bench.ours.looks_p50}, {"p99", bench.ours.looks_p99}};
   result["hand_force_step_max_n"] = bench.ours.hand_force_step_max_n;
   result["hand_torque_step_max_n_m"] = bench.ours.hand_torque_step_max_n_m;
+  result["contact_created_j"] = bench.ours.contact_created_j;
   result["not_converged"] = bench.ours.not_converged;
   result["build_s"] = bench.build_s;
   result["cache_load_s"] = bench.cache_load_s;

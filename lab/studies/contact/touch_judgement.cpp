@@ -151,6 +151,25 @@ class PopThroughWatch {
   bool is_through_ = false;
 };
 
+std::size_t separations_of(const TouchTrace& trace) {
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < trace.size(); ++i) count += trace[i - 1].contacts > 0 && trace[i].contacts == 0 ? 1 : 0;
+  return count;
+}
+
+void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
+  double work_j = 0, least_work_j = 0;
+  double least_j = trace.empty() ? 0 : trace.front().contact_stored_j;
+  for (const TouchStep& step : trace) {
+    const double energy_j = work_j + step.contact_stored_j;
+    figures.contact_created_j = std::max(figures.contact_created_j, energy_j - least_j);
+    least_j = std::min(least_j, energy_j);
+    work_j += step.contact_work_j;
+    figures.contact_returned_j = std::max(figures.contact_returned_j, work_j - least_work_j);
+    least_work_j = std::min(least_work_j, work_j);
+  }
+}
+
 }  // namespace
 
 TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
@@ -172,6 +191,8 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
     figures.hand_force_step_max_n = std::max(figures.hand_force_step_max_n, (now.f - last.f).norm());
     figures.hand_torque_step_max_n_m = std::max(figures.hand_torque_step_max_n_m, (now.t - last.t).norm());
   }
+  figures.separations = separations_of(trace);
+  judge_energy(trace, figures);
   figures.looks_p50 = quantile_of(looks, 0.5);
   figures.looks_p99 = quantile_of(std::move(looks), 0.99);
   figures.query_us = quantiles_of(std::move(queries));

@@ -24,6 +24,13 @@ struct TouchFigures {
   /// From step to step of what the hand feels.
   double hand_force_step_max_n = 0, hand_torque_step_max_n_m = 0;
   std::size_t not_converged = 0;
+  std::size_t separations = 0;  ///< how often contact was lost again
+  /// What contact gave the tool beyond what it had taken from it before: the largest rise of its work above its least so
+  /// far. An upper bound of what it made, for its springs give back what they stored.
+  double contact_returned_j = 0;
+  /// Likewise with what the layers of the contacts hold: of the springs, only what the rigid floor and friction store is
+  /// in it still.
+  double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
 /// Without the exact judgement, which takes seconds: times, contacts and force jump.

@@ -63,7 +63,7 @@ class ReductionError {
 class TouchSimulation {
  public:
   TouchSimulation(const contact::ContactShape& tool, const contact::ContactShape& fixed, const TouchSettings& settings,
-                  const Pose& X_WT, const Clock& clock)
+                  const Pose& X_WT, const Twist& V_WT, const Clock& clock)
       : settings_(settings),
         clock_(clock),
         radius_m_(tool.radius_m()),
@@ -72,7 +72,8 @@ class TouchSimulation {
         law_(haptics::make_coupling_law("spring-damper",
                                         damped_for(settings.coupling, settings.mass_kg, inertia_T_.diagonal()))),
         solver_({.bodies = 1, .couplings = 1, .patches = 1, .contacts = contact::kContactBudget}),
-        X_WT_(X_WT) {
+        X_WT_(X_WT),
+        V_WT_(V_WT) {
     pair_.bind(&tool, &fixed);
   }
 
@@ -85,11 +86,14 @@ class TouchSimulation {
     const LocalTime begin = clock_.now();
     const contact::ContactWork work = pair_.find(X_WT_, Pose{}, band);
     const LocalTime found = clock_.now();
+    result.contact_stored_j = stored_j();
+    const Twist V_before_WT = V_WT_;
+    const LocalTime solve_begin = clock_.now();
     const contact::SolverReport report = solve(X_WH, V_WH);
     const LocalTime end = clock_.now();
 
     result.query = found - begin;
-    result.step = end - begin;
+    result.step = (found - begin) + (end - solve_begin);
     result.looks = work.looks();
     result.found = static_cast<std::uint32_t>(pair_.contacts().size());
     result.contacts = patch_result_.pressing;
@@ -97,12 +101,34 @@ class TouchSimulation {
     result.has_converged = report.has_converged;
     result.force_jump_n = error_.change_n(pair_.contacts(), contact::SolverPatch{}.stiffness_n_per_m3, X_WT_);
     result.on_hand_W = haptics::reaction_on_hand(tool_wrench_W_, X_WH.p - X_WT_.p);
+    result.kinetic_j = kinetic_j(V_WT_);
+    result.contact_work_j = result.kinetic_j - kinetic_j(V_before_WT) - work_beside_contact_j(V_before_WT);
     X_WT_ = integrate(X_WT_, V_WT_, h);
     result.X_WT = X_WT_;
     return result;
   }
 
  private:
+  double kinetic_j(const Twist& V_WT) const {
+    const Vec3 w_T = X_WT_.q.conjugate() * V_WT.w;
+    return 0.5 * (settings_.mass_kg * V_WT.v.squaredNorm() + w_T.dot(inertia_T_ * w_T));
+  }
+  /// Of coupling and weight, in the step from these velocities to those now. What changes velocities within a step does
+  /// its work at the mean of both: then the sum over all forces is the kinetic energy gained, to the bit of rounding.
+  double work_beside_contact_j(const Twist& V_before_WT) const {
+    const Vec3 f = tool_wrench_W_.f + settings_.mass_kg * settings_.gravity_m_per_s2;
+    return 0.5 * settings_.step_s * (f.dot(V_before_WT.v + V_WT_.v) + tool_wrench_W_.t.dot(V_before_WT.w + V_WT_.w));
+  }
+  /// As ContactRows has the layer: beyond the rigid depth its force grows no more.
+  double stored_j() const {
+    double sum = 0;
+    for (const contact::ContactPoint& contact : pair_.contacts()) {
+      const double soft_m = std::clamp(contact.depth_m, 0.0, rigid_depth_m_);
+      const double rest_m = std::max(contact.depth_m - rigid_depth_m_, 0.0);
+      sum += contact::SolverPatch{}.stiffness_n_per_m3 * contact.area_m2 * soft_m * (soft_m / 2 + rest_m);
+    }
+    return sum;
+  }
   contact::SolverReport solve(const Pose& X_WH, const Twist& V_WH) {
     const Eigen::Matrix3d R = X_WT_.q.toRotationMatrix();
     contact::SolverBody body;
@@ -138,9 +164,9 @@ class TouchSimulation {
   Twist V_WT_;
 };
 
-/// Where the tool hangs from the hand at the start.
-Pose resting_pose(const devices::HandPath& path, const TouchSettings& settings, Duration begin) {
-  Pose X_WT = path.pose_at(begin);
+/// Where the tool hangs from the hand at the start, if it holds it.
+Pose resting_pose(Pose X_WT, const TouchSettings& settings) {
+  if (settings.coupling.stiffness_n_per_m <= 0) return X_WT;
   X_WT.p += settings.mass_kg * settings.gravity_m_per_s2 / settings.coupling.stiffness_n_per_m;
   return X_WT;
 }
@@ -179,9 +205,24 @@ haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, dou
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock, Duration begin,
                      std::size_t steps) {
-  TouchSimulation simulation(tool, fixed, settings, resting_pose(path, settings, begin), clock);
+  const Pose start = resting_pose(path.pose_at(begin), settings);
+  TouchSimulation simulation(tool, fixed, settings, start, path.twist_at(begin), clock);
   return trace_of(path, settings, begin, steps,
                   [&](const Pose& X_WH, const Twist& V_WH) { return simulation.step(X_WH, V_WH); });
+}
+
+TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
+                     const std::function<RigidState(Duration)>& hand_at, Duration length, const TouchSettings& settings,
+                     const Clock& clock) {
+  const auto [start, start_twist] = hand_at(Duration{0});
+  TouchSimulation simulation(tool, fixed, settings, resting_pose(start, settings), start_twist, clock);
+  TouchTrace trace;
+  for (Duration at{0}; at < length; at += from_seconds(settings.step_s)) {
+    const auto [X_WH, V_WH] = hand_at(at);
+    trace.push_back(simulation.step(X_WH, V_WH));
+    trace.back().at = at;
+  }
+  return trace;
 }
 
 TouchTrace fastest_of(const std::vector<TouchTrace>& runs) {
@@ -205,7 +246,7 @@ TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::Trian
   server::GImpactReference peer(tool, fixed, settings.mass_kg, inertia, settings.friction, clock);
   const auto law =
       haptics::make_coupling_law("spring-damper", damped_for(settings.coupling, settings.mass_kg, inertia));
-  Pose X_WT = resting_pose(path, settings, begin);
+  Pose X_WT = resting_pose(path.pose_at(begin), settings);
   Twist V_WT;
   peer.place(X_WT);
   return trace_of(path, settings, begin, steps, [&](const Pose& X_WH, const Twist& V_WH) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -35,6 +36,10 @@ struct TouchStep {
   std::uint32_t contacts = 0;   ///< those that press
   double reported_depth_m = 0;  ///< deepest contact as the method sees it
   double force_jump_n = 0;      ///< see run_touch()
+  double kinetic_j = 0;         ///< of the tool, after the step
+  /// On the tool in this step: what its kinetic energy gained less the work of coupling and weight.
+  double contact_work_j = 0;
+  double contact_stored_j = 0;  ///< in the layers of the contacts, before the step: ½ stiffness · area · depth² each
   Duration query{0};
   Duration step{0};  ///< query and solution
   bool has_converged = true;
@@ -58,6 +63,12 @@ inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max(
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                      Duration begin = Duration{0}, std::size_t steps = kWholePath);
+
+/// Likewise, for `length`, with the hand wherever `hand_at` says: its pose, and its twist, which the tool has at the
+/// start too. A coupling without stiffness is no hand: the tool falls.
+TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
+                     const std::function<RigidState(Duration)>& hand_at, Duration length, const TouchSettings& settings,
+                     const Clock& clock);
 
 /// One trace of several equal runs: of each step the shortest times. What a step costs is then free of what else the
 /// machine did meanwhile.

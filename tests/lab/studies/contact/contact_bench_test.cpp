@@ -98,6 +98,32 @@ TEST(ContactBench, LeavesThePeerOutWhenAsked) {
   EXPECT_FALSE(boost::json::parse(outcome.out).as_object().contains("gimpact"));
 }
 
+TEST(ContactBench, LandingPrintsItsChecksInPlaceOfThePath) {
+  const Outcome outcome = run({"contact", "--a", "cube", "--b", "cube", "--scale", "0.4", "--landing", "--json"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  const boost::json::object json = boost::json::parse(outcome.out).as_object();
+  EXPECT_FALSE(json.contains("steps"));
+  const boost::json::object& landing = json.at("landing").as_object();
+  ASSERT_EQ(landing.at("landings").as_array().size(), 6U);
+  ASSERT_EQ(landing.at("drops").as_array().size(), 6U);
+  const boost::json::object& first = landing.at("landings").at(0).as_object();
+  EXPECT_NEAR(first.at("force_ratio").to_number<double>() * first.at("stop_force_n").to_number<double>(),
+              first.at("hand_force_step_max_n").to_number<double>(), 1e-12);
+  for (const char* key : {"speed_m_per_s", "stiffness_n_per_m", "torque_ratio", "separations", "contact_created_j",
+                          "contact_returned_j", "kinetic_left_j"}) {
+    EXPECT_TRUE(first.contains(key)) << key;
+  }
+  EXPECT_GT(landing.at("drops").at(0).at("rest_s").to_number<double>(), 0);
+  // Four of each landing, two of each drop.
+  ASSERT_EQ(landing.at("checks").as_array().size(), 36U);
+  for (const char* key : {"scope", "claim", "value", "relation", "bound", "unit", "holds"}) {
+    EXPECT_TRUE(landing.at("checks").at(0).as_object().contains(key)) << key;
+  }
+  EXPECT_THAT(run({"contact", "--a", "cube", "--b", "cube", "--scale", "0.4", "--landing"}).out,
+              AllOf(HasSubstr("a rigid stop's by"), HasSubstr("at rest after")));
+  EXPECT_THROW(run({"contact", "--a", "cube", "--b", "cube", "--landing", "--check", "3"}), CLI::ExcludesError);
+}
+
 /// A cube of 20 mm; built once, because that takes a while.
 const TouchObject& small_cube() {
   static const TouchObject object = make_touch_object("cube", mesh_from("cube", "--a", 0.1, 0.4), SteadyClock{});
