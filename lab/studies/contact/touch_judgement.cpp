@@ -159,12 +159,11 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = trace.empty() ? 0 : trace.front().contact_stored_j;
+  double least_j = std::numeric_limits<double>::infinity();  // of work so far and what is stored then
   for (const TouchStep& step : trace) {
-    const double energy_j = work_j + step.contact_stored_j;
-    figures.contact_created_j = std::max(figures.contact_created_j, energy_j - least_j);
-    least_j = std::min(least_j, energy_j);
+    least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;
+    figures.contact_created_j = std::max(figures.contact_created_j, work_j - least_j);
     figures.contact_returned_j = std::max(figures.contact_returned_j, work_j - least_work_j);
     least_work_j = std::min(least_work_j, work_j);
   }

@@ -25,11 +25,10 @@ struct TouchFigures {
   double hand_force_step_max_n = 0, hand_torque_step_max_n_m = 0;
   std::size_t not_converged = 0;
   std::size_t separations = 0;  ///< how often contact was lost again
-  /// What contact gave the tool beyond what it had taken from it before: the largest rise of its work above its least so
-  /// far. An upper bound of what it made, for its springs give back what they stored.
+  /// The most that contact gave the tool from some moment on: its springs give back what they stored.
   double contact_returned_j = 0;
-  /// Likewise with what the layers of the contacts hold: of the springs, only what the rigid floor and friction store is
-  /// in it still.
+  /// Likewise beyond what the layers of the contacts held at that moment: what is not passive. What friction and the rigid
+  /// floor store is in it, so it is an upper bound.
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
