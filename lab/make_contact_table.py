@@ -2,9 +2,9 @@
 """Makes the table of lab/studies/contact/README.md: touch on meshes as other people bring them, by class.
 
 Usage: lab/make_contact_table.py [--lab PROGRAM] [--out DIR] [--partners self,bunny,box,plate] [--check 20] [--every 1]
-       [--steps 0] [--write]
+       [--steps 0] [--landing] [--write]
 Runs `tandem-lab bench contact` for each mesh of lab/mesh_corpus.py, made or found, against each partner, one after the other, and prints the table; with --write
-it also replaces the one in the README. What is in DIR from an earlier run is not run again, so it may be stopped. Exit code: 0 done, 2 wrong arguments.
+it also replaces the one in the README. With --landing it runs `bench contact --landing` instead, and makes the table of landings and drops. What is in DIR from an earlier run is not run again, so it may be stopped. Exit code: 0 done, 2 wrong arguments.
 """
 
 import argparse
@@ -21,10 +21,14 @@ HERE = pathlib.Path(__file__).resolve().parent
 README = HERE / "studies/contact/README.md"
 BEGIN, END = "<!-- contact table: made by lab/make_contact_table.py -->", "<!-- end of the contact table -->"
 PARTNERS = ("self", "bunny", "box", "plate")
+LANDING_BEGIN, LANDING_END = "<!-- landing table: made by lab/make_contact_table.py --landing -->", "<!-- end of the landing table -->"
 MAX_STEP_US, MAX_DEPTH_M = 200, 6e-4
+MAX_SEPARATIONS = 1
 TIMEOUT_S = 900
 HEAD = ["class", "meshes", "loaded", "runs", "step p99, µs: median of meshes, worst", "above 200 µs", "deepest, mm: median, worst",
         "deeper than 0.6 mm", "hand's force moves in a step, N: median, worst", "runs with pop-throughs", "found less than a search of all points", "no end"]
+LANDING_HEAD = ["class", "meshes", "runs", "hand's force steps, of a rigid stop's: median, worst", "torque, likewise", "contact lost more than once",
+                "energy made by contact, mJ: landings, drops", "drops on a face", "of these, without rest", "landings and drops beyond a bound", "no end"]
 
 
 def partners_in(folder):
@@ -36,13 +40,11 @@ def partners_in(folder):
     return files
 
 
-def run_pair(options, mesh, name, partner, file):
-    """What the bench says of it, kept in a file; {"error": why} where it said nothing."""
-    kept = options.out / f"{name}-{partner}.json"
+def run_bench(options, mesh, file, kept, *arguments):
+    """What the bench says of a pair, kept in the file `kept`; {"error": why} where it said nothing."""
     if kept.exists():
         return json.loads(kept.read_text(encoding="utf-8"))
-    command = [options.lab, "bench", "contact", "--a", str(mesh), "--b", str(file), "--no-peer", "--json", "--check",
-               str(options.check), "--steps", str(options.steps)]
+    command = [options.lab, "bench", "contact", "--a", str(mesh), "--b", str(file), "--json", *arguments]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
         result = json.loads(done.stdout) if done.returncode in (0, 1) and done.stdout.startswith("{") else {
@@ -51,6 +53,13 @@ def run_pair(options, mesh, name, partner, file):
         result = {"error": f"did not end within {TIMEOUT_S} s", "code": -1}
     kept.write_text(json.dumps(result), encoding="utf-8")
     return result
+
+
+def run_pair(options, mesh, name, partner, file):
+    if options.landing:
+        return run_bench(options, mesh, file, options.out / f"{name}-{partner}-landing.json", "--landing")
+    return run_bench(options, mesh, file, options.out / f"{name}-{partner}.json", "--no-peer", "--check", str(options.check),
+                     "--steps", str(options.steps))
 
 
 def is_loaded(options, mesh):
@@ -81,13 +90,29 @@ def row(kind, meshes):
             sum(not all(check["holds"] for check in checks) for checks in checked), len(runs) - len(good)]
 
 
+def landing_row(kind, meshes):
+    """Likewise, of runs with --landing: the landings and drops, by their worst."""
+    runs = [run for _, its in meshes for run in its]
+    results = [run["landing"] for run in runs if "error" not in run]
+    landings = [landing for result in results for landing in result["landings"]]
+    drops = [drop for result in results for drop in result["drops"]]
+    on_face = [drop for drop in drops if drop["is_on_face"]]
+    failed = {(number, check["scope"]) for number, result in enumerate(results) for check in result["checks"] if not check["holds"]}
+    made_mj = [f"{1e3 * max(one['contact_created_j'] for one in ones):.3f}" if ones else "–" for ones in (landings, drops)]
+    return [kind, len(meshes), len(runs), median_and_worst([landing["force_ratio"] for landing in landings], 2),
+            median_and_worst([landing["torque_ratio"] for landing in landings], 2),
+            sum(landing["separations"] > MAX_SEPARATIONS for landing in landings), ", ".join(made_mj), len(on_face),
+            sum(drop["rest_s"] is None for drop in on_face), f"{len(failed)} of {len(landings) + len(drops)}", len(runs) - len(results)]
+
+
 def table(by_class, options):
+    head, row_of = (LANDING_HEAD, landing_row) if options.landing else (HEAD, row)
     lines = [f"Each mesh, 100 mm long, on {', '.join(options.partners)}" +
              (f"; every {options.every}th mesh" if options.every > 1 else "") +
              (f"; {options.steps} steps of each path" if options.steps else "") + ".", "",
-             "| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
-    rows = [row(kind, meshes) for kind, meshes in by_class.items()]
-    rows.append(row("all", [mesh for meshes in by_class.values() for mesh in meshes]))
+             "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    rows = [row_of(kind, meshes) for kind, meshes in by_class.items()]
+    rows.append(row_of("all", [mesh for meshes in by_class.values() for mesh in meshes]))
     return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in cells) + " |" for cells in rows])
 
 
@@ -99,6 +124,7 @@ def main():
     parser.add_argument("--check", type=int, default=20, help="poses of each pair to compare with a search of all points")
     parser.add_argument("--steps", type=int, default=0, help="of 1 ms of each path; 0: all of it")
     parser.add_argument("--every", type=int, default=1, help="takes each Nth mesh alone")
+    parser.add_argument("--landing", action="store_true", help="land and drop each mesh in place of the path")
     parser.add_argument("--write", action="store_true", help=f"replace the table of {README.relative_to(HERE.parent)}")
     options = parser.parse_args()
     if not pathlib.Path(options.lab).is_file():
@@ -121,7 +147,8 @@ def main():
     text = table(by_class, options)
     print(text)
     if options.write:
-        README.write_text(replaced(README.read_text(encoding="utf-8"), text, README, BEGIN, END), encoding="utf-8")
+        begin, end = (LANDING_BEGIN, LANDING_END) if options.landing else (BEGIN, END)
+        README.write_text(replaced(README.read_text(encoding="utf-8"), text, README, begin, end), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -62,6 +62,14 @@ def run(p99_us=50, depth_m=1e-4, pops=0, holds=True, hand_n=0.1):
             "check": {"checks": [{"holds": holds}]}}
 
 
+def landing(ratio=0.5, separations=0, created_j=1e-5, rest_s=0.1):
+    """One landing, and one drop on a face."""
+    held = [("landing", ratio <= 1.1 and separations <= 1), ("landing", created_j <= 1e-3), ("drop", rest_s is not None)]
+    return {"landing": {"landings": [{"force_ratio": ratio, "torque_ratio": 0.3, "separations": separations, "contact_created_j": created_j}],
+            "drops": [{"is_on_face": True, "rest_s": rest_s, "contact_created_j": 1e-5}],
+            "checks": [{"scope": scope, "holds": holds} for scope, holds in held]}}
+
+
 class Table(unittest.TestCase):
     def test_a_row_counts_what_misses_its_bound(self):
         meshes = [(True, [run(50), run(300, 7e-4, 2, hand_n=0.4)]), (True, [run(100, holds=False), {"error": "late"}]), (False, [])]
@@ -75,10 +83,30 @@ class Table(unittest.TestCase):
             lab = folder / "lab"
             lab.write_text(f"#!/bin/sh\necho run >>{folder}/runs\necho '{json.dumps(run())}'\n", encoding="utf-8")
             lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
-            options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0)
+            options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0, landing=False)
             for _ in range(2):
                 self.assertEqual(table.run_pair(options, folder / "a.obj", "a", "self", folder / "a.obj"), run())
             self.assertEqual((folder / "runs").read_text(encoding="utf-8"), "run\n")
+
+    def test_landings_are_kept_in_files_of_their_own(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "a-self.json").write_text(json.dumps(run()), encoding="utf-8")
+            lab = folder / "lab"
+            lab.write_text(f"#!/bin/sh\necho \"$@\" >>{folder}/runs\necho '{json.dumps(landing())}'\nexit 1\n", encoding="utf-8")
+            lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
+            options = types.SimpleNamespace(lab=str(lab), out=folder, landing=True)
+            for _ in range(2):
+                self.assertEqual(table.run_pair(options, "a.obj", "a", "self", "a.obj"), landing())
+            self.assertEqual((folder / "runs").read_text(encoding="utf-8"), "bench contact --a a.obj --b a.obj --json --landing\n")
+
+    def test_landings_are_told_by_their_worst(self):
+        runs = [landing(), landing(1.5, 2, 0.003, None), {"error": "late"}]
+        self.assertEqual(table.landing_row("round", [(True, runs), (False, [])]),
+                         ["round", 2, 3, "1.00, 1.50", "0.30, 0.30", 1, "3.000, 0.010", 2, 1, "2 of 4", 1])
+        options = types.SimpleNamespace(partners=["self"], every=1, steps=0, landing=True)
+        lines = table.table({"round": [(True, runs)], "none": [(False, [])]}, options).splitlines()
+        self.assertEqual({line.count("|") for line in lines[2:]}, {len(table.LANDING_HEAD) + 1})
 
     def test_a_bench_that_fails_says_why(self):
         with tempfile.TemporaryDirectory() as name:
@@ -86,7 +114,7 @@ class Table(unittest.TestCase):
             lab = folder / "lab"
             lab.write_text("#!/bin/sh\necho no triangles >&2\nexit 2\n", encoding="utf-8")
             lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
-            options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0)
+            options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0, landing=False)
             self.assertEqual(table.run_pair(options, folder / "a.obj", "a", "self", folder / "a.obj"), {"error": "no triangles", "code": 2})
 
     def test_a_mesh_without_triangles_is_none_and_one_that_is_refused_is_not_loaded(self):
