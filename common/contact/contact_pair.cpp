@@ -131,6 +131,13 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
+std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) const noexcept {
+  if ((contact.id & ContactPoint::kClosedForm) != 0) return {};
+  const bool is_other = (contact.id & ContactPoint::kOtherDirection) != 0;
+  const PointShell& shell = is_other ? other_.shell() : primary_.shell();
+  return std::span(shell.points).subspan(contact.id & ~ContactPoint::kOtherDirection, contact.count);
+}
+
 // Whether now_ has all that there is: of a ball far away nothing, of a ball on a plane what add_ball_on_plane() says.
 bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   const bool is_ball_a = ball_ == a_;

@@ -65,6 +65,12 @@ class ContactPair {
   /// Of the last find(), in the order of their ids.
   std::span<ContactPoint> contacts() noexcept { return now_; }
   std::span<const ContactPoint> contacts() const noexcept { return now_; }
+  /// Whose shell the points are of that a contact stands for: A's or B's.
+  bool is_of_a(const ContactPoint& contact) const noexcept {
+    return ((contact.id & ContactPoint::kOtherDirection) != 0) != is_a_primary_;
+  }
+  /// These points, in the frame of their shape; none where it is no sample.
+  std::span<const ShellPoint> points_of(const ContactPoint& contact) const noexcept;
 
  private:
   struct Direction;

@@ -70,16 +70,26 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
   return X_WA;
 }
 
-/// Contacts in the order of x, so that those near a point are found without looking at all.
+/// Contacts in the order of x, so that those near a point are found without looking at all. Where one stands for several points, as
+/// beyond the budget, it is at each of these that is inside.
 class NearContacts {
  public:
-  explicit NearContacts(std::span<const contact::ContactPoint> contacts) {
-    for (const contact::ContactPoint& contact : contacts) {
+  NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {
+    const Pose X_AW = X_WA.inverse();
+    for (const contact::ContactPoint& contact : pair.contacts()) {
       if (contact.depth_m < 0) continue;
       points_.push_back(contact.p_W);
       faces_.push_back(contact);
+      if (contact.count == 1) continue;
+      const bool is_of_a = pair.is_of_a(contact);
+      for (const contact::ShellPoint& point : pair.points_of(contact)) {
+        const Vec3 p_S = point.p_S.cast<double>();
+        const Vec3 p_W = is_of_a ? X_WA * p_S : p_S;
+        const double distance_m = is_of_a ? b.shape->field->distance_m(p_W) : a.shape->field->distance_m(X_AW * p_W);
+        if (distance_m < 0) points_.push_back(p_W);
+      }
     }
-    std::sort(points_.begin(), points_.end(), [](const Vec3& a, const Vec3& b) { return a.x() < b.x(); });
+    std::ranges::sort(points_, {}, [](const Vec3& point) { return point.x(); });
   }
   bool has_within(const Vec3& p_W, double radius_m) const {
     const auto by_x = [](const Vec3& point, double x) { return point.x() < x; };
@@ -109,9 +119,9 @@ class NearContacts {
 }  // namespace
 
 PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,
-                      const std::function<void(std::size_t)>& progress) {
+                      const std::function<void(std::size_t)>& progress, std::uint32_t budget) {
   PoseCheck result;
-  contact::ContactPair pair;
+  contact::ContactPair pair(budget);
   constexpr double kDeepest_m = 2 * kDeepestPose_m;
   const double near_m = 2 * std::max(a.spacing_m(), b.spacing_m());
   for (std::size_t i = 0; i < poses; ++i) {
@@ -123,7 +133,7 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
     for (const contact::ContactPoint& contact : pair.contacts())
       deepest_found = std::max(deepest_found, contact.depth_m);
 
-    const NearContacts contacts(pair.contacts());
+    const NearContacts contacts(pair, a, X_WA, b);
     const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, kMissedDepth_m, kDeepest_m);
     const bool is_missed = std::any_of(points.begin(), points.end(), [&](const OverlapPoint& point) {
       return !contacts.has_within(point.p_W, near_m + point.depth_m) && !contacts.has_face_over(point);

@@ -177,6 +177,14 @@ TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
 }
 
+// Beyond the budget the mean of the points that one contact stands for may be far from the deepest of them.
+TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
+  const TouchObject ball = make_touch_object("ball", mesh_from("sphere", "--a", 0.1, 1), SteadyClock{});
+  const PoseCheck check = check_poses(ball, ball, 10, 7, {}, 24);
+  EXPECT_GT(check.exact_points, 0U);
+  EXPECT_EQ(check.missed_poses, 0U);
+}
+
 TEST(ContactBench, RefusesBadArgumentsWithTheRemedy) {
   EXPECT_THAT(complaint({"contact", "--a", "/nowhere/x.obj", "--b", "cube"}),
               AllOf(HasSubstr("--a is /nowhere/x.obj, which does not exist"), HasSubstr("box_with_hole")));
