@@ -1,6 +1,7 @@
 #include "common/geometry/mesh_edges.hpp"
 
 #include <cstdint>
+#include <numeric>
 
 namespace tandem::geometry {
 
@@ -63,6 +64,32 @@ std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec
   // Opposite faces cancel to rounding: no direction is better than a random one.
   for (Vec3& sum : sums) sum = sum.norm() > 1e-9 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
   return sums;
+}
+
+std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh) {
+  std::vector<int> above(mesh.vertices.size());
+  std::iota(above.begin(), above.end(), 0);
+  const auto root = [&above](int vertex) {
+    while (above[static_cast<std::size_t>(vertex)] != vertex) {
+      int& up = above[static_cast<std::size_t>(vertex)];
+      vertex = up = above[static_cast<std::size_t>(up)];
+    }
+    return static_cast<std::size_t>(vertex);
+  };
+  for (const auto& [a, b, c] : mesh.triangles) {
+    above[root(b)] = static_cast<int>(root(a));
+    above[root(c)] = static_cast<int>(root(a));
+  }
+  constexpr std::size_t kNone = ~std::size_t{0};
+  std::vector<std::size_t> number(mesh.vertices.size(), kNone), parts;
+  std::size_t count = 0;
+  parts.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    std::size_t& part = number[root(triangle[0])];
+    if (part == kNone) part = count++;
+    parts.push_back(part);
+  }
+  return parts;
 }
 
 }  // namespace tandem::geometry

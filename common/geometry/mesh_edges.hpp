@@ -54,6 +54,9 @@ inline int apex_of(const TriangleMesh& mesh, const HalfEdge& half) {
 /// by two.
 std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 
+/// Of triangles that share vertices: which part each is of, numbered by their first ones.
+std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
+
 /// Cross product of two sides: twice the area, along the normal.
 inline Vec3 doubled_area(const TriangleMesh& mesh, std::size_t triangle) {
   const auto& corner = mesh.triangles[triangle];

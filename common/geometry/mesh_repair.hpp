@@ -47,8 +47,8 @@ class MeshError : public std::runtime_error {
 /// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, or too many parts
 ContactMesh repaired(const TriangleMesh& mesh);
 
-/// Adds the triangles of `other` with vertices of their own.
-void append(TriangleMesh& mesh, const TriangleMesh& other);
+/// Both in one, with vertices of their own.
+TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& other);
 /// Solid and sheet in one.
 TriangleMesh all_of(const ContactMesh& mesh);
 

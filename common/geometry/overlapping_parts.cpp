@@ -1,9 +1,13 @@
 // The union of solids that overlap, of which a mesh from a modelling program often is: bristles that stand in a board, a handle that
 // goes into a pot. What is of one part is inside of another there, and no surface.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 
+#include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_crossing.hpp"
 #include "common/geometry/triangle_tree.hpp"
@@ -15,7 +19,6 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 using Corners = std::array<Vec3, 3>;
-/// Of each triangle, by number.
 using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
 constexpr std::size_t kMaxSlabs = 256;
@@ -30,7 +33,6 @@ struct Piece {
   bool crosses_itself = false;
   std::vector<int> triangles;
 
-  /// Its normals say everywhere which side is inside.
   bool is_simple() const { return is_closed && !crosses_itself; }
 
   void add(const Piece& other) {
@@ -39,35 +41,8 @@ struct Piece {
   }
 };
 
-/// Of triangles that share vertices: which part each is of, numbered by their first ones.
-std::vector<std::size_t> parts_of(const TriangleMesh& mesh) {
-  std::vector<int> above(mesh.vertices.size());
-  std::iota(above.begin(), above.end(), 0);
-  const auto root = [&above](int vertex) {
-    while (above[static_cast<std::size_t>(vertex)] != vertex) {
-      int& up = above[static_cast<std::size_t>(vertex)];
-      vertex = up = above[static_cast<std::size_t>(up)];
-    }
-    return static_cast<std::size_t>(vertex);
-  };
-  for (const auto& [a, b, c] : mesh.triangles) {
-    above[root(b)] = static_cast<int>(root(a));
-    above[root(c)] = static_cast<int>(root(a));
-  }
-  constexpr std::size_t kNone = ~std::size_t{0};
-  std::vector<std::size_t> number(mesh.vertices.size(), kNone), parts;
-  std::size_t count = 0;
-  parts.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    std::size_t& part = number[root(triangle[0])];
-    if (part == kNone) part = count++;
-    parts.push_back(part);
-  }
-  return parts;
-}
-
 std::vector<Piece> pieces_of(const TriangleMesh& mesh, const EdgesOfTriangles& edges) {
-  const std::vector<std::size_t> part_of = parts_of(mesh);
+  const std::vector<std::size_t> part_of = parts_by_vertices(mesh);
   std::vector<Piece> pieces(*std::ranges::max_element(part_of) + 1);
   std::vector<int> triangles_at(3 * mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -197,11 +172,11 @@ class Sides {
     kAsk     ///< another, or more than one
   };
 
-  /// In      inner  of the mesh, if it is not closed
-  Sides(const TriangleMesh& mesh, const TriangleMesh& inner, const TriangleTree& tree, const EdgesOfTriangles& edges,
+  /// In      whole  the mesh, with what of it is inside and left out
+  Sides(const TriangleMesh& mesh, TriangleMesh whole, const TriangleTree& tree, const EdgesOfTriangles& edges,
         const Piece& piece)
       : mesh_(mesh),
-        whole_(with(inner, mesh)),
+        whole_(std::move(whole)),
         winding_(whole_),
         is_closed_(piece.is_closed),
         size_m_(piece.box.diagonal().norm()) {
@@ -215,11 +190,8 @@ class Sides {
       for (const std::size_t other : crossing(mesh, tree, t, kTouching * size_m_, space))
         near.push_back({corners_of(mesh, other), 3});
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto ends = [&](std::size_t corner) {
-          return is_end[static_cast<std::size_t>(mesh.triangles[t][corner])];
-        };
         if (triangles_at_[edges[t][k]] != 2) near.push_back({{corners[k], corners[(k + 1) % 3]}, 2});
-        if (ends(k)) near.push_back({{corners[k], corners[k]}, 2});
+        if (is_end[static_cast<std::size_t>(mesh.triangles[t][k])]) near.push_back({{corners[k], corners[k]}, 2});
       }
       divide(t, corners, near, t);
     }
@@ -274,11 +246,6 @@ class Sides {
     int count;
   };
 
-  static TriangleMesh with(const TriangleMesh& inner, TriangleMesh mesh) {
-    append(mesh, inner);
-    return mesh;
-  }
-
   std::vector<bool> ends_of(const EdgesOfTriangles& edges) {
     triangles_at_.resize(3 * edges.size());
     for (const auto& of_triangle : edges) {
@@ -305,7 +272,7 @@ class Sides {
     const auto& [a, b, c] = corners;
     const double share = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) / size_m_;
     Look look;
-    if (left.empty() || share <= kFinest) look = look_at(corners, is_closed_ && left.empty());
+    if (left.empty() || share <= kFinest) look = look_at(corners, left.empty() && (is_closed_ || share <= kDoubtful));
     const bool is_unclear = !left.empty() || look.is_mixed;
     if (share > (is_unclear ? kFinest : look.is_doubtful ? kDoubtful : share)) {
       const std::size_t first = cells_.size();
@@ -343,7 +310,8 @@ class Sides {
       return behind <= 0 ? Kind::kAsk : before > 0 ? Kind::kInner : Kind::kFace;
     };
     look.kind = kind_at(middle);
-    for (std::size_t k = 0; k < 3 && !at_middle_only && !look.is_mixed; ++k) {
+    if (at_middle_only && (is_closed_ || !look.is_doubtful)) return look;
+    for (std::size_t k = 0; k < 3 && !look.is_mixed; ++k) {
       const Vec3 side = (corners[k] + corners[(k + 1) % 3]) / 2;
       look.is_mixed = kind_at(middle + kToTheRim * (corners[k] - middle)) != look.kind ||
                       kind_at(middle + kToTheRim * (side - middle)) != look.kind;
@@ -381,14 +349,21 @@ struct TriangleTree::Parts {
   struct Part {
     Part(const Piece& piece, TriangleMesh of_piece, const TriangleMesh& inner)
         : box(piece.box), mesh(std::move(of_piece)), tree(mesh), triangles(piece.triangles) {
-      if (piece.is_simple()) return;
-      sides.emplace(mesh, piece.is_closed ? TriangleMesh{} : inner, tree, edges_of(tree), piece);
+      if (piece.is_simple()) {
+        find_bounds();
+        return;
+      }
+      sides.emplace(mesh, piece.is_closed ? mesh : joined(mesh, inner), tree, edges_of(tree), piece);
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
     /// Where the faces at an edge do not pair up, or cross others, the nearest one does not say which side is inside.
-    Closest closest(const Vec3& p_S) const {
-      Closest found = tree.closest(p_S);
+    ///
+    /// In      found  the closest point, if that is known, or none
+    /// Out     none if it is not within the limit
+    Closest closest(const Vec3& p_S, double limit_m, Closest found) const {
+      if (found.triangle < 0) found = tree.closest(p_S, limit_m);
+      if (found.triangle < 0) return found;
       const Sides::Kind kind = kind_of(found.triangle, found.point_S);
       if (kind == Sides::Kind::kFace) return found;
       const bool is_inside = kind == Sides::Kind::kInner || sides->is_inside(p_S);
@@ -399,6 +374,14 @@ struct TriangleTree::Parts {
       face(found, p_S, is_inside);
       return found;
     }
+    /// As a box around it says; less than 0 outside of that.
+    double max_depth_m(const Vec3& p_S) const {
+      if (!box.contains(p_S)) return -1;
+      if (sides) return std::numeric_limits<double>::infinity();
+      const Vec3 p_U = R_US * p_S;
+      return std::min((p_U - box_U.min()).minCoeff(), (box_U.max() - p_U).minCoeff());
+    }
+    void find_bounds();
     Sides::Kind kind_of(int triangle, const Vec3& p_S) const {
       return sides ? sides->at(static_cast<std::size_t>(triangle), p_S) : Sides::Kind::kFace;
     }
@@ -409,6 +392,9 @@ struct TriangleTree::Parts {
     }
 
     Box box;
+    // Of a simple part: a box along its axes, in which a needle fits tightly.
+    Eigen::Matrix3d R_US;
+    Box box_U;
     TriangleMesh mesh;
     TriangleTree tree;
     std::vector<int> triangles;          ///< of the mesh that it is a part of, in the order of its own
@@ -460,6 +446,14 @@ struct TriangleTree::Parts {
   }
 };
 
+void TriangleTree::Parts::Part::find_bounds() {
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Vec3& vertex : mesh.vertices) spread += (vertex - box.center()) * (vertex - box.center()).transpose();
+  R_US = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().transpose();
+  const Vec3 rounding_m = Vec3::Constant(kTouching * box.diagonal().norm());
+  for (const Vec3& vertex : mesh.vertices) box_U.extend(Box(R_US * vertex - rounding_m, R_US * vertex + rounding_m));
+}
+
 void TriangleTree::find_parts(const TriangleMesh& mesh, const TriangleMesh& inner) {
   std::vector<Piece> solids = solids_of(pieces_of(mesh, Parts::edges_of(*this)));
   find_self_crossing(solids, mesh, *this);
@@ -474,15 +468,20 @@ TriangleTree TriangleTree::of_solid(const TriangleMesh& mesh, const TriangleMesh
 }
 
 TriangleTree::Closest TriangleTree::closest_of_solid(const Vec3& p_S, double limit_m, int hint) const noexcept {
-  Closest best = closest(p_S, limit_m, hint);
-  if (parts_ == nullptr) return best;
+  const Closest nearest = closest(p_S, limit_m, hint);
+  if (parts_ == nullptr || nearest.triangle < 0) return nearest;
+  Closest best = nearest;
+  const auto& [part_of_nearest, nearest_in_part] = parts_->places[static_cast<std::size_t>(nearest.triangle)];
   double deepest_m = 0;
-  const bool may_be_inside = parts_->all.contains(p_S);
-  for (const std::size_t i : parts_->slabs[may_be_inside ? parts_->slab_of(p_S) : 0]) {
+  for (const std::size_t i : parts_->slabs[parts_->all.contains(p_S) ? parts_->slab_of(p_S) : 0]) {
     const Parts::Part& part = *parts_->parts[i];
-    if (!part.box.contains(p_S)) continue;
-    Closest closest = part.closest(p_S);
-    const double signed_distance_m = signed_m(closest, p_S);
+    // What is inside is as deep as the nearest surface at least.
+    const double max_depth_m = part.max_depth_m(p_S);
+    if (max_depth_m < std::max(nearest.distance_m, -deepest_m)) continue;
+    Closest closest = i == part_of_nearest ? nearest : Closest{};
+    if (i == part_of_nearest) closest.triangle = nearest_in_part;
+    closest = part.closest(p_S, max_depth_m, closest);
+    const double signed_distance_m = closest.triangle < 0 ? 0 : signed_m(closest, p_S);
     if (signed_distance_m >= deepest_m) continue;
     deepest_m = signed_distance_m;
     closest.triangle = part.triangles[static_cast<std::size_t>(closest.triangle)];

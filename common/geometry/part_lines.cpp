@@ -7,16 +7,15 @@
 
 namespace tandem::geometry {
 
-void append(TriangleMesh& mesh, const TriangleMesh& other) {
+TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& other) {
   const auto first = static_cast<int>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
   for (const auto& [a, b, c] : other.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
+  return mesh;
 }
 
 TriangleMesh all_of(const ContactMesh& mesh) {
-  TriangleMesh all = mesh.mesh;
-  append(all, mesh.sheet);
-  return all;
+  return joined(mesh.mesh, mesh.sheet);
 }
 
 std::vector<std::string> part_lines(const ContactMesh& mesh) {

@@ -202,7 +202,7 @@ TriangleMesh moved(TriangleMesh mesh, const Vec3& by) {
 
 TriangleMesh joined(const std::vector<TriangleMesh>& meshes) {
   TriangleMesh all;
-  for (const TriangleMesh& mesh : meshes) append(all, mesh);
+  for (const TriangleMesh& mesh : meshes) contact::append(all, mesh);
   return all;
 }
 
@@ -334,7 +334,7 @@ std::vector<Case> mended_cases() {
 /// What the tree says, and how much of it is inside.
 void expect_tree_agrees(const Case& one, const UnionJudge& judge, Random random) {
   SCOPED_TRACE(one.name);
-  const TriangleTree tree = TriangleTree::of_solid(one.mesh);
+  const TriangleTree tree = TriangleTree::of_solid(one.mesh, {});
   constexpr int kPoints = 600;
   int inside = 0;
   for (int i = 0; i < kPoints; ++i) {
@@ -357,7 +357,7 @@ void expect_grid_agrees(const Case& one, const UnionJudge& judge, Random random)
   EXPECT_TRUE(mesh.sheet.triangles.empty());
   ContactShapeOptions options;
   options.tolerance_m = 1e-4;
-  const auto grid = DistanceGrid::build(mesh, TriangleTree::of_solid(mesh.mesh), options, {});
+  const auto grid = DistanceGrid::build(mesh, TriangleTree::of_solid(mesh.mesh, mesh.inner), options, {});
   EXPECT_LT(grid->error_m(), 3e-4);
   int near = 0, far = 0;
   for (int i = 0; i < 600; ++i) {

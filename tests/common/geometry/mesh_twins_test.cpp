@@ -15,6 +15,8 @@
 namespace tandem::geometry {
 namespace {
 
+using contact::append;
+
 using Face = std::vector<int>;
 
 /// Faces of any number of corners, before they are cut into triangles.
