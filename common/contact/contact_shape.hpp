@@ -89,6 +89,6 @@ std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int pac
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes,
                                                        std::size_t limit_bytes = kMaxShapeBytes);
 /// Changes whenever the same mesh would give other bytes: part of the key of the cache.
-inline constexpr std::uint32_t kContactAssetVersion = 6;
+inline constexpr std::uint32_t kContactAssetVersion = 7;
 
 }  // namespace tandem::contact
