@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <tuple>
 
 #include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/mesh_repair.hpp"
@@ -24,13 +25,15 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 constexpr std::size_t kMaxSlabs = 256;
 /// Of the diagonal: what is nearer to each other touches.
 constexpr double kTouching = 1e-7;
+/// Pairs of triangles that are compared, of one mesh; a look at the winding number is worth some of them. Some seconds.
+constexpr std::size_t kMaxWork = 10'000'000, kWorkPerLook = 100;
+constexpr double kMaxEdges = 300;  ///< squared, of the diagonal's: of longer ones the winding number looks at each
 
 /// A part of a mesh: its box, the volume that it encloses, and its triangles.
 struct Piece {
   Box box;
-  double volume_m3 = 0;
-  bool is_closed = true;
-  bool crosses_itself = false;
+  double volume_m3 = 0, edges_m2 = 0;
+  bool is_closed = true, crosses_itself = false;
   std::vector<int> triangles;
 
   bool is_simple() const { return is_closed && !crosses_itself; }
@@ -52,6 +55,7 @@ std::vector<Piece> pieces_of(const TriangleMesh& mesh, const EdgesOfTriangles& e
       corners[k] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][k])];
       piece.box.extend(corners[k]);
     }
+    piece.edges_m2 += (corners[1] - corners[0]).squaredNorm();
     piece.volume_m3 += corners[0].dot(corners[1].cross(corners[2])) / 6;
     piece.triangles.push_back(static_cast<int>(i));
     for (const std::uint32_t edge : edges[i]) ++triangles_at[edge];
@@ -68,11 +72,8 @@ std::vector<Piece> solids_of(const std::vector<Piece>& pieces) {
   std::vector<Piece> solids;
   Piece rest;
   for (const Piece& piece : pieces) {
-    if (!piece.is_closed) {
-      rest.add(piece);
-    } else if (piece.volume_m3 > 0) {
-      solids.push_back(piece);
-    }
+    if (!piece.is_closed) rest.add(piece);
+    if (piece.is_closed && piece.volume_m3 > 0) solids.push_back(piece);
   }
   const std::vector<Piece> hulls = solids;
   for (const Piece& piece : pieces) {
@@ -89,7 +90,8 @@ std::vector<Piece> solids_of(const std::vector<Piece>& pieces) {
   return solids;
 }
 
-void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, const TriangleTree& tree) {
+void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, const TriangleTree& tree,
+                        std::size_t& work) {
   Box all;
   std::vector<const Piece*> solid_of(mesh.triangles.size(), nullptr);
   for (const Piece& solid : solids) {
@@ -99,11 +101,11 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
   const double tolerance_m = kTouching * all.diagonal().norm();
   std::vector<TriangleTree::Near> near;
   for (Piece& solid : solids) {
-    if (!solid.is_closed) continue;
+    if (!solid.is_closed || solid.edges_m2 > kMaxEdges * solid.box.diagonal().squaredNorm()) continue;
     for (const int triangle : solid.triangles) {
-      for (const std::size_t other : crossing(mesh, tree, static_cast<std::size_t>(triangle), tolerance_m, near))
+      for (const std::size_t other : crossing(mesh, tree, static_cast<std::size_t>(triangle), tolerance_m, near, work))
         solid.crosses_itself = solid.crosses_itself || solid_of[other] == &solid;
-      if (solid.crosses_itself) break;
+      if (solid.crosses_itself || work > kMaxWork) break;
     }
   }
 }
@@ -174,8 +176,9 @@ class Sides {
 
   /// In      whole  the mesh, with what of it is inside and left out
   Sides(const TriangleMesh& mesh, TriangleMesh whole, const TriangleTree& tree, const EdgesOfTriangles& edges,
-        const Piece& piece)
-      : mesh_(mesh),
+        const Piece& piece, std::size_t& work)
+      : work_(work),
+        mesh_(mesh),
         whole_(std::move(whole)),
         winding_(whole_),
         is_closed_(piece.is_closed),
@@ -187,7 +190,11 @@ class Sides {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const Corners corners = corners_of(mesh, t);
       std::vector<Obstacle> near;
-      for (const std::size_t other : crossing(mesh, tree, t, kTouching * size_m_, space))
+      if (work > kMaxWork) {
+        add_to_border(corners, t, true);
+        continue;
+      }
+      for (const std::size_t other : crossing(mesh, tree, t, kTouching * size_m_, space, work))
         near.push_back({corners_of(mesh, other), 3});
       for (std::size_t k = 0; k < 3; ++k) {
         if (triangles_at_[edges[t][k]] != 2) near.push_back({{corners[k], corners[(k + 1) % 3]}, 2});
@@ -210,17 +217,11 @@ class Sides {
       cell = cells_[cell].first_quarter;
       u *= 2;
       v *= 2;
-      if (u >= 1) {
-        cell += 1;
-        u -= 1;
-      } else if (v >= 1) {
-        cell += 2;
-        v -= 1;
-      } else if (u + v > 1) {
-        cell += 3;
-        u = 1 - u;
-        v = 1 - v;
-      }
+      const std::size_t quarter = u >= 1 ? 1 : v >= 1 ? 2 : u + v > 1 ? 3 : 0;
+      cell += quarter;
+      if (quarter == 1) u -= 1;
+      if (quarter == 2) v -= 1;
+      if (quarter == 3) std::tie(u, v) = std::pair(1 - u, 1 - v);
     }
     const Kind kind = cells_[cell].kind;
     return kind == Kind::kInner && !is_closed_ ? Kind::kAsk : kind;
@@ -248,9 +249,7 @@ class Sides {
 
   std::vector<bool> ends_of(const EdgesOfTriangles& edges) {
     triangles_at_.resize(3 * edges.size());
-    for (const auto& of_triangle : edges) {
-      for (const std::uint32_t edge : of_triangle) ++triangles_at_[edge];
-    }
+    for (const auto& [ab, bc, ca] : edges) ++triangles_at_[ab], ++triangles_at_[bc], ++triangles_at_[ca];
     std::vector<bool> is_end(mesh_.vertices.size(), false);
     for (std::size_t t = 0; t < edges.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -272,9 +271,10 @@ class Sides {
     const auto& [a, b, c] = corners;
     const double share = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) / size_m_;
     Look look;
+    work_ += near.size() + kWorkPerLook;
     if (left.empty() || share <= kFinest) look = look_at(corners, left.empty() && (is_closed_ || share <= kDoubtful));
     const bool is_unclear = !left.empty() || look.is_mixed;
-    if (share > (is_unclear ? kFinest : look.is_doubtful ? kDoubtful : share)) {
+    if (share > (is_unclear ? kFinest : look.is_doubtful ? kDoubtful : share) && work_ <= kMaxWork) {
       const std::size_t first = cells_.size();
       cells_[cell].first_quarter = static_cast<std::uint32_t>(first);
       cells_.resize(first + 4);
@@ -330,6 +330,7 @@ class Sides {
     triangle_of_border_.push_back(static_cast<int>(triangle));
   }
 
+  std::size_t& work_;
   const TriangleMesh& mesh_;
   TriangleMesh whole_;
   WindingNumber winding_;
@@ -347,13 +348,13 @@ class Sides {
 /// Slabs across the longest axis say which parts a point may be in.
 struct TriangleTree::Parts {
   struct Part {
-    Part(const Piece& piece, TriangleMesh of_piece, const TriangleMesh& inner)
+    Part(const Piece& piece, TriangleMesh of_piece, const TriangleMesh& inner, std::size_t& work)
         : box(piece.box), mesh(std::move(of_piece)), tree(mesh), triangles(piece.triangles) {
       if (piece.is_simple()) {
         find_bounds();
         return;
       }
-      sides.emplace(mesh, piece.is_closed ? mesh : joined(mesh, inner), tree, edges_of(tree), piece);
+      sides.emplace(mesh, piece.is_closed ? mesh : joined(mesh, inner), tree, edges_of(tree), piece, work);
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
@@ -392,8 +393,7 @@ struct TriangleTree::Parts {
     }
 
     Box box;
-    // Of a simple part: a box along its axes, in which a needle fits tightly.
-    Eigen::Matrix3d R_US;
+    Eigen::Matrix3d R_US;  ///< of a simple part: to a box along its axes, in which a needle fits tightly
     Box box_U;
     TriangleMesh mesh;
     TriangleTree tree;
@@ -402,7 +402,7 @@ struct TriangleTree::Parts {
     std::optional<TriangleTree> border;  ///< of that, where it has inner faces
   };
 
-  Parts(const TriangleMesh& mesh, const TriangleMesh& inner, const std::vector<Piece>& pieces)
+  Parts(const TriangleMesh& mesh, const TriangleMesh& inner, const std::vector<Piece>& pieces, std::size_t work)
       : places(mesh.triangles.size(), {kNone, 0}) {
     Cutter cutter(mesh);
     for (const Piece& piece : pieces) {
@@ -411,7 +411,7 @@ struct TriangleTree::Parts {
         places[static_cast<std::size_t>(piece.triangles[i])] = {static_cast<std::uint32_t>(parts.size()),
                                                                 static_cast<int>(i)};
       }
-      parts.push_back(std::make_unique<Part>(piece, cutter.cut(piece), inner));
+      parts.push_back(std::make_unique<Part>(piece, cutter.cut(piece), inner, work));
     }
     all.sizes().maxCoeff(&axis);
     slabs.resize(std::min(kMaxSlabs, 2 * parts.size()));
@@ -456,9 +456,10 @@ void TriangleTree::Parts::Part::find_bounds() {
 
 void TriangleTree::find_parts(const TriangleMesh& mesh, const TriangleMesh& inner) {
   std::vector<Piece> solids = solids_of(pieces_of(mesh, Parts::edges_of(*this)));
-  find_self_crossing(solids, mesh, *this);
+  std::size_t work = 0;
+  find_self_crossing(solids, mesh, *this, work);
   const std::vector<Piece> found = not_alone(std::move(solids));
-  if (!found.empty()) parts_ = std::make_shared<Parts>(mesh, inner, found);
+  if (!found.empty()) parts_ = std::make_shared<Parts>(mesh, inner, found, work);
 }
 
 TriangleTree TriangleTree::of_solid(const TriangleMesh& mesh, const TriangleMesh& inner) {

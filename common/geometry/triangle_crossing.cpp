@@ -71,7 +71,7 @@ Corners corners_of(const TriangleMesh& mesh, std::size_t triangle) {
 }
 
 std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::size_t triangle,
-                                  double tolerance_m, std::vector<TriangleTree::Near>& near) {
+                                  double tolerance_m, std::vector<TriangleTree::Near>& near, std::size_t& work) {
   const Corners corners = corners_of(mesh, triangle);
   const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]).array() - tolerance_m;
   const Vec3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]).array() + tolerance_m;
@@ -82,6 +82,7 @@ std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& 
     near.resize(mesh.triangles.size());
     count = tree.within({low, high}, near);
   }
+  work += count;
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < count; ++i) {
     const auto other = static_cast<std::size_t>(near[i].triangle);
