@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <tuple>
 
@@ -190,11 +189,11 @@ class Sides {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const Corners corners = corners_of(mesh, t);
       std::vector<Obstacle> near;
-      if (work > kMaxWork) {
+      if (work_ > kMaxWork) {
         add_to_border(corners, t, true);
         continue;
       }
-      for (const std::size_t other : crossing(mesh, tree, t, kTouching * size_m_, space, work))
+      for (const std::size_t other : crossing(mesh, tree, t, kTouching * size_m_, space, work_))
         near.push_back({corners_of(mesh, other), 3});
       for (std::size_t k = 0; k < 3; ++k) {
         if (triangles_at_[edges[t][k]] != 2) near.push_back({{corners[k], corners[(k + 1) % 3]}, 2});
@@ -202,6 +201,7 @@ class Sides {
       }
       divide(t, corners, near, t);
     }
+    work = work_;
   }
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
@@ -330,7 +330,7 @@ class Sides {
     triangle_of_border_.push_back(static_cast<int>(triangle));
   }
 
-  std::size_t& work_;
+  std::size_t work_;
   const TriangleMesh& mesh_;
   TriangleMesh whole_;
   WindingNumber winding_;

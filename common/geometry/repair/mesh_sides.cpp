@@ -19,6 +19,9 @@ constexpr std::size_t kMaxThreads = 16;
 // Of the diagonal: twenty times what single precision puts triangles of one plane apart by, a tenth of a thin wall.
 constexpr double kStepShare = 2e-6;
 
+// So near to it a winding number is that of a border, of what is inside, or of what is outside.
+constexpr double kUnclear = 0.1;
+
 /// A triangle itself makes the winding number jump by 1. Half way, which is what the others make there, it is ½ where a
 /// solid is on one side, 0 where none is, and 1 or more inside of one; of a solid that is inside out less than 0. Where it
 /// jumps by 2, the solid or the triangle is there twice: half way it is 1 or ½ then.
@@ -31,7 +34,6 @@ Side side_of(double half_way, double jump = 1) {
 /// Whether a winding number is that of a border, of what is inside, or of what is outside, about: not what a wall makes of it that is
 /// beside, of which there are only the faces of one side.
 bool is_clear(double half_way) {
-  constexpr double kUnclear = 0.1;
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
 }
@@ -80,11 +82,10 @@ class Judge {
   /// of sixteen equal ones. Next to what is not closed the winding number is anything.
   bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
     constexpr int kAlong = 4;
-    constexpr double kSurely = 0.1;
     const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
     const auto is_border = [&](double along_u, double along_v) {
       const Vec3 p = corners[0] + along_u * u + along_v * v;
-      return std::abs(std::abs(winding_.at(p, static_cast<int>(triangle))) - 0.5) < kSurely;
+      return std::abs(std::abs(winding_.at(p, static_cast<int>(triangle))) - 0.5) < kUnclear;
     };
     for (int i = 0; i < kAlong; ++i) {
       for (int k = 0; i + k < kAlong; ++k) {
