@@ -192,6 +192,8 @@ std::vector<Check> landing_checks(const std::vector<Landing>& all) {
   std::vector<Check> checks;
   for (const Landing& landing : all) {
     const TouchFigures& figures = landing.figures;
+    checks.push_back(
+        {landing.name, "contacts at most", static_cast<double>(figures.contacts_max), Relation::kAtLeast, 1, "", 0});
     if (landing.speed_m_per_s > 0) {
       checks.push_back({landing.name, "hand's force steps, of a rigid stop's",
                         ratio_of(figures.hand_force_step_max_n, landing.stop_force_n), Relation::kAtMost, kMaxRatio, "",

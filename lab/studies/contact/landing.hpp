@@ -45,7 +45,7 @@ std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed,
 /// a tenth. Elsewhere it may roll and rock on, for nothing that rolls on rigid ground loses anything.
 std::vector<Landing> drops(const TouchObject& tool, double mass_kg, const Clock& clock);
 
-/// Of a landing: steps of the hand's force and torque at most 1.1 times a rigid stop's, contact lost once at most, and
+/// Of all: something touches. Of a landing: steps of the hand's force and torque at most 1.1 times a rigid stop's, contact lost once at most, and
 /// again of all: at most 1 mJ made by contact. Of a drop on a face: it comes to rest.
 std::vector<Check> landing_checks(const std::vector<Landing>& all);
 

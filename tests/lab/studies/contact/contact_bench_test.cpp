@@ -115,7 +115,7 @@ TEST(ContactBench, LandingPrintsItsChecksInPlaceOfThePath) {
   }
   EXPECT_GT(landing.at("drops").at(0).at("rest_s").to_number<double>(), 0);
   // Four of each landing, two of each drop.
-  ASSERT_EQ(landing.at("checks").as_array().size(), 36U);
+  ASSERT_EQ(landing.at("checks").as_array().size(), 48U);
   for (const char* key : {"scope", "claim", "value", "relation", "bound", "unit", "holds"}) {
     EXPECT_TRUE(landing.at("checks").at(0).as_object().contains(key)) << key;
   }

@@ -157,9 +157,11 @@ TEST(Landing, ChecksFailBeyondTheirBoundsAndWithoutRest) {
   landing.speed_m_per_s = 0.06;
   landing.stop_force_n = landing.stop_torque_n_m = 1;
   landing.figures.hand_force_step_max_n = landing.figures.hand_torque_step_max_n_m = 1.09;
+  landing.figures.contacts_max = 1;
   landing.figures.separations = 1;
   landing.figures.contact_created_j = 0.9e-3;
   Landing drop;
+  drop.figures.contacts_max = 1;
   drop.rest_s = 1;
   drop.is_on_face = true;
   ASSERT_TRUE(all_hold(landing_checks({landing, drop})));
@@ -168,6 +170,8 @@ TEST(Landing, ChecksFailBeyondTheirBoundsAndWithoutRest) {
     change(changed, fallen);
     return !all_hold(landing_checks({changed, fallen}));
   };
+  EXPECT_TRUE(fails([](Landing& one, Landing&) { one.figures.contacts_max = 0; }));
+  EXPECT_TRUE(fails([](Landing&, Landing& one) { one.figures.contacts_max = 0; }));
   EXPECT_TRUE(fails([](Landing& one, Landing&) { one.figures.hand_force_step_max_n = 1.11; }));
   EXPECT_TRUE(fails([](Landing& one, Landing&) { one.figures.hand_torque_step_max_n_m = 1.11; }));
   EXPECT_TRUE(fails([](Landing& one, Landing&) { one.figures.separations = 2; }));
