@@ -3,12 +3,54 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <span>
 
-#include "common/geometry/mesh_edges.hpp"
-
 namespace tandem::geometry {
+namespace {
+
+/// Sides are not made shorter than that much of the longest, in steps of so much.
+constexpr double kShortest = 1.0 / 64, kShorter = 0.8;
+
+Vec3 centroid(const std::array<Vec3, 3>& corners) {
+  return (corners[0] + corners[1] + corners[2]) / 3;
+}
+
+Vec3 area_normal(const std::array<Vec3, 3>& corners) {
+  return (corners[1] - corners[0]).cross(corners[2] - corners[0]) / 2;
+}
+
+struct LongSide {
+  std::size_t from;
+  double length_m;
+};
+
+LongSide longest_side(const std::array<Vec3, 3>& corners) {
+  LongSide longest{0, 0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double length_m = (corners[(i + 1) % 3] - corners[i]).norm();
+    if (length_m > longest.length_m) longest = {i, length_m};
+  }
+  return longest;
+}
+
+/// Halves the longest side until none is longer than that; `take` gets each piece.
+template <class Take>
+void divide(const std::array<Vec3, 3>& corners, double side_m, const Take& take) {
+  const LongSide side = longest_side(corners);
+  if (!(side.length_m > side_m)) {
+    take(corners);
+    return;
+  }
+  const std::size_t to = (side.from + 1) % 3;
+  std::array<Vec3, 3> half = corners;
+  half[to] = (corners[side.from] + corners[to]) / 2;
+  divide(half, side_m, take);
+  std::array<Vec3, 3> other = corners;
+  other[side.from] = half[to];
+  divide(other, side_m, take);
+}
+
+}  // namespace
 
 /// Sum of angles between −π and π, each given as a place (x, y) in its direction: as the product of these places as
 /// complex numbers, with the turns that it has made, so that one arc tangent serves for all.
@@ -30,56 +72,70 @@ struct WindingNumber::AngleSum {
   double angle() const noexcept { return std::atan2(y, x) + 2 * std::numbers::pi * turns; }
 };
 
-struct WindingNumber::Build {
-  std::vector<Vec3> centroids;   ///< of the mesh's triangles
-  std::vector<double> areas_m2;  ///< likewise
-};
-
-WindingNumber::WindingNumber(const TriangleMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
-  std::iota(order_.begin(), order_.end(), 0U);
-  Build build_of{std::vector<Vec3>(order_.size()), std::vector<double>(order_.size())};
-  for (const std::uint32_t t : order_) {
-    build_of.centroids[t] = (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3;
-    build_of.areas_m2[t] = doubled_area(mesh, t).norm() / 2;
+WindingNumber::WindingNumber(const TriangleMesh& mesh) {
+  const auto corners_of = [&mesh](std::size_t triangle) {
+    std::array<Vec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[i] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][i])];
+    return corners;
+  };
+  double longest_m = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    longest_m = std::max(longest_m, longest_side(corners_of(t)).length_m);
+  const std::size_t most = mesh.triangles.size() < kMinToDivide ? 0 : kPieces * mesh.triangles.size();
+  double side_m = longest_m;
+  for (double shorter_m = side_m; shorter_m > kShortest * longest_m; shorter_m *= kShorter) {
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size() && count <= most; ++t)
+      divide(corners_of(t), shorter_m, [&count](const std::array<Vec3, 3>&) { ++count; });
+    if (count > most) break;
+    side_m = shorter_m;
   }
-  nodes_.reserve(order_.size() / 2 + 1);
-  if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()), build_of);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    divide(corners_of(t), side_m, [&](const std::array<Vec3, 3>& corners) {
+      pieces_.push_back({corners, static_cast<std::uint32_t>(t)});
+    });
+  }
+  nodes_.reserve(pieces_.size() / 2 + 1);
+  if (!pieces_.empty()) build(0, static_cast<std::uint32_t>(pieces_.size()));
 }
 
-void WindingNumber::build(std::uint32_t first, std::uint32_t count, const Build& build_of) {
-  const std::vector<Vec3>& centroids = build_of.centroids;
+void WindingNumber::build(std::uint32_t first, std::uint32_t count) {
   const std::size_t at = nodes_.size();
   Node node;
   node.first = first;
   node.count = count;
-  const auto triangles = std::span(order_).subspan(first, count);
+  const auto pieces = std::span(pieces_).subspan(first, count);
   double weight = 0;
-  Vec3 low = centroids[triangles.front()], high = low;
-  for (const std::uint32_t t : triangles) {
-    node.middle_S += build_of.areas_m2[t] * centroids[t];
-    weight += build_of.areas_m2[t];
-    low = low.cwiseMin(centroids[t]);
-    high = high.cwiseMax(centroids[t]);
+  Vec3 low = centroid(pieces.front().corners), high = low;
+  for (const Piece& piece : pieces) {
+    const double area = area_normal(piece.corners).norm();
+    const Vec3 centre = centroid(piece.corners);
+    node.middle_S += area * centre;
+    weight += area;
+    low = low.cwiseMin(centre);
+    high = high.cwiseMax(centre);
   }
   node.middle_S = weight > 0 ? Vec3(node.middle_S / weight) : Vec3((low + high) / 2);
   double squared = 0;
-  for (const std::uint32_t t : triangles) {
-    for (std::size_t i = 0; i < 3; ++i) squared = std::max(squared, (corner(t, i) - node.middle_S).squaredNorm());
+  for (const Piece& piece : pieces) {
+    for (const Vec3& corner : piece.corners) squared = std::max(squared, (corner - node.middle_S).squaredNorm());
   }
   node.radius_m = std::sqrt(squared);
   nodes_.push_back(node);
-  if (count > kLeafTriangles) {
+  if (count > kLeafPieces) {
     int axis = 0;
     (high - low).maxCoeff(&axis);
-    std::nth_element(triangles.begin(), triangles.begin() + count / 2, triangles.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return centroids[a][axis] < centroids[b][axis]; });
-    build(first, count / 2, build_of);
+    std::nth_element(pieces.begin(), pieces.begin() + count / 2, pieces.end(), [axis](const Piece& a, const Piece& b) {
+      return centroid(a.corners)[axis] < centroid(b.corners)[axis];
+    });
+    build(first, count / 2);
     nodes_[at].second = static_cast<std::uint32_t>(nodes_.size());
-    build(first + count / 2, count - count / 2, build_of);
+    build(first + count / 2, count - count / 2);
     add_moments(nodes_[at], nodes_[at + 1]);
     add_moments(nodes_[at], nodes_[nodes_[at].second]);
   } else {
-    for (const std::uint32_t t : triangles) add_moments(nodes_[at], t);
+    for (const Piece& piece : pieces) add_moments(nodes_[at], piece);
   }
   nodes_[at].next = static_cast<std::uint32_t>(nodes_.size());
 }
@@ -109,13 +165,13 @@ void WindingNumber::add_moments(Node& node, const Node& child) {
 }
 
 /// Of a triangle with corners d₀, d₁, d₂ from the node's middle, exactly: ∫ d dA = A c, ∫ d dᵀ dA = A (Σ dᵢ dᵢᵀ + 9 c cᵀ) / 12.
-void WindingNumber::add_moments(Node& node, std::uint32_t triangle) const {
-  const Vec3 area = doubled_area(mesh_, triangle) / 2;
+void WindingNumber::add_moments(Node& node, const Piece& piece) {
+  const Vec3 area = area_normal(piece.corners);
   node.area_m2 += area;
   Vec3 centre = Vec3::Zero();
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3 d = corner(triangle, i) - node.middle_S;
+  for (const Vec3& corner : piece.corners) {
+    const Vec3 d = corner - node.middle_S;
     centre += d / 3;
     spread += d * d.transpose() / 12;
   }
@@ -148,10 +204,10 @@ double WindingNumber::far_angle(const Node& node, const Vec3& r, double squared)
   return per_r3 * (node.area_m2.dot(r) + first + second);
 }
 
-bool WindingNumber::add_angle(std::uint32_t triangle, const Vec3& p_S, AngleSum& sum) const noexcept {
-  const Vec3 a = corner(triangle, 0) - p_S;
-  const Vec3 b = corner(triangle, 1) - p_S;
-  const Vec3 c = corner(triangle, 2) - p_S;
+bool WindingNumber::add_angle(const Piece& piece, const Vec3& p_S, AngleSum& sum) noexcept {
+  const Vec3 a = piece.corners[0] - p_S;
+  const Vec3 b = piece.corners[1] - p_S;
+  const Vec3 c = piece.corners[2] - p_S;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double all = la * lb * lc;
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
@@ -175,9 +231,8 @@ double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noex
     } else if (node.second != 0) {
       ++i;
     } else {
-      for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-        const std::uint32_t triangle = order_[slot];
-        if (static_cast<int>(triangle) != without) is_on |= add_angle(triangle, p_S, near);
+      for (const Piece& piece : std::span(pieces_).subspan(node.first, node.count)) {
+        if (static_cast<int>(piece.triangle) != without) is_on |= add_angle(piece, p_S, near);
       }
       i = node.next;
     }

@@ -87,6 +87,31 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
+/// Of strips as long as it is, each near to all of it.
+TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
+  constexpr int kStrips = 400;
+  TriangleMesh mesh;
+  for (int i = 0; i < kStrips; ++i) {
+    const double u = 2 * std::numbers::pi * i / kStrips;
+    for (const double z : {-0.1, 0.1}) mesh.vertices.emplace_back(0.02 * std::cos(u), 0.02 * std::sin(u), z);
+    const int a = 2 * i, b = 2 * ((i + 1) % kStrips);
+    mesh.triangles.push_back({a, b, b + 1});
+    mesh.triangles.push_back({a, b + 1, a + 1});
+  }
+  const WindingNumber winding(mesh);
+  Random random(4, 2);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 p = 0.06 * Vec3(random.uniform() - 0.5, random.uniform() - 0.5, 4 * random.uniform() - 2);
+    EXPECT_NEAR(winding.at(p), exact(mesh, p), WindingNumber::kTolerance) << p.transpose();
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 50) {
+    Vec3 middle = Vec3::Zero();
+    for (const int corner : mesh.triangles[t]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
+    EXPECT_NEAR(winding.at(middle, static_cast<int>(t)), exact(mesh, middle, static_cast<int>(t)),
+                WindingNumber::kTolerance);
+  }
+}
+
 // The angles there add up to half a turn, sometimes to the last bit.
 TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
   for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {
