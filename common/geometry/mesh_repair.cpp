@@ -11,6 +11,7 @@
 
 #include "common/base/units.hpp"
 #include "common/geometry/repair/mesh_connectivity.hpp"
+#include "common/geometry/repair/mesh_holes.hpp"
 #include "common/geometry/repair/mesh_sides.hpp"
 #include "common/geometry/repair/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"
@@ -26,8 +27,6 @@ constexpr double kMaxCoordinate_m = 1e12;
 constexpr double kHoleShare = 0.05;
 // A quarter of a micrometre at the size of a hand: what rounding makes of a surface that lies on itself.
 constexpr double kRoomShare = 1e-6;
-// Longer loops are closed from their middle: clipping takes the square of their length.
-constexpr std::size_t kMaxClipped = 1000;
 
 // Each is compared with each: two seconds where every one is in the next.
 constexpr std::size_t kMaxParts = 5000;
@@ -114,72 +113,6 @@ bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
   }
   return holes < kHoleShare * measures.area_m2;
 }
-
-/// Closes holes of a part; what is added belongs to it.
-class HoleCloser {
- public:
-  HoleCloser(TriangleMesh& mesh, MeshPart& part) : mesh_(mesh), part_(part) {}
-
-  void close(std::vector<int> loop) {
-    // The new triangles run against those at the border.
-    std::reverse(loop.begin(), loop.end());
-    if (loop.size() <= kMaxClipped) {
-      clip(loop);
-    } else {
-      close_from_middle(loop);
-    }
-  }
-
- private:
-  const Vec3& at(int vertex) const { return mesh_.vertices[static_cast<std::size_t>(vertex)]; }
-
-  void add(int a, int b, int c) {
-    part_.triangles.push_back(static_cast<int>(mesh_.triangles.size()));
-    mesh_.triangles.push_back({a, b, c});
-  }
-
-  /// Cuts off the corner with the smallest angle until three are left; corners that point inward come last.
-  void clip(std::vector<int>& loop) {
-    Vec3 facing = Vec3::Zero();
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      facing += (at(loop[i]) - at(loop[0])).cross(at(loop[(i + 1) % loop.size()]) - at(loop[0]));
-    }
-    std::vector<double> angles;
-    for (std::size_t i = 0; i < loop.size(); ++i) angles.push_back(angle_at(loop, i, facing));
-    while (loop.size() > 3) {
-      const auto best = static_cast<std::size_t>(std::min_element(angles.begin(), angles.end()) - angles.begin());
-      const std::size_t n = loop.size();
-      add(loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]);
-      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
-      angles.erase(angles.begin() + static_cast<std::ptrdiff_t>(best));
-      // Only the corners beside it have changed.
-      const std::size_t after = best % loop.size();
-      const std::size_t before = (best + loop.size() - 1) % loop.size();
-      for (const std::size_t i : {before, after}) angles[i] = angle_at(loop, i, facing);
-    }
-    if (loop.size() == 3) add(loop[0], loop[1], loop[2]);
-  }
-
-  double angle_at(const std::vector<int>& loop, std::size_t i, const Vec3& facing) const {
-    const std::size_t n = loop.size();
-    const Vec3 back = at(loop[(i + n - 1) % n]) - at(loop[i]);
-    const Vec3 ahead = at(loop[(i + 1) % n]) - at(loop[i]);
-    const Vec3 turn = ahead.cross(back);
-    const double angle = std::atan2(turn.norm(), ahead.dot(back));
-    return turn.dot(facing) < 0 ? 2 * std::numbers::pi - angle : angle;
-  }
-
-  void close_from_middle(const std::vector<int>& loop) {
-    Vec3 middle = Vec3::Zero();
-    for (const int vertex : loop) middle += at(vertex);
-    const auto index = static_cast<int>(mesh_.vertices.size());
-    mesh_.vertices.push_back(middle / static_cast<double>(loop.size()));
-    for (std::size_t i = 0; i < loop.size(); ++i) add(loop[i], loop[(i + 1) % loop.size()], index);
-  }
-
-  TriangleMesh& mesh_;
-  MeshPart& part_;
-};
 
 /// Which closed parts lie inside which, and which of them are inside out.
 class Nesting {
@@ -270,8 +203,7 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
   const std::size_t before = result.mesh.triangles.size();
   for (MeshPart& part : parts) {
     closed += part.borders.size();
-    HoleCloser closer(result.mesh, part);
-    for (const auto& loop : part.borders) closer.close(loop);
+    for (const auto& loop : part.borders) close_hole(result.mesh, part, loop);
     part.borders.clear();
   }
   if (closed == 0) return;
@@ -284,11 +216,10 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
   for (MeshPart& part : parts) {
-    HoleCloser closer(result.mesh, part);
     for (const auto& loop : part.borders) {
       const HoleMeasures hole = measured(result.mesh, loop);
       if (hole.area_m2 > widest_m * hole.perimeter_m / 2) continue;
-      closer.close(loop);
+      close_hole(result.mesh, part, loop);
       ++closed;
     }
   }
@@ -319,14 +250,15 @@ std::string note_of_sheet(const TriangleMesh& mesh, const std::vector<MeshPart>&
   return note.str();
 }
 
+void note_turned(ContactMesh& result, std::size_t parts) {
+  if (parts == 0) return;
+  result.notes.push_back(counted(parts, "part was inside out and is turned", "parts were inside out and are turned"));
+}
+
 void turn_parts(ContactMesh& result, const std::vector<MeshPart>& parts) {
   Nesting nesting(result.mesh, parts);
   const std::size_t buried = nesting.buried();
-  const std::size_t turned = nesting.turn_inside_out();
-  if (turned > 0) {
-    result.notes.push_back(
-        counted(turned, "part was inside out and is turned", "parts were inside out and are turned"));
-  }
+  note_turned(result, nesting.turn_inside_out());
   if (buried > 0) {
     result.notes.push_back(counted(buried, "part lies inside another and is felt only there",
                                    "parts lie inside others and are felt only there"));
@@ -368,73 +300,43 @@ double area_m2(const TriangleMesh& mesh) {
 }
 
 /// What is inside of those parts that come out of the solid somewhere.
+///
+/// In      sides  of the triangles of the parts, one after the other
+/// Out     by that order
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides) {
-  const auto side_of = [&sides](int t) { return sides[static_cast<std::size_t>(t)]; };
   std::vector<int> inner;
+  std::size_t first = 0;
   for (const MeshPart& part : parts) {
-    if (std::ranges::find(part.triangles, Side::kBorder, side_of) == part.triangles.end()) continue;
-    std::ranges::copy_if(part.triangles, std::back_inserter(inner), [&](int t) { return side_of(t) == Side::kInside; });
+    const auto of_part =
+        std::span(sides).subspan(std::exchange(first, first + part.triangles.size()), part.triangles.size());
+    if (std::ranges::find(of_part, Side::kBorder) == of_part.end()) continue;
+    for (std::size_t i = 0; i < of_part.size(); ++i) {
+      if (of_part[i] == Side::kInside) inner.push_back(static_cast<int>(first - of_part.size() + i));
+    }
   }
   return inner;
 }
 
-/// Makes a solid of what has its inside on one side, and a sheet of what has the outside on both.
-void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& all_parts) {
-  const std::vector<Side> sides = sides_of(result.mesh);
-  std::vector<int> border, open;
-  for (std::size_t t = 0; t < sides.size(); ++t) {
-    if (sides[t] == Side::kBorder) border.push_back(static_cast<int>(t));
-    if (sides[t] == Side::kOutside) open.push_back(static_cast<int>(t));
-  }
-  const std::size_t inner = sides.size() - border.size() - open.size();
-  if (inner > 0) {
-    result.notes.push_back(
-        counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
-  }
-  const TriangleMesh whole = std::move(result.mesh);
-  result.mesh = part_of(whole, border);
-  result.inner = part_of(whole, inner_of(all_parts, sides));
-  if (!border.empty()) {
-    // Without what was inside, edges pair up that did not before. What this says has been said.
-    std::vector<std::string> repeated;
-    weld(result.mesh, repeated);
-    const std::vector<MeshPart> parts = connect(result.mesh, repeated);
-    if (parts.size() <= kMaxParts) turn_parts(result, parts);
-    const double volume = volume_m3(result.mesh);
-    if (has_no_room(volume, area_m2(result.mesh))) {
-      open.insert(open.end(), border.begin(), border.end());
-      result.mesh = {};
-    } else {
-      result.parts.push_back({SurfaceKind::kSolid, border.size(), 1, volume, 0, "enclosed, by the winding number"});
-    }
-  }
-  result.sheet = part_of(whole, open);
-  if (!open.empty()) {
-    result.parts.push_back({SurfaceKind::kSheet, open.size(), 1, 0, 0, "has the outside on both sides"});
-  }
+std::vector<int> triangles_of(const std::vector<MeshPart>& parts) {
+  std::vector<int> triangles;
+  for (const MeshPart& part : parts) triangles.insert(triangles.end(), part.triangles.begin(), part.triangles.end());
+  return triangles;
 }
 
-/// Parts that are all sound: each is a solid or a sheet by itself.
-void divide_by_parts(ContactMesh& result, std::vector<MeshPart>& parts) {
-  std::vector<MeshPart> solids;
-  std::vector<int> open;
-  PartReport sheets{SurfaceKind::kSheet, 0, 0, 0, 0, "open"};
-  for (MeshPart& part : parts) {
-    if (is_solid(result.mesh, part)) {
-      solids.push_back(std::move(part));
-      continue;
-    }
-    open.insert(open.end(), part.triangles.begin(), part.triangles.end());
-    ++sheets.parts;
-    sheets.holes += part.borders.size();
-  }
-  sheets.triangles = open.size();
+/// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them.
+std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
+  const auto is_other = [&](const MeshPart& part) { return part.is_unpaired || !is_solid(result.mesh, part); };
+  const auto first = std::ranges::stable_partition(parts, is_other).begin();
+  std::vector<MeshPart> solids(std::make_move_iterator(first), std::make_move_iterator(parts.end()));
+  parts.erase(first, parts.end());
   if (solids.size() > kMaxParts) {
+    if (std::ranges::any_of(parts, &MeshPart::is_unpaired)) {
+      std::ranges::move(solids, std::back_inserter(parts));
+      return {};
+    }
     throw MeshError("the mesh has " + std::to_string(solids.size()) + " closed parts; at most " +
                     std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
   }
-  if (sheets.parts > 0) result.notes.push_back(note_of_sheet(result.mesh, parts));
-  result.sheet = part_of(result.mesh, open);
   std::vector<std::size_t> holes;
   for (const MeshPart& part : solids) holes.push_back(part.borders.size());
   close_holes(result, solids);
@@ -444,11 +346,66 @@ void divide_by_parts(ContactMesh& result, std::vector<MeshPart>& parts) {
     result.parts.push_back({SurfaceKind::kSolid, solids[i].triangles.size(), 1, measures.volume_m3, holes[i],
                             holes[i] > 0 ? "closed but for small holes" : "closed"});
   }
-  if (sheets.parts == 0) return;
-  std::vector<int> closed;
-  for (const MeshPart& part : solids) closed.insert(closed.end(), part.triangles.begin(), part.triangles.end());
-  result.mesh = part_of(result.mesh, closed);
+  return solids;
+}
+
+/// Of parts that are no solids by themselves makes a solid of what has the inside on one side, and a sheet of what has the outside on
+/// both.
+void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
+  // What is inside out would take away from the winding number where it overlaps others.
+  if (others.size() <= kMaxParts) note_turned(result, Nesting(result.mesh, others).turn_inside_out());
+  const TriangleMesh whole = part_of(result.mesh, triangles_of(others));
+  const std::vector<Side> sides = sides_of(whole);
+  std::vector<int> border, open;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (sides[i] == Side::kBorder) border.push_back(static_cast<int>(i));
+    if (sides[i] == Side::kOutside) open.push_back(static_cast<int>(i));
+  }
+  const std::size_t inner = sides.size() - border.size() - open.size();
+  if (inner > 0) {
+    result.notes.push_back(
+        counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
+  }
+  result.inner = part_of(whole, inner_of(others, sides));
+  TriangleMesh enclosed = part_of(whole, border);
+  if (!border.empty()) {
+    // Without what was inside, edges pair up that did not before. What this says has been said.
+    std::vector<std::string> repeated;
+    weld(enclosed, repeated);
+    std::vector<MeshPart> parts = connect(enclosed, repeated);
+    // What is open is closed by what is inside, and stays as that is.
+    std::erase_if(parts, [](const MeshPart& part) { return !part.borders.empty() || part.is_unpaired; });
+    if (parts.size() <= kMaxParts) Nesting(enclosed, parts).turn_inside_out();
+    const double volume = volume_m3(enclosed);
+    if (has_no_room(volume, area_m2(enclosed))) {
+      open.insert(open.end(), border.begin(), border.end());
+      enclosed = {};
+    } else {
+      result.parts.push_back({SurfaceKind::kSolid, border.size(), 1, volume, 0, "enclosed, by the winding number"});
+    }
+  }
+  result.mesh = joined(part_of(result.mesh, triangles_of(solids)), enclosed);
+  result.sheet = part_of(whole, open);
+  if (!open.empty()) {
+    result.parts.push_back({SurfaceKind::kSheet, open.size(), 1, 0, 0, "has the outside on both sides"});
+  }
+}
+
+/// Of parts that are no solids by themselves makes a sheet.
+void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
+  PartReport sheets{SurfaceKind::kSheet, 0, others.size(), 0, 0, "open"};
+  for (const MeshPart& part : others) {
+    sheets.triangles += part.triangles.size();
+    sheets.holes += part.borders.size();
+  }
+  result.notes.push_back(note_of_sheet(result.mesh, others));
   result.parts.push_back(sheets);
+  if (solids.empty()) {
+    result.sheet = std::exchange(result.mesh, {});
+    return;
+  }
+  result.sheet = part_of(result.mesh, triangles_of(others));
+  result.mesh = part_of(result.mesh, triangles_of(solids));
 }
 
 }  // namespace
@@ -465,19 +422,11 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   }
   std::vector<MeshPart> parts = connect(result.mesh, result.notes);
   close_slits(result, parts);
-  const auto is_solid_here = [&](const MeshPart& part) { return is_solid(result.mesh, part); };
-  const bool is_unpaired = std::ranges::any_of(parts, &MeshPart::is_unpaired);
-  if (is_unpaired) {
-    divide_by_winding(result, parts);
-  } else if (std::ranges::any_of(parts, is_solid_here)) {
-    divide_by_parts(result, parts);
-  } else {
-    std::size_t borders = 0;
-    for (const MeshPart& part : parts) borders += part.borders.size();
-    result.notes.push_back(note_of_sheet(result.mesh, parts));
-    result.parts.push_back({SurfaceKind::kSheet, result.mesh.triangles.size(), parts.size(), 0, borders, "open"});
-    result.sheet = std::move(result.mesh);
-    result.mesh = {};
+  const std::vector<MeshPart> solids = take_solids(result, parts);
+  if (std::ranges::any_of(parts, &MeshPart::is_unpaired)) {
+    divide_by_winding(result, solids, parts);
+  } else if (!parts.empty()) {
+    keep_as_sheet(result, solids, parts);
   }
   std::ranges::stable_sort(result.parts, std::greater<>(), &PartReport::triangles);
   if (!result.mesh.triangles.empty()) return result;

@@ -319,6 +319,7 @@ std::vector<Case> unpaired_cases(std::uint64_t seed) {
 
 /// What repair makes whole.
 std::vector<Case> mended_cases() {
+  const TriangleMesh ball = sphere_mesh(0.01, 2);
   const TriangleMesh cube = box_mesh(Vec3::Constant(0.02)), bar = moved(box_mesh({0.01, 0.02, 0.03}), kAcross);
   const TriangleMesh t_cube = box_with_t_junctions(Vec3::Constant(0.02));
   const TriangleMesh t_bar = moved(box_with_t_junctions({0.01, 0.02, 0.03}), kAcross);
@@ -326,6 +327,9 @@ std::vector<Case> mended_cases() {
   wall.triangles.insert(wall.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
   return {{"two boxes with T-junctions", joined({t_cube, t_bar}), {cube, bar}},
           {"a box with a wall", wall, {cube}},
+          {"a box with a wall in a ball with a hole, and one inside out",
+           joined({wall, moved(without(ball, {100}), kAside), turned(moved(without(ball, {40}), kAbove))}),
+           {cube, moved(ball, kAside), moved(ball, kAbove)}},
           {"boxes of one size that touch",
            joined({cube, moved(cube, {0.02, 0, 0})}),
            {moved(box_mesh({0.04, 0.02, 0.02}), {0.01, 0, 0})}}};

@@ -253,6 +253,22 @@ TEST(MeshRepair, LeavesOutAWallThatDividesASolid) {
   EXPECT_THAT(result.notes, Contains("2 triangles inside the solid are left out"));
 }
 
+/// What is sound stays as it is, and its hole is closed: the wall in the other is all that has no pairs.
+TEST(MeshRepair, TakesPartsForSolidsBesideOneThatDoesNotPairUp) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
+  TriangleMesh holed = tessellated_sphere(0.02);
+  const auto count = static_cast<int>(holed.triangles.size());
+  holed.triangles.pop_back();
+  contact::append(mesh, holed, Vec3(0.03, 0, 0));
+  const ContactMesh result = repaired(mesh);
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_EQ(result.mesh.triangles.size(), static_cast<std::size_t>(12 + count));
+  ASSERT_EQ(result.parts.size(), 2U);
+  EXPECT_EQ(result.parts[0].why, "closed but for small holes");
+  EXPECT_EQ(result.parts[1].why, "enclosed, by the winding number");
+}
+
 /// A fin on a box, as a file of three triangles at an edge often has it.
 TEST(MeshRepair, TakesAFinOnASolidForASheet) {
   TriangleMesh mesh = tessellated_box(kCube);

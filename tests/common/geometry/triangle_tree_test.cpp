@@ -341,16 +341,15 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   EXPECT_GT(inside, 1000);
 }
 
-// A block with a bar through it of which each side has its middle in the block; and far away one with a wall inside, so that all is
-// judged by the winding number.
+// A block with a bar through it of which each side has its middle in the block; each has a wall inside, so that it is judged by the
+// winding number.
 TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
   const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), block_m);
-  add_box(mesh, bar_at, bar_m);
   const int first = static_cast<int>(mesh.vertices.size());
-  add_box(mesh, Vec3(0.3, 0, 0), Vec3::Constant(0.01));
-  mesh.triangles.push_back({first, first + 1, first + 7});
+  add_box(mesh, bar_at, bar_m);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {first, first + 1, first + 7}});
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.parts.at(0).why, "enclosed, by the winding number");
   const TriangleTree tree = TriangleTree::of_solid(result.mesh, result.inner);
