@@ -4,7 +4,7 @@
 Usage: lab/make_contact_table.py [--lab PROGRAM] [--out DIR] [--partners self,bunny,box,plate] [--check 20] [--every 1]
        [--steps 0] [--landing] [--write]
 Runs `tandem-lab bench contact` for each mesh of lab/mesh_corpus.py, made or found, against each partner, one after the other, and prints the table; with --write
-it also replaces the one in the README. With --landing it runs `bench contact --landing` instead, and makes the table of landings and drops. What is in DIR from an earlier run is not run again, so it may be stopped. Exit code: 0 done, 2 wrong arguments.
+it also replaces the one in the README. With --landing it runs `bench contact --landing` instead, and makes the table of landings and drops. What is in DIR from an earlier run is not run again, so it may be stopped; what is built of a mesh is kept there too. Exit code: 0 done, 2 wrong arguments.
 """
 
 import argparse
@@ -44,7 +44,7 @@ def run_bench(options, mesh, file, kept, *arguments):
     """What the bench says of a pair, kept in the file `kept`; {"error": why} where it said nothing."""
     if kept.exists():
         return json.loads(kept.read_text(encoding="utf-8"))
-    command = [options.lab, "bench", "contact", "--a", str(mesh), "--b", str(file), "--json", *arguments]
+    command = [options.lab, "bench", "contact", "--a", str(mesh), "--b", str(file), "--json", "--cache", str(options.out / "cache"), *arguments]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
         result = json.loads(done.stdout) if done.returncode in (0, 1) and done.stdout.startswith("{") else {
@@ -64,7 +64,11 @@ def run_pair(options, mesh, name, partner, file):
 
 def is_loaded(options, mesh):
     """None: there is no triangle in it."""
-    done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+    try:
+        done = subprocess.run([options.lab, "mesh", str(mesh), "--json"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+    except subprocess.TimeoutExpired:
+        print(f"not loaded: {mesh}: it did not end within {TIMEOUT_S} s", file=sys.stderr)
+        return False
     if done.returncode != 0:
         print(f"not loaded: {mesh}: {done.stderr.strip()[-300:]}", file=sys.stderr)
     return None if "no triangle" in done.stderr and done.returncode != 0 else done.returncode == 0

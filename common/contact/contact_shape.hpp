@@ -88,7 +88,9 @@ std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int pac
 /// for hostile bytes: reading takes four times `limit_bytes` at most, and the time to fill it.
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes,
                                                        std::size_t limit_bytes = kMaxShapeBytes);
-/// Changes whenever the same mesh would give other bytes: part of the key of the cache.
-inline constexpr std::uint32_t kContactAssetVersion = 7;
+/// All that the bytes of a mesh's asset depend on, so that a hash of it can be the key of a cache: the mesh, the options and the version.
+std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
+/// Changes whenever the same mesh would give other bytes.
+inline constexpr std::uint32_t kContactAssetVersion = 8;
 
 }  // namespace tandem::contact

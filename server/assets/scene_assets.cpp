@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "common/base/byte_io.hpp"
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/drawing_asset.hpp"
@@ -63,25 +62,6 @@ contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, doub
   options.feature_spacing_m *= scale;
   options.feature_height_m *= scale;
   return options;
-}
-
-/// Everything that the asset's bytes depend on.
-proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, bool is_coarse) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(56 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
-  ByteWriter writer(bytes);
-  writer.u32(contact::kContactAssetVersion);
-  writer.f64(sheet_thickness_m);
-  writer.u32(static_cast<std::uint32_t>(mesh.kind));
-  for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet}) {
-    writer.u32(static_cast<std::uint32_t>(part->vertices.size()));
-    for (const Vec3& vertex : part->vertices) writer.array(std::span<const double>(vertex.data(), 3));
-    for (const auto& triangle : part->triangles) writer.array(std::span<const int>(triangle));
-  }
-  if (is_coarse) {
-    for (const double factor : {kCoarseCells, kCoarseTolerance, kCoarsePoints}) writer.f64(factor);
-  }
-  return proto::sha256_of(std::as_bytes(std::span(bytes)));
 }
 
 /// An entry of the cache is the asset's key, which tells a renamed file from the right one, and the asset's bytes.
@@ -239,7 +219,10 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
 
 const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m,
                                                     const std::string& name, bool is_coarse) {
-  const proto::Sha256 key = key_of(mesh, sheet_thickness_m, is_coarse);
+  const contact::ContactShapeOptions fine = options_for(mesh, sheet_thickness_m);
+  const contact::ContactShapeOptions options = is_coarse ? coarser(fine) : fine;
+  const std::vector<std::uint8_t> origin = contact::contact_asset_origin(mesh, options);
+  const proto::Sha256 key = proto::sha256_of(std::as_bytes(std::span(origin)));
   std::shared_ptr<const Contact>& entry = contacts_[key];
   if (entry) return *entry;
   const auto begin = std::chrono::steady_clock::now();
@@ -258,8 +241,7 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
       if (loading_.progress) loading_.progress("building contact of " + name, done);
       if (clock.now() - started > loading_.max_build - built_) refuse_long_build(loading_.max_build, done);
     };
-    const contact::ContactShapeOptions options = options_for(mesh, sheet_thickness_m);
-    asset.shape = contact::make_contact_mesh(mesh, is_coarse ? coarser(options) : options, progress);
+    asset.shape = contact::make_contact_mesh(mesh, options, progress);
     built_ += clock.now() - started;
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact::contact_asset_bytes(*asset.shape);

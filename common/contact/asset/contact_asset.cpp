@@ -29,6 +29,26 @@ std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int pac
   return bytes;
 }
 
+std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(200 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
+  ByteWriter writer(bytes);
+  writer.u32(kContactAssetVersion);
+  for (const double option :
+       {options.cell_m, options.tolerance_m, options.band_m, options.spacing_m, options.feature_angle_deg,
+        options.feature_spacing_m, options.feature_height_m, options.sheet_thickness_m,
+        static_cast<double>(options.max_grid_bytes), static_cast<double>(options.max_points)}) {
+    writer.f64(option);
+  }
+  writer.u32(static_cast<std::uint32_t>(mesh.kind));
+  for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet, &mesh.inner}) {
+    writer.u32(static_cast<std::uint32_t>(part->vertices.size()));
+    for (const Vec3& vertex : part->vertices) writer.array(std::span<const double>(vertex.data(), 3));
+    for (const auto& triangle : part->triangles) writer.array(std::span<const int>(triangle));
+  }
+  return bytes;
+}
+
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes, std::size_t limit_bytes) {
   auto content = asset_content(bytes, kKind, kContactAssetVersion);
   if (!content) return nullptr;

@@ -28,6 +28,7 @@ constexpr std::uint64_t kPoseSeed = 1;
 struct ContactBenchOptions {
   std::string a;
   std::string b;
+  std::string cache;
   std::optional<double> scale;
   double size_mm = 100;
   double mass_kg = 0.1;
@@ -66,7 +67,7 @@ Vec3 direction_of(const ContactBenchOptions& options) {
 
 TouchObject object_of(const ContactBenchOptions& options, const std::string& name, const std::string& option,
                       const Clock& clock) {
-  return make_touch_object(name, mesh_from(name, option, options.size_mm / 1e3, options.scale), clock);
+  return make_touch_object(name, mesh_from(name, option, options.size_mm / 1e3, options.scale), clock, options.cache);
 }
 
 ContactBench measure_contact_bench(const ContactBenchOptions& options, const TouchObject& a, const TouchObject& b,
@@ -175,6 +176,8 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
                  "in place of the path: the hand lands the tool at three speeds and two stiffnesses, and the tool is "
                  "dropped on each of its six sides")
       ->excludes(check);
+  contact->add_option("--cache", options->cache,
+                      "folder that keeps what is built of meshes: the next run takes it from there");
   contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
   contact->add_flag("--json", options->wants_json, "print JSON instead of a table");
   contact->footer("Exit code: 0 done, 1 a bound of --check or --landing does not hold, 2 bad input or set-up.");

@@ -2,8 +2,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <span>
 #include <stdexcept>
 #include <vector>
+
+#include "common/base/folders.hpp"
+#include "proto/content_hash.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -28,6 +34,28 @@ std::shared_ptr<const contact::ContactShape> through_a_file(const std::vector<st
   return shape;
 }
 
+std::string file_name(const geometry::ContactMesh& mesh, const contact::ContactShapeOptions& options) {
+  const auto origin = contact::contact_asset_origin(mesh, options);
+  return proto::hex(proto::sha256_of(std::as_bytes(std::span(origin)))) + ".contact";
+}
+
+/// Null: it is not there, or not whole.
+std::shared_ptr<const contact::ContactShape> kept_shape(const std::filesystem::path& file, const Clock& clock,
+                                                        double& load_s) {
+  const LocalTime begin = clock.now();
+  std::ifstream stream(file, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
+  auto shape = contact::contact_shape_from(bytes);
+  load_s = to_seconds(clock.now() - begin);
+  return shape;
+}
+
+void keep(const std::filesystem::path& file, const std::vector<std::uint8_t>& bytes) {
+  if (const std::error_code error = replace_cache_file(file, {std::as_bytes(std::span(bytes))})) {
+    throw std::runtime_error(file.string() + " cannot be written: " + error.message() + "; give another --cache");
+  }
+}
+
 }  // namespace
 
 double TouchObject::cell_m() const {
@@ -43,7 +71,8 @@ std::size_t TouchObject::points() const {
   return shape->shells.surface.points.size() + shape->shells.features.points.size();
 }
 
-TouchObject make_touch_object(const std::string& name, const geometry::TriangleMesh& mesh, const Clock& clock) {
+TouchObject make_touch_object(const std::string& name, const geometry::TriangleMesh& mesh, const Clock& clock,
+                              const std::filesystem::path& cache) {
   TouchObject object;
   object.name = name;
   const LocalTime begin = clock.now();
@@ -53,9 +82,15 @@ TouchObject make_touch_object(const std::string& name, const geometry::TriangleM
     throw std::invalid_argument(name + " cannot be touched: " + error.what());
   }
   const contact::ContactShapeOptions options;
-  const auto built = contact::make_contact_mesh(object.mesh, options);
-  object.build_s = to_seconds(clock.now() - begin);
-  object.shape = through_a_file(contact::contact_asset_bytes(*built), clock, object.cache_load_s);
+  const std::filesystem::path kept = cache.empty() ? cache : cache / file_name(object.mesh, options);
+  if (!cache.empty()) object.shape = kept_shape(kept, clock, object.cache_load_s);
+  if (object.shape == nullptr) {
+    const auto built = contact::make_contact_mesh(object.mesh, options);
+    object.build_s = to_seconds(clock.now() - begin);
+    const std::vector<std::uint8_t> bytes = contact::contact_asset_bytes(*built);
+    object.shape = through_a_file(bytes, clock, object.cache_load_s);
+    if (!cache.empty()) keep(kept, bytes);
+  }
   const bool is_sheet = object.mesh.kind == geometry::SurfaceKind::kSheet;
   const double half_m = options.sheet_thickness_m / 2;
   const auto beside =
