@@ -52,6 +52,12 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
 
 }  // namespace
 
+bool FlatNode::has_four_inside() const {
+  const Eigen::Vector3f to_mean = mean_S - centre_S;
+  return std::abs(along_S.dot(to_mean)) + deviation_along_m <= half_m.x() &&
+         std::abs(across_S.dot(to_mean)) + deviation_across_m <= half_m.y();
+}
+
 OrientedBox FlatNode::box_S() const {
   Eigen::Matrix3d axes;
   axes << along_S.cast<double>(), across_S.cast<double>(), along_S.cast<double>().cross(across_S.cast<double>());

@@ -395,7 +395,8 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
       } else if (is_small) {
         node_contacts.add_points(node);
         merge_contacts(contacts, begin, rigid_depth_m, true);
-      } else if (!flat.is_polygon() && (low >= 0 || high <= 0) && node_contacts.has_one_plane()) {
+      } else if (!flat.is_polygon() && flat.has_four_inside() && (low >= 0 || high <= 0) &&
+                 node_contacts.has_one_plane()) {
         node_contacts.add_whole(node, flat);
       } else if (!flat.is_polygon() || !node_contacts.add_parts(node, flat, own, false)) {
         node_contacts.add_some_points(node, kMaxNodeContacts);

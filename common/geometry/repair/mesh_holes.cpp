@@ -75,7 +75,6 @@ class HoleCloser {
   MeshPart& part_;
 };
 
-
 }  // namespace
 
 void close_hole(TriangleMesh& mesh, MeshPart& part, const std::vector<int>& loop) {

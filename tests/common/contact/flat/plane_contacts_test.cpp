@@ -352,6 +352,32 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
   }
 }
 
+// Many points and, far from them, a few: of all together the mean less a deviation is where there is none.
+TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
+  std::vector<ShellPoint> points;
+  for (int i = 0; i < 40; ++i) {
+    for (int k = 0; k < 10; ++k) {
+      const float x_m = 2e-4F * static_cast<float>(k) + (i < 4 ? 0.06F : 0);
+      points.push_back({Eigen::Vector3f(x_m, 2e-4F * static_cast<float>(i), 0), Eigen::Vector3f::UnitZ(), 1e-9F});
+    }
+  }
+  const PointShell shell = PointShell::of(std::move(points), 5e-4);
+  ASSERT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
+  const auto field = box_field(Vec3(1, 1, 0.02));
+  std::vector<ContactPoint> contacts;
+  contacts.reserve(shell.points.size() + kSmallNode);
+  // The many are 0.1 mm above, the few 6 mm.
+  const Pose X_FP{Vec3(0, 0, 0.0101), Quat(Eigen::AngleAxisd(-0.1, Vec3::UnitY()))};
+  for (const std::size_t room : {std::size_t{0}, std::size_t{30}, std::size_t{400}}) {
+    contacts.clear();
+    const PlaneSet planes = (PlaneSet{1} << field->planes().size()) - 1;
+    PlaneContacts{shell, field->planes(), X_FP, X_FP, Eigen::Matrix3d::Identity(), 0.02, 0.01, 1, 1, 0, room}.add(
+        0, planes, contacts);
+    EXPECT_FALSE(contacts.empty());
+    for (const ContactPoint& contact : contacts) EXPECT_LT(contact.depth_m, 0) << "room " << room;
+  }
+}
+
 TEST(PlaneContacts, BristlesStayWhileWhatStandsForThePointsChanges) {
   const Stack stack = oblique_stack();
   ContactPair pair;
