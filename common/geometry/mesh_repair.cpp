@@ -15,6 +15,7 @@
 #include "common/geometry/repair/mesh_sides.hpp"
 #include "common/geometry/repair/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"
+#include "common/geometry/winding_number.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -128,7 +129,7 @@ class Nesting {
   std::size_t turn_inside_out() {
     std::size_t turned = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (measures_[outermost(i)].volume_m3 >= 0) continue;
+      if (!is_inside_out(i)) continue;
       ++turned;
       for (const int t : parts_[i].triangles) {
         auto& corners = mesh_.triangles[static_cast<std::size_t>(t)];
@@ -137,6 +138,9 @@ class Nesting {
     }
     return turned;
   }
+
+  /// Whether it, or what is around all of it, is inside out.
+  bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
   /// Parts that are not turned against the part around them: material in material.
   std::size_t buried() const {
@@ -323,19 +327,41 @@ std::vector<int> triangles_of(const std::vector<MeshPart>& parts) {
   return triangles;
 }
 
-/// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them.
+bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumber& around) {
+  return std::ranges::all_of(part.triangles, [&](int t) {
+    const int corner = mesh.triangles[static_cast<std::size_t>(t)][0];
+    return std::abs(around.at(mesh.vertices[static_cast<std::size_t>(corner)])) > 0.5;
+  });
+}
+
+/// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them. Beside parts that
+/// do not pair up, what is inside out in one of them is a cavity of that, and stays; as all do where there are too many.
 std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
-  const auto is_other = [&](const MeshPart& part) { return part.is_unpaired || !is_solid(result.mesh, part); };
-  const auto first = std::ranges::stable_partition(parts, is_other).begin();
-  std::vector<MeshPart> solids(std::make_move_iterator(first), std::make_move_iterator(parts.end()));
-  parts.erase(first, parts.end());
-  if (solids.size() > kMaxParts) {
-    if (std::ranges::any_of(parts, &MeshPart::is_unpaired)) {
-      std::ranges::move(solids, std::back_inserter(parts));
-      return {};
-    }
+  const auto take = [](std::vector<MeshPart>& from, const auto& stays) {
+    const auto first = std::ranges::stable_partition(from, stays).begin();
+    std::vector<MeshPart> taken(std::make_move_iterator(first), std::make_move_iterator(from.end()));
+    from.erase(first, from.end());
+    return taken;
+  };
+  std::vector<MeshPart> solids =
+      take(parts, [&](const MeshPart& part) { return part.is_unpaired || !is_solid(result.mesh, part); });
+  const bool is_unpaired = std::ranges::any_of(parts, &MeshPart::is_unpaired);
+  if (solids.size() > kMaxParts && !is_unpaired) {
     throw MeshError("the mesh has " + std::to_string(solids.size()) + " closed parts; at most " +
                     std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
+  }
+  if (is_unpaired) {
+    std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
+    if (solids.size() <= kMaxParts) {
+      const Nesting nesting(result.mesh, solids);
+      const TriangleMesh around = part_of(result.mesh, triangles_of(parts));
+      const WindingNumber winding(around);
+      for (std::size_t i = 0; i < solids.size(); ++i)
+        stays[i] = nesting.is_inside_out(i) && is_within(result.mesh, solids[i], winding);
+    }
+    std::vector<MeshPart> left;
+    for (std::size_t i = 0; i < solids.size(); ++i) (stays[i] ? parts : left).push_back(std::move(solids[i]));
+    solids = std::move(left);
   }
   std::vector<std::size_t> holes;
   for (const MeshPart& part : solids) holes.push_back(part.borders.size());
@@ -352,8 +378,6 @@ std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& pa
 /// Of parts that are no solids by themselves makes a solid of what has the inside on one side, and a sheet of what has the outside on
 /// both.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
-  // What is inside out would take away from the winding number where it overlaps others.
-  if (others.size() <= kMaxParts) note_turned(result, Nesting(result.mesh, others).turn_inside_out());
   const TriangleMesh whole = part_of(result.mesh, triangles_of(others));
   const std::vector<Side> sides = sides_of(whole);
   std::vector<int> border, open;
@@ -375,13 +399,20 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
     std::vector<MeshPart> parts = connect(enclosed, repeated);
     // What is open is closed by what is inside, and stays as that is.
     std::erase_if(parts, [](const MeshPart& part) { return !part.borders.empty() || part.is_unpaired; });
-    if (parts.size() <= kMaxParts) Nesting(enclosed, parts).turn_inside_out();
+    if (parts.size() <= kMaxParts) note_turned(result, Nesting(enclosed, parts).turn_inside_out());
     const double volume = volume_m3(enclosed);
+    if (volume < 0) {
+      // All that is open, with what closes it.
+      for (TriangleMesh* mesh : {&enclosed, &result.inner}) {
+        for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
+      }
+    }
     if (has_no_room(volume, area_m2(enclosed))) {
       open.insert(open.end(), border.begin(), border.end());
       enclosed = {};
     } else {
-      result.parts.push_back({SurfaceKind::kSolid, border.size(), 1, volume, 0, "enclosed, by the winding number"});
+      result.parts.push_back(
+          {SurfaceKind::kSolid, border.size(), 1, std::abs(volume), 0, "enclosed, by the winding number"});
     }
   }
   result.mesh = joined(part_of(result.mesh, triangles_of(solids)), enclosed);

@@ -8,8 +8,11 @@
 namespace tandem::geometry {
 namespace {
 
-/// Sides are not made shorter than that much of the longest, in steps of so much.
-constexpr double kShortest = 1.0 / 64, kShorter = 0.8;
+/// Sides are not made shorter than that much of the longest, in steps of so much; nor than so many times what a triangle of the mesh
+/// is wide.
+constexpr double kShortest = 1.0 / 64, kShorter = 0.8, kLong = 3;
+/// Of one triangle: more than to kShortest. Where coordinates have no place between two ends, their middle is one of them.
+constexpr int kMaxHalvings = 24;
 
 Vec3 centroid(const std::array<Vec3, 3>& corners) {
   return (corners[0] + corners[1] + corners[2]) / 3;
@@ -35,19 +38,19 @@ LongSide longest_side(const std::array<Vec3, 3>& corners) {
 
 /// Halves the longest side until none is longer than that; `take` gets each piece.
 template <class Take>
-void divide(const std::array<Vec3, 3>& corners, double side_m, const Take& take) {
+void divide(const std::array<Vec3, 3>& corners, double side_m, const Take& take, int halvings = 0) {
   const LongSide side = longest_side(corners);
-  if (!(side.length_m > side_m)) {
+  if (!(side.length_m > side_m) || halvings == kMaxHalvings) {
     take(corners);
     return;
   }
   const std::size_t to = (side.from + 1) % 3;
   std::array<Vec3, 3> half = corners;
   half[to] = (corners[side.from] + corners[to]) / 2;
-  divide(half, side_m, take);
+  divide(half, side_m, take, halvings + 1);
   std::array<Vec3, 3> other = corners;
   other[side.from] = half[to];
-  divide(other, side_m, take);
+  divide(other, side_m, take, halvings + 1);
 }
 
 }  // namespace
@@ -73,6 +76,7 @@ struct WindingNumber::AngleSum {
 };
 
 WindingNumber::WindingNumber(const TriangleMesh& mesh) {
+  const std::size_t triangles = mesh.triangles.size();
   const auto corners_of = [&mesh](std::size_t triangle) {
     std::array<Vec3, 3> corners;
     for (std::size_t i = 0; i < 3; ++i)
@@ -80,18 +84,31 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
     return corners;
   };
   double longest_m = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    longest_m = std::max(longest_m, longest_side(corners_of(t)).length_m);
-  const std::size_t most = mesh.triangles.size() < kMinToDivide ? 0 : kPieces * mesh.triangles.size();
+  std::vector<double> widths_m(triangles);
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const auto corners = corners_of(t);
+    longest_m = std::max(longest_m, longest_side(corners).length_m);
+    widths_m[t] = std::sqrt(2 * area_normal(corners).norm());
+  }
+  double shortest_m = kShortest * longest_m;
+  if (!widths_m.empty()) {
+    const auto median = widths_m.begin() + static_cast<std::ptrdiff_t>(triangles / 2);
+    std::ranges::nth_element(widths_m, median);
+    shortest_m = std::max(shortest_m, kLong * *median);
+  }
+  const std::size_t most = triangles < kMinToDivide ? 0 : kPieces * triangles;
   double side_m = longest_m;
-  for (double shorter_m = side_m; shorter_m > kShortest * longest_m; shorter_m *= kShorter) {
+  std::size_t pieces = triangles;
+  for (double shorter_m = side_m; shorter_m > shortest_m; shorter_m *= kShorter) {
     std::size_t count = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size() && count <= most; ++t)
+    for (std::size_t t = 0; t < triangles && count <= most; ++t)
       divide(corners_of(t), shorter_m, [&count](const std::array<Vec3, 3>&) { ++count; });
     if (count > most) break;
     side_m = shorter_m;
+    pieces = count;
   }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  pieces_.reserve(pieces);
+  for (std::size_t t = 0; t < triangles; ++t) {
     divide(corners_of(t), side_m, [&](const std::array<Vec3, 3>& corners) {
       pieces_.push_back({corners, static_cast<std::uint32_t>(t)});
     });

@@ -19,9 +19,8 @@ namespace tandem::geometry {
 /// Source  Jacobson, Kavan & Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
 ///         2013; Barill et al., "Fast winding numbers for soups and clouds", 2018, eq. 8 to 14; solid angle: Van Oosterom
 ///         & Strackee, "The solid angle of a plane triangle", 1983
-/// Cost    some microseconds; within kTolerance of the sum. A long triangle is near to much, and what is near is summed one by one: so
-///         triangles are divided first, the longest sides first, into up to kPieces times as many. Of a gear box of long strips a query
-///         takes a tenth
+/// Cost    some microseconds; 100 bytes a piece and its share of the tree. A long triangle is near to much, and what is near is summed
+///         one by one: so triangles much longer than most are wide are divided first, into up to kPieces times as many
 /// Thread  any, at the same time; a query allocates nothing
 class WindingNumber {
  public:
@@ -29,9 +28,9 @@ class WindingNumber {
 
   explicit WindingNumber(const TriangleMesh& mesh);
 
-  /// In      without  a triangle that does not count, or −1: in the middle of one, what the others make there
-  /// Out     lies_on  whether p is on a triangle that counts, or within about a thousandth of its size: what that one
-  ///         makes there hangs on rounding
+  /// In      without  a triangle that does not count, with p in its plane, or −1: in the middle of one, what the others make there
+  /// Out     lies_on  whether p is on a triangle that counts, or within about a thousandth of the size of its piece: what that one
+  ///         makes there hangs on rounding; each within kTolerance
   double at(const Vec3& p_S, int without = -1, bool* lies_on = nullptr) const noexcept;
 
  private:

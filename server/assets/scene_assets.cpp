@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <limits>
-#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -14,6 +12,7 @@
 #include "common/geometry/drawing_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "proto/world_from_wire.hpp"
+#include "server/assets/contact_cache.hpp"
 #include "server/assets/mesh_file.hpp"
 #include "server/assets/structures/loader.hpp"
 
@@ -25,8 +24,6 @@ constexpr double kFullResolutionSize_m = 0.2;
 /// Of things that a hand touches. Others are possible, but mostly a scale is forgotten.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
-/// No asset is as large: what is larger is not one.
-constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
 /// A larger asset has a coarse one, which clients touch until they have it: cells, tolerance and distances between points are
 /// so many times larger.
@@ -62,23 +59,6 @@ contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, doub
   options.feature_spacing_m *= scale;
   options.feature_height_m *= scale;
   return options;
-}
-
-/// An entry of the cache is the asset's key, which tells a renamed file from the right one, and the asset's bytes.
-/// Empty for anything else: the cache is a folder that others can write to.
-std::vector<std::uint8_t> read_entry(const std::filesystem::path& file, const proto::Sha256& key) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return {};
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error || size < key.size() || size > kMaxEntryBytes) return {};
-  std::ifstream stream(file, std::ios::binary);
-  proto::Sha256 found{};
-  stream.read(reinterpret_cast<char*>(found.data()), static_cast<std::streamsize>(found.size()));
-  if (!stream || found != key) return {};
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size) - key.size());
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream) return {};
-  return bytes;
 }
 
 std::string describe(const contact::ContactShape& shape, const std::string& from, double seconds) {
@@ -221,16 +201,15 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
                                                     const std::string& name, bool is_coarse) {
   const contact::ContactShapeOptions fine = options_for(mesh, sheet_thickness_m);
   const contact::ContactShapeOptions options = is_coarse ? coarser(fine) : fine;
-  const std::vector<std::uint8_t> origin = contact::contact_asset_origin(mesh, options);
-  const proto::Sha256 key = proto::sha256_of(std::as_bytes(std::span(origin)));
+  const proto::Sha256 key = contact_key(mesh, options);
   std::shared_ptr<const Contact>& entry = contacts_[key];
   if (entry) return *entry;
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path cached =
-      loading_.cache_directory.empty() ? "" : loading_.cache_directory / (proto::hex(key) + ".contact");
+      loading_.cache_directory.empty() ? "" : kept_contact_file(loading_.cache_directory, key);
 
   Contact asset;
-  std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_entry(cached, key);
+  std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_kept_contact(cached, key);
   if (!bytes.empty()) asset.shape = contact::contact_shape_from(bytes);
   if (asset.shape) {
     asset.note = describe(*asset.shape, "from cache", seconds_since(begin));
@@ -245,7 +224,7 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
     built_ += clock.now() - started;
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact::contact_asset_bytes(*asset.shape);
-    if (!cached.empty() && replace_cache_file(cached, {key, std::as_bytes(std::span(bytes))})) {
+    if (!cached.empty() && keep_contact(cached, key, bytes)) {
       asset.note += "; " + cached.string() + " cannot be written, so the next start builds it again";
     }
   }

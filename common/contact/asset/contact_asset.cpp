@@ -44,6 +44,7 @@ std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh
   for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet, &mesh.inner}) {
     writer.u32(static_cast<std::uint32_t>(part->vertices.size()));
     for (const Vec3& vertex : part->vertices) writer.array(std::span<const double>(vertex.data(), 3));
+    writer.u32(static_cast<std::uint32_t>(part->triangles.size()));
     for (const auto& triangle : part->triangles) writer.array(std::span<const int>(triangle));
   }
   return bytes;

@@ -54,8 +54,8 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
 
 bool FlatNode::has_four_inside() const {
   const Eigen::Vector3f to_mean = mean_S - centre_S;
-  return std::abs(along_S.dot(to_mean)) + deviation_along_m <= half_m.x() &&
-         std::abs(across_S.dot(to_mean)) + deviation_across_m <= half_m.y();
+  return std::abs(along_S.dot(to_mean)) + deviation_along_m <= half_m.x() + kFlat_m &&
+         std::abs(across_S.dot(to_mean)) + deviation_across_m <= half_m.y() + kFlat_m;
 }
 
 OrientedBox FlatNode::box_S() const {

@@ -55,7 +55,7 @@ struct FlatNode {
   std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 
   bool is_polygon() const { return corner_count > 0; }
-  /// Whether the four points are in the box: of few points far from many others, the mean and a deviation are beyond them.
+  /// Whether the four points are in the box. Where a few points lie far from many, mean − deviation is beyond all of them.
   bool has_four_inside() const;
   OrientedBox box_S() const;
 };

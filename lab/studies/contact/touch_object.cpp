@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
-#include <span>
+#include <iostream>
 #include <stdexcept>
 #include <vector>
 
-#include "common/base/folders.hpp"
-#include "proto/content_hash.hpp"
+#include "server/assets/contact_cache.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -34,26 +31,13 @@ std::shared_ptr<const contact::ContactShape> through_a_file(const std::vector<st
   return shape;
 }
 
-std::string file_name(const geometry::ContactMesh& mesh, const contact::ContactShapeOptions& options) {
-  const auto origin = contact::contact_asset_origin(mesh, options);
-  return proto::hex(proto::sha256_of(std::as_bytes(std::span(origin)))) + ".contact";
-}
-
 /// Null: it is not there, or not whole.
-std::shared_ptr<const contact::ContactShape> kept_shape(const std::filesystem::path& file, const Clock& clock,
-                                                        double& load_s) {
+std::shared_ptr<const contact::ContactShape> kept_shape(const std::filesystem::path& file, const proto::Sha256& key,
+                                                        const Clock& clock, double& load_s) {
   const LocalTime begin = clock.now();
-  std::ifstream stream(file, std::ios::binary);
-  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
-  auto shape = contact::contact_shape_from(bytes);
+  auto shape = contact::contact_shape_from(server::read_kept_contact(file, key));
   load_s = to_seconds(clock.now() - begin);
   return shape;
-}
-
-void keep(const std::filesystem::path& file, const std::vector<std::uint8_t>& bytes) {
-  if (const std::error_code error = replace_cache_file(file, {std::as_bytes(std::span(bytes))})) {
-    throw std::runtime_error(file.string() + " cannot be written: " + error.message() + "; give another --cache");
-  }
 }
 
 }  // namespace
@@ -82,14 +66,17 @@ TouchObject make_touch_object(const std::string& name, const geometry::TriangleM
     throw std::invalid_argument(name + " cannot be touched: " + error.what());
   }
   const contact::ContactShapeOptions options;
-  const std::filesystem::path kept = cache.empty() ? cache : cache / file_name(object.mesh, options);
-  if (!cache.empty()) object.shape = kept_shape(kept, clock, object.cache_load_s);
+  const proto::Sha256 key = server::contact_key(object.mesh, options);
+  const std::filesystem::path kept = server::kept_contact_file(cache, key);
+  if (!cache.empty()) object.shape = kept_shape(kept, key, clock, object.cache_load_s);
   if (object.shape == nullptr) {
     const auto built = contact::make_contact_mesh(object.mesh, options);
     object.build_s = to_seconds(clock.now() - begin);
     const std::vector<std::uint8_t> bytes = contact::contact_asset_bytes(*built);
     object.shape = through_a_file(bytes, clock, object.cache_load_s);
-    if (!cache.empty()) keep(kept, bytes);
+    const std::error_code error = cache.empty() ? std::error_code() : server::keep_contact(kept, key, bytes);
+    if (error)
+      std::cerr << kept.string() << " cannot be written (" << error.message() << "): the next run builds it again\n";
   }
   const bool is_sheet = object.mesh.kind == geometry::SurfaceKind::kSheet;
   const double half_m = options.sheet_thickness_m / 2;

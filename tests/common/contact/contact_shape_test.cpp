@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 
@@ -208,6 +209,45 @@ TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
 
 TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
   EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
+}
+
+// What it is a list of, and in which order, only has to differ.
+TEST_F(ContactAsset, ItsOriginTellsApartAllThatItsBytesDependOn) {
+  const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
+  std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};
+  for (double ContactShapeOptions::*option :
+       {&ContactShapeOptions::cell_m, &ContactShapeOptions::tolerance_m, &ContactShapeOptions::band_m,
+        &ContactShapeOptions::spacing_m, &ContactShapeOptions::feature_angle_deg,
+        &ContactShapeOptions::feature_spacing_m, &ContactShapeOptions::feature_height_m,
+        &ContactShapeOptions::sheet_thickness_m}) {
+    ContactShapeOptions options;
+    options.*option *= 2;
+    origins.push_back(contact_asset_origin(mesh, options));
+  }
+  for (std::size_t ContactShapeOptions::*option :
+       {&ContactShapeOptions::max_grid_bytes, &ContactShapeOptions::max_points}) {
+    ContactShapeOptions options;
+    options.*option /= 2;
+    origins.push_back(contact_asset_origin(mesh, options));
+  }
+  for (geometry::TriangleMesh geometry::ContactMesh::*part :
+       {&geometry::ContactMesh::mesh, &geometry::ContactMesh::sheet, &geometry::ContactMesh::inner}) {
+    geometry::ContactMesh other = mesh;
+    (other.*part).vertices.emplace_back(1, 2, 3);
+    origins.push_back(contact_asset_origin(other, {}));
+    other = mesh;
+    (other.*part).triangles.push_back({0, 1, 2});
+    origins.push_back(contact_asset_origin(other, {}));
+  }
+  geometry::ContactMesh sheet = mesh;
+  sheet.kind = geometry::SurfaceKind::kSheet;
+  origins.push_back(contact_asset_origin(sheet, {}));
+  const std::size_t count = origins.size();
+  std::ranges::sort(origins);
+  EXPECT_EQ(std::ranges::unique(origins).size(), 0U) << "of " << count;
+  ContactShapeOptions threads;
+  threads.threads = 7;
+  EXPECT_EQ(contact_asset_origin(mesh, threads), contact_asset_origin(mesh, {})) << "their number does not show";
 }
 
 }  // namespace

@@ -269,6 +269,41 @@ TEST(MeshRepair, TakesPartsForSolidsBesideOneThatDoesNotPairUp) {
   EXPECT_EQ(result.parts[1].why, "enclosed, by the winding number");
 }
 
+/// The box has a fin, so that nothing of it pairs up; inside it is a smaller one that faces inwards.
+TEST(MeshRepair, KeepsTheCavityOfAPartThatDoesNotPairUp) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  mesh.vertices.emplace_back(0, 0, 0.05);
+  mesh.triangles.push_back({6, 7, 8});
+  contact::append(mesh, contact::turned(tessellated_box(kCube / 2)), Vec3::Zero());
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.mesh.triangles.size(), 24U);
+  EXPECT_EQ(result.sheet.triangles.size(), 1U);
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), 7.0 / 8 * kCubeVolume, 1e-15);
+}
+
+/// At any angle: of a flat part alone there is no volume that would say which way it faces.
+TEST(MeshRepair, TakesALidForPartOfTheBoxThatItCloses) {
+  TriangleMesh open = tessellated_box(kCube), lid = open;
+  const auto is_top = [&](const auto& t) {
+    return std::ranges::all_of(t, [&](int v) { return open.vertices[static_cast<std::size_t>(v)].z() > 0; });
+  };
+  std::erase_if(lid.triangles, [&](const auto& t) { return !is_top(t); });
+  std::erase_if(open.triangles, is_top);
+  open.triangles.push_back({0, 1, 7});  // a wall
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    const Quat q = Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+    TriangleMesh mesh = open;
+    // Farther away than what is merged.
+    contact::append(mesh, lid, Vec3(0, 0, 1e-5));
+    for (Vec3& p : mesh.vertices) p = q * p;
+    const ContactMesh result = repaired(mesh);
+    EXPECT_EQ(result.mesh.triangles.size(), 12U) << i;
+    EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-2 * kCubeVolume) << i;
+    EXPECT_TRUE(result.sheet.triangles.empty()) << i;
+  }
+}
+
 /// A fin on a box, as a file of three triangles at an edge often has it.
 TEST(MeshRepair, TakesAFinOnASolidForASheet) {
   TriangleMesh mesh = tessellated_box(kCube);

@@ -112,6 +112,25 @@ TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   }
 }
 
+// Between two of these places there is no number: their middle is one of them.
+TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
+  constexpr int kSide = 30;
+  constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // the next number is so far away
+  TriangleMesh mesh;
+  for (int i = 0; i < kSide * kSide; ++i)
+    mesh.vertices.emplace_back(kFar_m + i / kSide * kLeast_m, kFar_m + i % kSide * kLeast_m, 0);
+  for (int i = 0; i + 1 < kSide; ++i) {
+    for (int k = 0; k + 1 < kSide; ++k) {
+      const int a = i * kSide + k;
+      mesh.triangles.push_back({a, a + kSide, a + kSide + 1});
+      mesh.triangles.push_back({a, a + kSide + 1, a + 1});
+    }
+  }
+  mesh.vertices.emplace_back(kFar_m + 1, kFar_m, 0);
+  mesh.triangles.push_back({0, kSide, kSide * kSide});
+  EXPECT_TRUE(std::isfinite(WindingNumber(mesh).at(Vec3(kFar_m, kFar_m, 1))));
+}
+
 // The angles there add up to half a turn, sometimes to the last bit.
 TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
   for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {

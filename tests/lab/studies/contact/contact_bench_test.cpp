@@ -130,6 +130,28 @@ const TouchObject& small_cube() {
   return object;
 }
 
+TEST(ContactBench, TakesWhatItBuiltFromItsCache) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "contact_bench_cache";
+  std::filesystem::remove_all(folder);
+  const auto make = [&folder] {
+    return make_touch_object("cube", mesh_from("cube", "--a", 0.1, 0.1), SteadyClock{}, folder);
+  };
+  const TouchObject built = make(), kept = make();
+  EXPECT_GT(built.build_s, 0);
+  EXPECT_EQ(kept.build_s, 0);
+  EXPECT_EQ(contact::contact_asset_bytes(*kept.shape, 0), contact::contact_asset_bytes(*built.shape, 0));
+  // What is no asset is built anew, and where nothing can be kept, that is said.
+  const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  EXPECT_GT(make().build_s, 0);
+  EXPECT_EQ(make().build_s, 0);
+  std::filesystem::remove(file);
+  std::filesystem::create_directory(file);
+  testing::internal::CaptureStderr();
+  EXPECT_GT(make().build_s, 0);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("cannot be written"));
+}
+
 TEST(ContactBench, TwoRunsGiveTheSameMotion) {
   const SteadyClock clock;
   const TouchObject& cube = small_cube();
