@@ -109,9 +109,8 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
   }
   pieces_.reserve(pieces);
   for (std::size_t t = 0; t < triangles; ++t) {
-    divide(corners_of(t), side_m, [&](const std::array<Vec3, 3>& corners) {
-      pieces_.push_back({corners, static_cast<std::uint32_t>(t)});
-    });
+    divide(corners_of(t), side_m,
+           [&](const std::array<Vec3, 3>& corners) { pieces_.emplace_back(corners, static_cast<std::uint32_t>(t)); });
   }
   nodes_.reserve(pieces_.size() / 2 + 1);
   if (!pieces_.empty()) build(0, static_cast<std::uint32_t>(pieces_.size()));
@@ -124,10 +123,10 @@ void WindingNumber::build(std::uint32_t first, std::uint32_t count) {
   node.count = count;
   const auto pieces = std::span(pieces_).subspan(first, count);
   double weight = 0;
-  Vec3 low = centroid(pieces.front().corners), high = low;
-  for (const Piece& piece : pieces) {
-    const double area = area_normal(piece.corners).norm();
-    const Vec3 centre = centroid(piece.corners);
+  Vec3 low = centroid(pieces.front().first), high = low;
+  for (const auto& [corners, triangle] : pieces) {
+    const double area = area_normal(corners).norm();
+    const Vec3 centre = centroid(corners);
     node.middle_S += area * centre;
     weight += area;
     low = low.cwiseMin(centre);
@@ -135,8 +134,8 @@ void WindingNumber::build(std::uint32_t first, std::uint32_t count) {
   }
   node.middle_S = weight > 0 ? Vec3(node.middle_S / weight) : Vec3((low + high) / 2);
   double squared = 0;
-  for (const Piece& piece : pieces) {
-    for (const Vec3& corner : piece.corners) squared = std::max(squared, (corner - node.middle_S).squaredNorm());
+  for (const auto& [corners, triangle] : pieces) {
+    for (const Vec3& corner : corners) squared = std::max(squared, (corner - node.middle_S).squaredNorm());
   }
   node.radius_m = std::sqrt(squared);
   nodes_.push_back(node);
@@ -144,7 +143,7 @@ void WindingNumber::build(std::uint32_t first, std::uint32_t count) {
     int axis = 0;
     (high - low).maxCoeff(&axis);
     std::nth_element(pieces.begin(), pieces.begin() + count / 2, pieces.end(), [axis](const Piece& a, const Piece& b) {
-      return centroid(a.corners)[axis] < centroid(b.corners)[axis];
+      return centroid(a.first)[axis] < centroid(b.first)[axis];
     });
     build(first, count / 2);
     nodes_[at].second = static_cast<std::uint32_t>(nodes_.size());
@@ -183,11 +182,11 @@ void WindingNumber::add_moments(Node& node, const Node& child) {
 
 /// Of a triangle with corners d₀, d₁, d₂ from the node's middle, exactly: ∫ d dA = A c, ∫ d dᵀ dA = A (Σ dᵢ dᵢᵀ + 9 c cᵀ) / 12.
 void WindingNumber::add_moments(Node& node, const Piece& piece) {
-  const Vec3 area = area_normal(piece.corners);
+  const Vec3 area = area_normal(piece.first);
   node.area_m2 += area;
   Vec3 centre = Vec3::Zero();
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const Vec3& corner : piece.corners) {
+  for (const Vec3& corner : piece.first) {
     const Vec3 d = corner - node.middle_S;
     centre += d / 3;
     spread += d * d.transpose() / 12;
@@ -221,10 +220,10 @@ double WindingNumber::far_angle(const Node& node, const Vec3& r, double squared)
   return per_r3 * (node.area_m2.dot(r) + first + second);
 }
 
-bool WindingNumber::add_angle(const Piece& piece, const Vec3& p_S, AngleSum& sum) noexcept {
-  const Vec3 a = piece.corners[0] - p_S;
-  const Vec3 b = piece.corners[1] - p_S;
-  const Vec3 c = piece.corners[2] - p_S;
+bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_S, AngleSum& sum) noexcept {
+  const Vec3 a = corners[0] - p_S;
+  const Vec3 b = corners[1] - p_S;
+  const Vec3 c = corners[2] - p_S;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double all = la * lb * lc;
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
@@ -248,8 +247,8 @@ double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noex
     } else if (node.second != 0) {
       ++i;
     } else {
-      for (const Piece& piece : std::span(pieces_).subspan(node.first, node.count)) {
-        if (static_cast<int>(piece.triangle) != without) is_on |= add_angle(piece, p_S, near);
+      for (const auto& [corners, triangle] : std::span(pieces_).subspan(node.first, node.count)) {
+        if (static_cast<int>(triangle) != without) is_on |= add_angle(corners, p_S, near);
       }
       i = node.next;
     }

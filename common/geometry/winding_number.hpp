@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "common/geometry/triangle_mesh.hpp"
@@ -39,10 +40,7 @@ class WindingNumber {
   static constexpr std::size_t kPieces = 3, kMinToDivide = 500;  ///< of fewer triangles each may be near
   static constexpr double kOnShare = 1e-3;
 
-  struct Piece {
-    std::array<Vec3, 3> corners;
-    std::uint32_t triangle = 0;  ///< that it is of
-  };
+  using Piece = std::pair<std::array<Vec3, 3>, std::uint32_t>;  ///< its corners, and the triangle that it is of
   /// Of pieces first … first + count − 1; its children are the next node and `second`.
   struct Node {
     Vec3 middle_S = Vec3::Zero();
@@ -64,7 +62,7 @@ class WindingNumber {
   static void add_moments(Node& node, const Node& child);
   static double far_angle(const Node& node, const Vec3& r, double squared) noexcept;
   /// Half of its solid angle. Out: whether the point lies on it.
-  static bool add_angle(const Piece& piece, const Vec3& p_S, AngleSum& sum) noexcept;
+  static bool add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_S, AngleSum& sum) noexcept;
 
   std::vector<Piece> pieces_;
   std::vector<Node> nodes_;
