@@ -98,7 +98,7 @@ class Table(unittest.TestCase):
             options = types.SimpleNamespace(lab=str(lab), out=folder, landing=True)
             for _ in range(2):
                 self.assertEqual(table.run_pair(options, "a.obj", "a", "self", "a.obj"), landing())
-            self.assertEqual((folder / "runs").read_text(encoding="utf-8"), "bench contact --a a.obj --b a.obj --json --landing\n")
+            self.assertEqual((folder / "runs").read_text(encoding="utf-8"), f"bench contact --a a.obj --b a.obj --json --cache {folder / 'cache'} --landing\n")
 
     def test_landings_are_told_by_their_worst(self):
         runs = [landing(), landing(1.5, 2, 0.003, None), {"error": "late"}]
