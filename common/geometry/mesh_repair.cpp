@@ -338,7 +338,7 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
 /// do not pair up, what is inside out in one of them is a cavity of that, and stays; as all do where there are too many.
 std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto take = [](std::vector<MeshPart>& from, const auto& stays) {
-    const auto first = std::ranges::stable_partition(from, stays).begin();
+    const auto first = std::stable_partition(from.begin(), from.end(), stays);
     std::vector<MeshPart> taken(std::make_move_iterator(first), std::make_move_iterator(from.end()));
     from.erase(first, from.end());
     return taken;

@@ -117,8 +117,9 @@ TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   constexpr int kSide = 30;
   constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // the next number is so far away
   TriangleMesh mesh;
-  for (int i = 0; i < kSide * kSide; ++i)
-    mesh.vertices.emplace_back(kFar_m + i / kSide * kLeast_m, kFar_m + i % kSide * kLeast_m, 0);
+  for (int i = 0; i < kSide; ++i) {
+    for (int k = 0; k < kSide; ++k) mesh.vertices.emplace_back(kFar_m + i * kLeast_m, kFar_m + k * kLeast_m, 0);
+  }
   for (int i = 0; i + 1 < kSide; ++i) {
     for (int k = 0; k + 1 < kSide; ++k) {
       const int a = i * kSide + k;
