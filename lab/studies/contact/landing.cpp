@@ -87,14 +87,17 @@ double rest_s(const TouchTrace& trace, double mass_kg) {
 
 /// Whether the corners of that side of the box hold the origin up, see drops().
 bool is_face(const ExactSurface& tool, int axis, double sign) {
+  const auto reach_of = [&](const ExactSurface& part, const Vec3& corner) {
+    return sign * corner[axis] + part.half_thickness_m();
+  };
   double reach_m = 0;
   for (const ExactSurface* part : tool.parts()) {
-    for (const Vec3& corner : part->corners()) reach_m = std::max(reach_m, sign * corner[axis]);
+    for (const Vec3& corner : part->corners()) reach_m = std::max(reach_m, reach_of(*part, corner));
   }
   std::vector<Vec3> base;
   for (const ExactSurface* part : tool.parts()) {
     for (const Vec3& corner : part->corners()) {
-      if (sign * corner[axis] >= reach_m - kFlat_m) base.push_back(corner);
+      if (reach_of(*part, corner) >= reach_m - kFlat_m) base.push_back(corner);
     }
   }
   // Seen from the origin, each way there is one of them far enough out.

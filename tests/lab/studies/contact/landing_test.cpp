@@ -138,6 +138,23 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
+// A plate of one triangle whose longest side goes through the middle of its box: it rolls over the rim there.
+TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
+  geometry::TriangleMesh plate;
+  plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};
+  plate.triangles = {{0, 1, 2}};
+  for (const bool is_above : {false, true}) {
+    const TouchObject object = make_touch_object("plate", plate, VirtualClock{});
+    for (const Landing& drop : drops(object, kMass_kg, VirtualClock{})) {
+      const bool is_flat = drop.name.ends_with("z");
+      EXPECT_EQ(drop.is_on_face, is_above && is_flat) << drop.name;
+      if (!drop.is_on_face) continue;
+      EXPECT_LT(drop.rest_s, 0.1) << drop.name;
+    }
+    for (Vec3& p : plate.vertices) p += Vec3(0.006, -0.006, 0);
+  }
+}
+
 TEST(Drop, WorkOfContactIsWhatWeightDidUntilItRests) {
   const contact::ContactShape& cube = *landed_cube().shape;
   TouchSettings settings;
