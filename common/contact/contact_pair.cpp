@@ -1,6 +1,7 @@
 #include "common/contact/contact_pair.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "common/contact/flat/flat_node.hpp"
@@ -15,6 +16,8 @@ constexpr double kFineSpacing_m = 5e-4;
 constexpr double kBallSlack_m = 1e-3;
 // Of its ring, what a ball's core takes over a step: in a hundred steps it forgets that a touch was lighter.
 constexpr double kCoreGrowth = 1e-2;
+// What is found late gets deeper by so much in a step, besides its own motion.
+constexpr double kPushOut_m = 1e-5;
 
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
@@ -65,6 +68,7 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   b_ = b;
   now_.clear();
   before_.clear();
+  deepest_m_ = std::numeric_limits<double>::infinity();
   first_of_other_ = first_of_other_before_ = 0;
   if (!is_bound()) return;
   is_a_primary_ = is_primary(*a, *b);
@@ -97,6 +101,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Eigen::Matrix3d turn_of_a = turn_since(X_WA.q, q_WA_before_);
   const Eigen::Matrix3d turn_of_b = turn_since(X_WB.q, q_WB_before_);
   if (ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) {
+    deepest_m_ = std::numeric_limits<double>::infinity();
     const Eigen::Matrix3d& turn_of_plane = ball_ == a_ ? turn_of_b : turn_of_a;
     if (ball_on_ == ball_was_on) {
       carry_ball_bristles(turn_of_plane);
@@ -121,6 +126,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   search(primary_, first, band_m);
   first_of_other_ = now_.size();
   search(other_, second, band_m);
+  limit_depths(X_WA, X_WB, X_BA, work.is_coarse);
 
   if (ball_was_on != nullptr) {
     share_bristles(ball_ == a_ ? turn_of_b : turn_of_a);
@@ -129,6 +135,23 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn_of_b);
   carry_bristles(first_of_other_, now_.size(), first_of_other_before_, before_.size(), turn_of_b);
   return work;
+}
+
+// What is deeper than all was before, by more than it moved, was there and was not found: a search that has too much to ask sees some of
+// the points. All at once it would throw the shapes apart.
+void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
+  const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
+  const double most_m = std::exchange(deepest_m_, 0) + kPushOut_m;
+  const bool is_limited = std::exchange(is_catching_up_, is_coarse) || is_coarse;
+  for (ContactPoint& point : now_) {
+    if (is_limited && point.depth_m > most_m) {
+      const Vec3 before_W = X_WB * (X_BA_before * (X_WA.inverse() * point.p_W));
+      const double limit_m = most_m + std::max(0.0, point.normal_W.dot(before_W - point.p_W));
+      is_catching_up_ = is_catching_up_ || point.depth_m > limit_m;
+      point.depth_m = std::min(point.depth_m, limit_m);
+    }
+    deepest_m_ = std::max(deepest_m_, point.depth_m);
+  }
 }
 
 std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) const noexcept {

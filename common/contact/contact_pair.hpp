@@ -78,6 +78,7 @@ class ContactPair {
   bool has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
   PlaneSet planes_around_ball(const Vec3& centre_F, double reach_m) noexcept;
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
+  void limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept;
   void carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept;
   void keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept;
   void share_bristles(const Eigen::Matrix3d& turn) noexcept;
@@ -95,6 +96,9 @@ class ContactPair {
   std::vector<ContactPoint> before_;
   std::size_t first_of_other_ = 0;  ///< where the second direction begins
   std::size_t first_of_other_before_ = 0;
+  double deepest_m_ = 0;         ///< contact of the last find(); infinite: nothing is known of it
+  bool is_catching_up_ = false;  ///< it was coarse, or deeper than it had been
+  Pose X_BA_before_;
   Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
   const ContactShape* ball_ = nullptr;   ///< of the two, if the other one has planes

@@ -1,0 +1,51 @@
+// What a search did not find at once.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/contact/contact_pair.hpp"
+#include "common/contact/primitive_fields.hpp"
+#include "tests/common/contact/hand_made_shell.hpp"
+
+namespace tandem::contact {
+namespace {
+
+/// Of 20 mm, as if it were not quite flat: each of its points counts.
+ContactShape bumpy_box() {
+  const Vec3 size_m = Vec3::Constant(0.02);
+  ContactShape shape = hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, 4.5e-4), 4.5e-4));
+  shape.shells.surface.flat_nodes.clear();
+  for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
+  return shape;
+}
+
+// A box that moves sideways from beside another until it is 0.3 mm in it, as if it had been there and not been found: where contacts are
+// few, that may be.
+TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
+  const ContactShape box = bumpy_box();
+  const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
+  const auto deepest_of = [](const ContactPair& pair) {
+    double deepest_m = 0;
+    for (const ContactPoint& contact : pair.contacts()) deepest_m = std::max(deepest_m, contact.depth_m);
+    return deepest_m;
+  };
+  constexpr double kDeep_m = 3e-4;
+  ContactPair pair(8);
+  pair.bind(&box, &box);
+  EXPECT_TRUE(pair.find(at(0, 0.02 - kDeep_m), Pose{}, 2e-4).is_coarse);
+  EXPECT_NEAR(deepest_of(pair), kDeep_m, 1e-6) << "of the first nothing is known";
+  pair.find(at(0.05, 0.02 - kDeep_m), Pose{}, 2e-4);
+  EXPECT_EQ(deepest_of(pair), 0);
+  double before_m = 0;
+  for (int step = 0; step < 60; ++step) {
+    pair.find(at(0.002, 0.02 - kDeep_m), Pose{}, 2e-4);
+    EXPECT_LE(deepest_of(pair), before_m + 1.1e-5);
+    before_m = deepest_of(pair);
+  }
+  EXPECT_NEAR(before_m, kDeep_m, 1e-6) << "in the end it is as deep as it is";
+  pair.find(at(0.002, 0.02 - 2 * kDeep_m), Pose{}, 2e-4);
+  EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "what it moved itself counts at once";
+}
+
+}  // namespace
+}  // namespace tandem::contact
