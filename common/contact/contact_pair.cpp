@@ -69,6 +69,7 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   now_.clear();
   before_.clear();
   deepest_m_ = std::numeric_limits<double>::infinity();
+  is_catching_up_ = false;
   first_of_other_ = first_of_other_before_ = 0;
   if (!is_bound()) return;
   is_a_primary_ = is_primary(*a, *b);

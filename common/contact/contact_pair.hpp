@@ -50,7 +50,8 @@ class ContactPair {
   void bind(const ContactShape* a, const ContactShape* b) noexcept;
   bool is_bound() const { return a_ != nullptr && b_ != nullptr; }
 
-  /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B.
+  /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B. Beyond the budget
+  /// points may be found late: their depth_m then grows by 10 µm a step, besides their own motion, up to what it is.
   ///
   /// Model   while the budget holds, force, moment and stiffness depend on the poses alone, not on those before; up to eight
   ///         points of a leaf are one where their depths are equal within a micrometre. Of flat on flat a few contacts act

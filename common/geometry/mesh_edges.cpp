@@ -43,6 +43,11 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh) {
   return found;
 }
 
+std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto at = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k])]; };
+  return {at(0), at(1), at(2)};
+}
+
 std::vector<Vec3> face_normals(const TriangleMesh& mesh) {
   std::vector<Vec3> normals;
   normals.reserve(mesh.triangles.size());

@@ -1,6 +1,7 @@
 // Which triangles meet at which edge: what repair and feature detection walk along.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -56,6 +57,8 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 
 /// Of triangles that share vertices: which part each is of, numbered by their first ones.
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
+
+std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle);
 
 /// Cross product of two sides: twice the area, along the normal.
 inline Vec3 doubled_area(const TriangleMesh& mesh, std::size_t triangle) {

@@ -334,35 +334,37 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
   });
 }
 
+/// Moves solids that are inside out, and within the others, to these; all where there are too many.
+void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vector<MeshPart>& others) {
+  std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
+  if (solids.size() <= kMaxParts) {
+    std::optional<WindingNumber> around;
+    const Nesting nesting(mesh, solids);
+    for (std::size_t i = 0; i < solids.size(); ++i) {
+      if (!nesting.is_inside_out(i)) continue;
+      if (!around) around.emplace(part_of(mesh, triangles_of(others)));
+      stays[i] = is_within(mesh, solids[i], *around);
+    }
+  }
+  std::vector<MeshPart> left;
+  for (std::size_t i = 0; i < solids.size(); ++i) (stays[i] ? others : left).push_back(std::move(solids[i]));
+  solids = std::move(left);
+}
+
 /// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them. Beside parts that
 /// do not pair up, what is inside out in one of them is a cavity of that, and stays; as all do where there are too many.
 std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
-  const auto take = [](std::vector<MeshPart>& from, const auto& stays) {
-    const auto first = std::stable_partition(from.begin(), from.end(), stays);
-    std::vector<MeshPart> taken(std::make_move_iterator(first), std::make_move_iterator(from.end()));
-    from.erase(first, from.end());
-    return taken;
-  };
-  std::vector<MeshPart> solids =
-      take(parts, [&](const MeshPart& part) { return part.is_unpaired || !is_solid(result.mesh, part); });
+  const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
+    return part.is_unpaired || !is_solid(result.mesh, part);
+  });
+  std::vector<MeshPart> solids(std::make_move_iterator(first), std::make_move_iterator(parts.end()));
+  parts.erase(first, parts.end());
   const bool is_unpaired = std::ranges::any_of(parts, &MeshPart::is_unpaired);
   if (solids.size() > kMaxParts && !is_unpaired) {
     throw MeshError("the mesh has " + std::to_string(solids.size()) + " closed parts; at most " +
                     std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
   }
-  if (is_unpaired) {
-    std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
-    if (solids.size() <= kMaxParts) {
-      const Nesting nesting(result.mesh, solids);
-      const TriangleMesh around = part_of(result.mesh, triangles_of(parts));
-      const WindingNumber winding(around);
-      for (std::size_t i = 0; i < solids.size(); ++i)
-        stays[i] = nesting.is_inside_out(i) && is_within(result.mesh, solids[i], winding);
-    }
-    std::vector<MeshPart> left;
-    for (std::size_t i = 0; i < solids.size(); ++i) (stays[i] ? parts : left).push_back(std::move(solids[i]));
-    solids = std::move(left);
-  }
+  if (is_unpaired) leave_cavities(result.mesh, solids, parts);
   std::vector<std::size_t> holes;
   for (const MeshPart& part : solids) holes.push_back(part.borders.size());
   close_holes(result, solids);

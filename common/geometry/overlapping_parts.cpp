@@ -173,13 +173,12 @@ class Sides {
     kAsk     ///< another, or more than one
   };
 
-  /// In      whole  the mesh, with what of it is inside and left out
-  Sides(const TriangleMesh& mesh, TriangleMesh whole, const TriangleTree& tree, const EdgesOfTriangles& edges,
+  /// In      winding  of the mesh, with what of it is inside and left out
+  Sides(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
         const Piece& piece, std::size_t& work)
       : work_(work),
         mesh_(mesh),
-        whole_(std::move(whole)),
-        winding_(whole_),
+        winding_(std::move(winding)),
         is_closed_(piece.is_closed),
         size_m_(piece.box.diagonal().norm()) {
     std::vector<TriangleTree::Near> space;
@@ -249,7 +248,8 @@ class Sides {
 
   std::vector<bool> ends_of(const EdgesOfTriangles& edges) {
     triangles_at_.resize(3 * edges.size());
-    for (const auto& [ab, bc, ca] : edges) ++triangles_at_[ab], ++triangles_at_[bc], ++triangles_at_[ca];
+    for (const auto& of_triangle : edges)
+      for (const std::uint32_t edge : of_triangle) ++triangles_at_[edge];
     std::vector<bool> is_end(mesh_.vertices.size(), false);
     for (std::size_t t = 0; t < edges.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -332,7 +332,6 @@ class Sides {
 
   std::size_t work_;
   const TriangleMesh& mesh_;
-  TriangleMesh whole_;
   WindingNumber winding_;
   bool is_closed_;
   double size_m_;
@@ -354,7 +353,8 @@ struct TriangleTree::Parts {
         find_bounds();
         return;
       }
-      sides.emplace(mesh, piece.is_closed ? mesh : joined(mesh, inner), tree, edges_of(tree), piece, work);
+      WindingNumber winding = piece.is_closed ? WindingNumber(mesh) : WindingNumber(joined(mesh, inner));
+      sides.emplace(mesh, std::move(winding), tree, edges_of(tree), piece, work);
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 

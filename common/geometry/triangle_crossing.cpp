@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/geometry/mesh_edges.hpp"
+
 namespace tandem::geometry {
 namespace {
 
@@ -63,11 +65,6 @@ bool meet(const Corners& a, const Corners& b, double tolerance_m) noexcept {
     if (meets(a, b[i], b[(i + 1) % 3], tolerance_m) || meets(b, a[i], a[(i + 1) % 3], tolerance_m)) return true;
   }
   return false;
-}
-
-Corners corners_of(const TriangleMesh& mesh, std::size_t triangle) {
-  const auto at = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k])]; };
-  return {at(0), at(1), at(2)};
 }
 
 std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::size_t triangle,

@@ -16,8 +16,6 @@ bool meets(const std::array<Vec3, 3>& corners, const Vec3& p, const Vec3& q, dou
 /// Whether two triangles go through each other or touch, likewise.
 bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, double tolerance_m) noexcept;
 
-std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle);
-
 /// The other triangles of a mesh that one meets, likewise; those that it shares vertices with, if they meet elsewhere too.
 ///
 /// In      tree   of the mesh

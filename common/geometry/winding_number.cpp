@@ -5,6 +5,8 @@
 #include <numbers>
 #include <span>
 
+#include "common/geometry/mesh_edges.hpp"
+
 namespace tandem::geometry {
 namespace {
 
@@ -77,16 +79,10 @@ struct WindingNumber::AngleSum {
 
 WindingNumber::WindingNumber(const TriangleMesh& mesh) {
   const std::size_t triangles = mesh.triangles.size();
-  const auto corners_of = [&mesh](std::size_t triangle) {
-    std::array<Vec3, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i)
-      corners[i] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][i])];
-    return corners;
-  };
   double longest_m = 0;
   std::vector<double> widths_m(triangles);
   for (std::size_t t = 0; t < triangles; ++t) {
-    const auto corners = corners_of(t);
+    const auto corners = corners_of(mesh, t);
     longest_m = std::max(longest_m, longest_side(corners).length_m);
     widths_m[t] = std::sqrt(2 * area_normal(corners).norm());
   }
@@ -102,14 +98,14 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
   for (double shorter_m = side_m; shorter_m > shortest_m; shorter_m *= kShorter) {
     std::size_t count = 0;
     for (std::size_t t = 0; t < triangles && count <= most; ++t)
-      divide(corners_of(t), shorter_m, [&count](const std::array<Vec3, 3>&) { ++count; });
+      divide(corners_of(mesh, t), shorter_m, [&count](const std::array<Vec3, 3>&) { ++count; });
     if (count > most) break;
     side_m = shorter_m;
     pieces = count;
   }
   pieces_.reserve(pieces);
   for (std::size_t t = 0; t < triangles; ++t) {
-    divide(corners_of(t), side_m,
+    divide(corners_of(mesh, t), side_m,
            [&](const std::array<Vec3, 3>& corners) { pieces_.emplace_back(corners, static_cast<std::uint32_t>(t)); });
   }
   nodes_.reserve(pieces_.size() / 2 + 1);

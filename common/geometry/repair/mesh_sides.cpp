@@ -46,9 +46,7 @@ class Judge {
 
   /// Out     is_sure  see is_clear()
   Side side_of(std::size_t triangle, bool& is_sure) const {
-    std::array<Vec3, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i)
-      corners[i] = mesh_.vertices[static_cast<std::size_t>(mesh_.triangles[triangle][i])];
+    const std::array<Vec3, 3> corners = corners_of(mesh_, triangle);
     const Vec3 normal = doubled_area(mesh_, triangle).stableNormalized();
     const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
     bool lies_on_another = false;

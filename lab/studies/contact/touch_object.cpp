@@ -66,7 +66,7 @@ TouchObject make_touch_object(const std::string& name, const geometry::TriangleM
     throw std::invalid_argument(name + " cannot be touched: " + error.what());
   }
   const contact::ContactShapeOptions options;
-  const proto::Sha256 key = server::contact_key(object.mesh, options);
+  const proto::Sha256 key = cache.empty() ? proto::Sha256{} : server::contact_key(object.mesh, options);
   const std::filesystem::path kept = server::kept_contact_file(cache, key);
   if (!cache.empty()) object.shape = kept_shape(kept, key, clock, object.cache_load_s);
   if (object.shape == nullptr) {

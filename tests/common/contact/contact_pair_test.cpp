@@ -24,18 +24,6 @@ ContactShape sphere_shape(double radius_m = 0.01, int count = 6000) {
   return hand_made_shape(sphere_field(radius_m), PointShell::of(sphere_points(radius_m, count), 4.5e-4));
 }
 
-ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
-  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
-                         PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
-}
-
-/// As if it were not quite flat: each of its points counts.
-ContactShape without_flat_parts(ContactShape shape) {
-  shape.shells.surface.flat_nodes.clear();
-  for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
-  return shape;
-}
-
 std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {
   std::map<std::uint32_t, double> by_id;
   for (const ContactPoint& contact : contacts) by_id[contact.id] = contact.depth_m;

@@ -1,6 +1,7 @@
 // Shapes whose points a test knows: tests of the search for contacts must not depend on how surfaces are sampled.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "common/contact/contact_shape.hpp"
+#include "common/contact/primitive_fields.hpp"
 
 namespace tandem::contact {
 
@@ -76,6 +78,19 @@ inline std::vector<ShellPoint> box_edge_points(const Vec3& size_m, double spacin
     }
   }
   return points;
+}
+
+/// A box with its faces and edges in points.
+inline ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
+  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
+                         PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
+}
+
+/// As if it were not quite flat: each of its points counts.
+inline ContactShape without_flat_parts(ContactShape shape) {
+  shape.shells.surface.flat_nodes.clear();
+  for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
+  return shape;
 }
 
 }  // namespace tandem::contact

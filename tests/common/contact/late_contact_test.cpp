@@ -4,25 +4,15 @@
 #include <algorithm>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/contact/primitive_fields.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 
 namespace tandem::contact {
 namespace {
 
-/// Of 20 mm, as if it were not quite flat: each of its points counts.
-ContactShape bumpy_box() {
-  const Vec3 size_m = Vec3::Constant(0.02);
-  ContactShape shape = hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, 4.5e-4), 4.5e-4));
-  shape.shells.surface.flat_nodes.clear();
-  for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
-  return shape;
-}
-
 // A box that moves sideways from beside another until it is 0.3 mm in it, as if it had been there and not been found: where contacts are
 // few, that may be.
 TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
-  const ContactShape box = bumpy_box();
+  const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
   const auto deepest_of = [](const ContactPair& pair) {
     double deepest_m = 0;

@@ -17,17 +17,6 @@ namespace {
 
 constexpr double kShellCutBand_m = 1e-4;
 
-ContactShape fine_box(const Vec3& size_m, double spacing_m = 4.5e-4) {
-  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
-                         PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
-}
-
-ContactShape pointwise(ContactShape shape) {
-  shape.shells.surface.flat_nodes.clear();
-  for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;
-  return shape;
-}
-
 /// A table with a line of 6 mm across it at x = 0 where it says of nothing that it is flat.
 class LinedTable final : public DistanceField {
  public:
@@ -50,8 +39,8 @@ class LinedTable final : public DistanceField {
 
 TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const Vec3 table_m(0.4, 0.1, 0.02);
-  const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
-  ContactShape table = fine_box(table_m, 4e-3);
+  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
+  ContactShape table = box_shape(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
   // Of a face that lies flat eight points are one contact; tilted, each is one.
   for (const double tilt_rad : {0.0, 2e-3}) {
@@ -79,8 +68,8 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
 
 TEST(ShellCut, ANodeIsAskedForPlanesOnceInAStepThatTriesSeveralLevels) {
   const Vec3 table_m(0.4, 0.1, 0.02);
-  const ContactShape block = fine_box(Vec3(0.016, 0.016, 0.016));
-  ContactShape table = fine_box(table_m, 4e-3);
+  const ContactShape block = box_shape(Vec3(0.016, 0.016, 0.016));
+  ContactShape table = box_shape(table_m, 4e-3);
   const auto field = std::make_shared<LinedTable>(table_m);
   table.field = field;
   ContactPair pair(64);
@@ -95,8 +84,8 @@ TEST(ShellCut, ANodeIsAskedForPlanesOnceInAStepThatTriesSeveralLevels) {
 }
 
 TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
-  const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
-  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   const auto at = [](double gap_m) { return Pose{Vec3(0, 0, 0.02 + gap_m), Quat::Identity()}; };
   ContactPair pair;
   pair.bind(&block, &table);
@@ -123,7 +112,7 @@ TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   }
   const ContactShape squares =
       hand_made_shape(box_field(Vec3::Constant(1e-3)), PointShell::of(std::move(points), 4.5e-4));
-  const ContactShape table = fine_box(table_m, 4e-3);
+  const ContactShape table = box_shape(table_m, 4e-3);
   ContactPair pair(460);
   pair.bind(&squares, &table);
   const Pose X_WA{Vec3(0.01, -0.1, 0.015 - 4e-5), Quat::Identity()};
@@ -135,8 +124,8 @@ TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
 }
 
 TEST(ShellCut, IsFineSoonAfterAHardLanding) {
-  const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
-  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   for (const bool does_move : {true, false}) {
     ContactPair pair(512);
     pair.bind(&block, &table);
@@ -154,8 +143,8 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
   // Of large nodes only some points are asked. When most have left, each point counts again.
-  const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
-  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);
   pair.bind(&block, &table);
   all.bind(&block, &table);
@@ -176,8 +165,8 @@ TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
 }
 
 TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
-  const ContactShape block = pointwise(fine_box(Vec3(0.04, 0.04, 0.04)));
-  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64);
   pair.bind(&block, &table);
   std::uint32_t most = 0;
@@ -191,7 +180,7 @@ TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
 
 TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
   const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::of(sphere_points(0.01, 6000), 4.5e-4));
-  const ContactShape table = pointwise(fine_box(Vec3(0.1, 0.1, 0.02), 4e-3));
+  const ContactShape table = without_flat_parts(box_shape(Vec3(0.1, 0.1, 0.02), 4e-3));
   ContactPair kept(8192), fresh(8192);
   kept.bind(&ball, &table);
   for (int i = 0; i < 600; ++i) {
@@ -205,8 +194,8 @@ TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
 }
 
 TEST(ShellCut, PosesAtTheEndOfNumbersHaveNoContacts) {
-  const ContactShape block = fine_box(Vec3(0.02, 0.02, 0.02));
-  const ContactShape table = fine_box(Vec3(0.4, 0.1, 0.02), 4e-3);
+  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
+  const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair;
   pair.bind(&block, &table);
   pair.find({Vec3(1e308, 0, 0), Quat::Identity()}, {Vec3(-1e308, 0, 0), Quat::Identity()}, kShellCutBand_m);
