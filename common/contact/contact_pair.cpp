@@ -1,6 +1,7 @@
 #include "common/contact/contact_pair.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -139,20 +140,38 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 }
 
 // What is deeper than all was before, by more than it moved, was there and was not found: a search that has too much to ask sees some of
-// the points. All at once it would throw the shapes apart.
+// the points. All at once it would throw the shapes apart. Where it is rigid, it stops what comes, and lifts nothing: a thin wall that
+// something is through would be driven by both of its sides.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
-  const double most_m = std::exchange(deepest_m_, 0) + kPushOut_m;
-  const bool is_limited = std::exchange(is_catching_up_, is_coarse) || is_coarse;
+  const double deepest_before_m = std::exchange(deepest_m_, 0);
+  const bool was_coarse = std::exchange(is_catching_up_, is_coarse);
+  const bool is_limited = (is_coarse || was_coarse) && std::isfinite(deepest_before_m);
+  const double most_m = std::min(deepest_before_m + kPushOut_m, std::min(a_->rigid_depth_m, b_->rigid_depth_m));
   for (ContactPoint& point : now_) {
     if (is_limited && point.depth_m > most_m) {
       const Vec3 before_W = X_WB * (X_BA_before * (X_WA.inverse() * point.p_W));
-      const double limit_m = most_m + std::max(0.0, point.normal_W.dot(before_W - point.p_W));
+      const double limit_m =
+          std::max(most_m, depth_before_m(point)) + std::max(0.0, point.normal_W.dot(before_W - point.p_W));
       is_catching_up_ = is_catching_up_ || point.depth_m > limit_m;
       point.depth_m = std::min(point.depth_m, limit_m);
     }
     deepest_m_ = std::max(deepest_m_, point.depth_m);
   }
+}
+
+// The deepest that any of its points was.
+double ContactPair::depth_before_m(const ContactPoint& point) const noexcept {
+  const bool is_other = (point.id & ContactPoint::kOtherDirection) != 0;
+  const auto all = std::span(before_);
+  const auto before = is_other ? all.subspan(first_of_other_before_) : all.first(first_of_other_before_);
+  const auto ends_first = [&](const ContactPoint& old) { return old.id + old.count <= point.id; };
+  double depth_m = 0;
+  for (auto old = std::ranges::partition_point(before, ends_first);
+       old != before.end() && old->id < point.id + point.count; ++old) {
+    depth_m = std::max(depth_m, old->depth_m);
+  }
+  return depth_m;
 }
 
 std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) const noexcept {

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
 
 #include "common/contact/contact_pair.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
@@ -35,6 +38,26 @@ TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   EXPECT_NEAR(before_m, kDeep_m, 1e-6) << "in the end it is as deep as it is";
   pair.find(at(0.002, 0.02 - 2 * kDeep_m), Pose{}, 2e-4);
   EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "what it moved itself counts at once";
+}
+
+// A thin wall that something is through would be driven by both of its sides.
+TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
+  constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
+  ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
+  box.rigid_depth_m = kRigid_m;
+  const auto find = [&](ContactPair& pair, double x_m, double z_m) {
+    pair.find({Vec3(x_m, 0, z_m), Quat::Identity()}, Pose{}, 2e-4);
+    double deepest_m = 0;
+    for (const ContactPoint& contact : pair.contacts()) deepest_m = std::max(deepest_m, contact.depth_m);
+    return deepest_m;
+  };
+  ContactPair pair(8);
+  pair.bind(&box, &box);
+  find(pair, 0.05, 0.02 - kDeep_m);
+  find(pair, 0.05, 0.02 - kDeep_m);
+  for (int step = 0; step < 60; ++step) EXPECT_LE(find(pair, 0.002, 0.02 - kDeep_m), kRigid_m + 1e-9);
+  EXPECT_NEAR(find(pair, 0.002, 0.02 - 2 * kDeep_m), kRigid_m + kDeep_m, 1e-6) << "its own motion counts at once";
+  EXPECT_NEAR(find(pair, 0.002, 0.02 - 2 * kDeep_m), kRigid_m + kDeep_m, 1e-6) << "and stays";
 }
 
 }  // namespace
