@@ -192,7 +192,7 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
     entry = unknown(node);
     part.asked_again_at_m = -std::numeric_limits<double>::infinity();
   };
-  if (entry.planes != 0 && nodes[entry.node].count <= most_points) ask(entry.node);
+  if (entry.planes != 0 && nodes[entry.node].count <= std::min(most_points, kPlanesAbove)) ask(entry.node);
   while (cut_.size() > part.begin) {
     const CutNode& before = cut_.back();
     if (before.node <= part.node || nodes[before.node].next != entry.node || !(is_near(before) || is_near(entry)))
@@ -203,6 +203,35 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
     cut_.pop_back();
   }
   cut_.push_back(entry);
+}
+
+// Halves of what was divided, as one again: of all at once, some points of a part would stand for it. False: there are none.
+bool ShellCandidates::join_pairs() noexcept {
+  const auto& nodes = shell_->nodes;
+  set_level(level_);
+  std::swap(cut_, old_cut_);
+  cut_.clear();
+  for (Part& part : parts_) {
+    const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
+    part.begin = static_cast<std::uint32_t>(cut_.size());
+    bool was_joined = false;
+    for (const CutNode& entry : entries) {
+      cut_.push_back(entry);
+      if (std::exchange(was_joined, false) || cut_.size() < part.begin + 2) continue;
+      const CutNode& before = cut_[cut_.size() - 2];
+      const std::uint32_t parent = before.node - 1;
+      if (before.node <= part.node || nodes[before.node].next != entry.node || nodes[parent].is_leaf ||
+          nodes[parent].next != nodes[entry.node].next || (before.planes | entry.planes) != 0 ||
+          !(before.is_sampled || entry.is_sampled))
+        continue;
+      cut_.pop_back();
+      cut_.back() = unknown(parent);
+      part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+      was_joined = has_divided_ = true;
+    }
+    part.count = static_cast<std::uint32_t>(cut_.size()) - part.begin;
+  }
+  return has_divided_;
 }
 
 // False: it is too much.

@@ -100,6 +100,7 @@ class ShellCandidates {
   void put_as_coarse(CutNode entry, Part& part) noexcept;
   void keep_rest(std::size_t part) noexcept;
   void join_far() noexcept;
+  bool join_pairs() noexcept;
   bool keep_found() noexcept;
   void take_back_found() noexcept;
 

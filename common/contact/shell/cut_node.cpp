@@ -42,7 +42,9 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double gon
     if (work_.looks() > looks_end_) return false;
     const double nearest = i == root ? root_nearest_m : nearest_m(node);
     const bool is_far = nearest > band_m, is_small = node.count <= leaf_points(nearest);
-    const CutNode above = is_far || is_small ? CutNode{} : planes_below(i, gone_m);
+    // A larger one has few contacts above planes, whatever the level.
+    const bool may_be_flat = !is_far && node.count > std::min(leaf_points(nearest), kPlanesAbove);
+    const CutNode above = may_be_flat ? planes_below(i, gone_m) : CutNode{};
     if (is_far) {
       if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
       i = node.next;

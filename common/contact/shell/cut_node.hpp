@@ -10,6 +10,9 @@
 
 namespace tandem::contact {
 
+/// Flat nodes of more points are looked for planes below them at any level: a few of their points would hide too much.
+inline constexpr std::uint32_t kPlanesAbove = 256;
+
 /// A node of the cut.
 struct ShellCandidates::CutNode {
   std::uint32_t node = 0;

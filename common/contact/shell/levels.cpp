@@ -15,7 +15,8 @@ constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
 // More looks for each candidate than this, in so many steps on end, are too many. Where few are near there may be more: so much
 // where a coarser level is as fine for what may press, or else.
-constexpr std::uint32_t kLooksPerCandidate = 1, kMaxDenseSteps = 4;
+constexpr double kLooksPerCandidate = 1.3;
+constexpr std::uint32_t kMaxDenseSteps = 4;
 constexpr double kMoreLooks = 1.3, kMoreLooksElse = 2;
 constexpr double kWideBand_m = 1e-3;
 // Nodes of which eight points stand for all are divided while no more than these shares are in use: of the capacity, of the
@@ -90,6 +91,8 @@ void ShellCandidates::begin_coarser() noexcept {
   if (has_divided_) {
     // What was divided is one again, and stays so for longer.
     steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
+    const bool is_a_little_too_much = dense_steps_ > kMaxDenseSteps;
+    if (is_a_little_too_much && level_ == coarsest_level_ && join_pairs()) return;
     return change_level(level_);
   }
   steps_to_divide_ = kStepsToDivide;
@@ -130,7 +133,7 @@ std::uint32_t ShellCandidates::leaf_points(double nearest_m) const {
 }
 
 std::uint32_t ShellCandidates::most_looks() const {
-  return kLooksPerCandidate * capacity_;
+  return static_cast<std::uint32_t>(kLooksPerCandidate * capacity_);
 }
 
 // When all is divided, a finer level has little to ask: it need not wait.

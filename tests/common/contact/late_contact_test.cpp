@@ -40,6 +40,32 @@ TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "what it moved itself counts at once";
 }
 
+// Half of the face of a box is rough and has more points than there is room for: what of it is flat is felt as a face all the same.
+TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
+  const Vec3 size_m(0.04, 0.02, 0.01);
+  std::vector<ShellPoint> points = box_points(size_m, 2e-4);
+  for (ShellPoint& point : points) {
+    const Vec3 p = point.p_S.cast<double>();
+    if (p.x() < 0 && point.normal_S.z() < 0)
+      point.p_S.z() += static_cast<float>(5e-5 * std::sin(9e4 * p.x() * p.y() + 7e3 * p.x()));
+  }
+  const ContactShape tool = hand_made_shape(box_field(size_m), PointShell::of(std::move(points), 2e-4));
+  const ContactShape ground = box_shape(Vec3(0.2, 0.2, 0.02), 1e-3);
+  ContactPair pair(128);
+  pair.bind(&tool, &ground);
+  for (int i = 0; i < 100; ++i) {
+    constexpr double kDepth_m = 1e-4;
+    const Pose X_WA{Vec3(0.001 * std::sin(0.1 * i), 0, 0.015 - kDepth_m), quaternion_of(Vec3(0.01, 0, 0))};
+    const bool is_coarse = pair.find(X_WA, {}, 2e-4).is_coarse;
+    EXPECT_TRUE(is_coarse) << i;
+    double pressed_m3 = 0;
+    for (const ContactPoint& contact : pair.contacts()) {
+      if ((X_WA.inverse() * contact.p_W).x() > 0) pressed_m3 += contact.area_m2 * std::max(0.0, contact.depth_m);
+    }
+    EXPECT_NEAR(pressed_m3, size_m.x() / 2 * size_m.y() * kDepth_m, 0.02 * pressed_m3) << i;
+  }
+}
+
 // A thin wall that something is through would be driven by both of its sides.
 TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
   constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
