@@ -415,12 +415,6 @@ class Shares {
   std::vector<Owner> owners_;
 };
 
-double area_m2(const geometry::TriangleMesh& mesh) {
-  double sum = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += geometry::doubled_area(mesh, i).norm() / 2;
-  return sum;
-}
-
 }  // namespace
 
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,

@@ -97,4 +97,20 @@ std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh) {
   return parts;
 }
 
+double volume_m3(const TriangleMesh& mesh) {
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    volume += (mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][0])] - mesh.vertices.front())
+                  .dot(doubled_area(mesh, t)) /
+              6;
+  }
+  return volume;
+}
+
+double area_m2(const TriangleMesh& mesh) {
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += doubled_area(mesh, t).norm() / 2;
+  return area;
+}
+
 }  // namespace tandem::geometry

@@ -74,4 +74,9 @@ std::vector<Vec3> face_normals(const TriangleMesh& mesh);
 /// Normal of each vertex, weighted by the angle of each triangle there; unit, or zero where they cancel.
 std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec3>& normals);
 
+/// Of the tetrahedra from its first vertex to all triangles, negative where they face it.
+/// In      mesh  has a vertex
+double volume_m3(const TriangleMesh& mesh);
+double area_m2(const TriangleMesh& mesh);
+
 }  // namespace tandem::geometry

@@ -26,8 +26,9 @@ constexpr double kMaxCoordinate_m = 1e12;
 // A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
 // is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
 constexpr double kHoleShare = 0.05;
-// A quarter of a micrometre at the size of a hand: what rounding makes of a surface that lies on itself.
-constexpr double kRoomShare = 1e-6;
+// A quarter of a micrometre at the size of a hand: what rounding makes of a surface that lies on itself; and where edges do not pair up,
+// ten micrometres of a plate.
+constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
 // Each is compared with each: two seconds where every one is in the next.
 constexpr std::size_t kMaxParts = 5000;
@@ -78,8 +79,8 @@ PartMeasures measured(const TriangleMesh& mesh, const MeshPart& part) {
   return measures;
 }
 
-bool has_no_room(double volume_m3, double area_m2) {
-  return std::abs(volume_m3) < kRoomShare * area_m2 * std::sqrt(area_m2);
+bool has_no_room(double volume_m3, double area_m2, double share = kRoomShare) {
+  return std::abs(volume_m3) < share * area_m2 * std::sqrt(area_m2);
 }
 
 /// What is known of a hole before it is closed.
@@ -102,17 +103,20 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
   return measures;
 }
 
-bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
-  if (!part.is_orientable) return false;
-  const PartMeasures measures = measured(mesh, part);
-  if (has_no_room(measures.between_m3, measures.area_m2)) return false;
+bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
     // A jagged border is long, a slit's is too: the first closes with a disc at most, the second with next to nothing.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
-  return holes < kHoleShare * measures.area_m2;
+  return holes < kHoleShare * area_m2;
+}
+
+bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
+  if (!part.is_orientable) return false;
+  const PartMeasures measures = measured(mesh, part);
+  return !has_no_room(measures.between_m3, measures.area_m2) && has_small_holes(mesh, part, measures.area_m2);
 }
 
 /// Which closed parts lie inside which, and which of them are inside out.
@@ -164,7 +168,7 @@ class Nesting {
       if (inner == outer || !(in.low.array() > out.low.array()).all() || !(in.high.array() < out.high.array()).all()) {
         continue;
       }
-      if (!tree) tree.emplace(alone(outer));
+      if (!tree) tree.emplace(part_of(mesh_, parts_[outer].triangles));
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
@@ -175,20 +179,6 @@ class Nesting {
           std::abs(out.volume_m3) < std::abs(measures_[static_cast<std::size_t>(container)].volume_m3);
       if (is_closer) container = static_cast<int>(outer);
     }
-  }
-
-  TriangleMesh alone(std::size_t part) const {
-    TriangleMesh mesh;
-    std::map<int, int> index_of;
-    for (const int t : parts_[part].triangles) {
-      mesh.triangles.push_back(mesh_.triangles[static_cast<std::size_t>(t)]);
-      for (int& corner : mesh.triangles.back()) {
-        const auto [entry, is_new] = index_of.try_emplace(corner, static_cast<int>(mesh.vertices.size()));
-        if (is_new) mesh.vertices.push_back(mesh_.vertices[static_cast<std::size_t>(corner)]);
-        corner = entry->second;
-      }
-    }
-    return mesh;
   }
 
   std::size_t outermost(std::size_t part) const {
@@ -269,64 +259,6 @@ void turn_parts(ContactMesh& result, const std::vector<MeshPart>& parts) {
   }
 }
 
-/// The vertices that some triangles use, and these.
-TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<int>& triangles) {
-  TriangleMesh part;
-  std::vector<int> index_of(mesh.vertices.size(), -1);
-  for (const int t : triangles) {
-    part.triangles.push_back(mesh.triangles[static_cast<std::size_t>(t)]);
-    for (int& corner : part.triangles.back()) {
-      int& index = index_of[static_cast<std::size_t>(corner)];
-      if (index < 0) {
-        index = static_cast<int>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
-      }
-      corner = index;
-    }
-  }
-  return part;
-}
-
-double volume_m3(const TriangleMesh& mesh) {
-  double volume = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    volume += (mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][0])] - mesh.vertices.front())
-                  .dot(doubled_area(mesh, t)) /
-              6;
-  }
-  return volume;
-}
-
-double area_m2(const TriangleMesh& mesh) {
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += doubled_area(mesh, t).norm() / 2;
-  return area;
-}
-
-/// What is inside of those parts that come out of the solid somewhere.
-///
-/// In      sides  of the triangles of the parts, one after the other
-/// Out     by that order
-std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides) {
-  std::vector<int> inner;
-  std::size_t first = 0;
-  for (const MeshPart& part : parts) {
-    const auto of_part =
-        std::span(sides).subspan(std::exchange(first, first + part.triangles.size()), part.triangles.size());
-    if (std::ranges::find(of_part, Side::kBorder) == of_part.end()) continue;
-    for (std::size_t i = 0; i < of_part.size(); ++i) {
-      if (of_part[i] == Side::kInside) inner.push_back(static_cast<int>(first - of_part.size() + i));
-    }
-  }
-  return inner;
-}
-
-std::vector<int> triangles_of(const std::vector<MeshPart>& parts) {
-  std::vector<int> triangles;
-  for (const MeshPart& part : parts) triangles.insert(triangles.end(), part.triangles.begin(), part.triangles.end());
-  return triangles;
-}
-
 bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumber& around) {
   return std::ranges::all_of(part.triangles, [&](int t) {
     const int corner = mesh.triangles[static_cast<std::size_t>(t)][0];
@@ -377,68 +309,147 @@ std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& pa
   return solids;
 }
 
-/// Of parts that are no solids by themselves makes a solid of what has the inside on one side, and a sheet of what has the outside on
-/// both.
-void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
-  const TriangleMesh whole = part_of(result.mesh, triangles_of(others));
-  const std::vector<Side> sides = sides_of(whole);
-  std::vector<int> border, open;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    if (sides[i] == Side::kBorder) border.push_back(static_cast<int>(i));
-    if (sides[i] == Side::kOutside) open.push_back(static_cast<int>(i));
-  }
-  const std::size_t inner = sides.size() - border.size() - open.size();
-  if (inner > 0) {
-    result.notes.push_back(
-        counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
-  }
-  result.inner = part_of(whole, inner_of(others, sides));
-  TriangleMesh enclosed = part_of(whole, border);
-  if (!border.empty()) {
-    // Without what was inside, edges pair up that did not before. What this says has been said.
-    std::vector<std::string> repeated;
-    weld(enclosed, repeated);
-    std::vector<MeshPart> parts = connect(enclosed, repeated);
-    // What is open is closed by what is inside, and stays as that is.
-    std::erase_if(parts, [](const MeshPart& part) { return !part.borders.empty() || part.is_unpaired; });
-    if (parts.size() <= kMaxParts) note_turned(result, Nesting(enclosed, parts).turn_inside_out());
-    const double volume = volume_m3(enclosed);
-    if (volume < 0) {
-      // All that is open, with what closes it.
-      for (TriangleMesh* mesh : {&enclosed, &result.inner}) {
-        for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
-      }
+/// What parts that are no solids by themselves have between them.
+struct Enclosed {
+  TriangleMesh whole;  ///< of the parts, one after the other
+  std::vector<Side> sides;
+  TriangleMesh inner;
+  TriangleMesh surface;
+  std::vector<MeshPart> parts;  ///< of the surface
+};
+
+Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& others) {
+  Enclosed enclosed;
+  enclosed.whole = part_of(mesh, triangles_of(others));
+  enclosed.sides = sides_of(enclosed.whole);
+  enclosed.inner = part_of(enclosed.whole, inner_of(others, enclosed.sides));
+  enclosed.surface = part_of(enclosed.whole, those_of(enclosed.sides, Side::kBorder));
+  if (enclosed.surface.triangles.empty()) return enclosed;
+  // Without what was inside, edges pair up that did not before. What this says has been said.
+  std::vector<std::string> repeated;
+  weld(enclosed.surface, repeated);
+  enclosed.parts = connect(enclosed.surface, repeated);
+  return enclosed;
+}
+
+bool is_closed(const MeshPart& part) {
+  return part.borders.empty() && !part.is_unpaired;
+}
+
+/// Takes out of `others` those that enclose nothing, though inside and outside may be told at their triangles: they end in the open, or
+/// lie on themselves.
+std::vector<MeshPart> take_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
+                                std::vector<MeshPart>& others, const Enclosed& enclosed) {
+  const auto is_flat = [&](const MeshPart& part) {
+    const PartMeasures measures = measured(enclosed.surface, part);
+    return has_small_holes(enclosed.surface, part, measures.area_m2) &&
+           has_no_room(measures.volume_m3, measures.area_m2, kUnpairedRoomShare);
+  };
+  if (std::ranges::all_of(enclosed.parts, [&](const MeshPart& part) { return is_closed(part) && !is_flat(part); }))
+    return {};
+  std::vector<std::size_t> part_of_triangle;
+  std::vector<double> areas_m2(others.size()), open_m(others.size()), flat_m2(others.size());
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    for (std::size_t i = 0; i < others[k].triangles.size(); ++i) {
+      const std::size_t triangle = part_of_triangle.size();
+      if (enclosed.sides[triangle] == Side::kBorder) areas_m2[k] += doubled_area(enclosed.whole, triangle).norm() / 2;
+      part_of_triangle.push_back(k);
     }
-    if (has_no_room(volume, area_m2(enclosed))) {
-      open.insert(open.end(), border.begin(), border.end());
-      enclosed = {};
-    } else {
-      result.parts.push_back(
-          {SurfaceKind::kSolid, border.size(), 1, std::abs(volume), 0, "enclosed, by the winding number"});
+  }
+  const TriangleTree tree(enclosed.whole);
+  const auto part_at = [&](const Vec3& p) {
+    return part_of_triangle[static_cast<std::size_t>(tree.closest(p).triangle)];
+  };
+  for (const auto& [middle, length_m] :
+       open_edges(enclosed.surface, enclosed.parts,
+                  joined(joined(enclosed.surface, enclosed.inner), part_of(mesh, triangles_of(solids))))) {
+    open_m[part_at(middle)] += length_m;
+  }
+  for (const MeshPart& part : enclosed.parts) {
+    if (!is_flat(part)) continue;
+    for (const int t : part.triangles) {
+      const auto& corners = corners_of(enclosed.surface, static_cast<std::size_t>(t));
+      flat_m2[part_at((corners[0] + corners[1] + corners[2]) / 3)] +=
+          doubled_area(enclosed.surface, static_cast<std::size_t>(t)).norm() / 2;
     }
   }
-  result.mesh = joined(part_of(result.mesh, triangles_of(solids)), enclosed);
-  result.sheet = part_of(whole, open);
-  if (!open.empty()) {
-    result.parts.push_back({SurfaceKind::kSheet, open.size(), 1, 0, 0, "has the outside on both sides"});
+  std::vector<MeshPart> open, left;
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    const bool has_mouth = open_m[k] * open_m[k] / (4 * std::numbers::pi) > kHoleShare * areas_m2[k];
+    (has_mouth || flat_m2[k] > areas_m2[k] / 2 ? open : left).push_back(std::move(others[k]));
   }
+  others = std::move(left);
+  return open;
+}
+
+void report_sheet(ContactMesh& result, const std::vector<MeshPart>& parts) {
+  PartReport sheets{SurfaceKind::kSheet, 0, parts.size(), 0, 0, "open"};
+  for (const MeshPart& part : parts) {
+    sheets.triangles += part.triangles.size();
+    sheets.holes += part.borders.size();
+  }
+  result.notes.push_back(note_of_sheet(result.mesh, parts));
+  result.parts.push_back(sheets);
 }
 
 /// Of parts that are no solids by themselves makes a sheet.
 void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
-  PartReport sheets{SurfaceKind::kSheet, 0, others.size(), 0, 0, "open"};
-  for (const MeshPart& part : others) {
-    sheets.triangles += part.triangles.size();
-    sheets.holes += part.borders.size();
-  }
-  result.notes.push_back(note_of_sheet(result.mesh, others));
-  result.parts.push_back(sheets);
+  report_sheet(result, others);
   if (solids.empty()) {
     result.sheet = std::exchange(result.mesh, {});
     return;
   }
   result.sheet = part_of(result.mesh, triangles_of(others));
   result.mesh = part_of(result.mesh, triangles_of(solids));
+}
+
+/// Of parts that are no solids by themselves makes a solid of what has the inside on one side, and a sheet of what has the outside on
+/// both.
+void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
+  Enclosed enclosed = enclosed_by(result.mesh, others);
+  std::vector<MeshPart> open_parts;
+  for (;;) {
+    std::vector<MeshPart> taken = take_open(result.mesh, solids, others, enclosed);
+    if (taken.empty()) break;
+    std::ranges::move(taken, std::back_inserter(open_parts));
+    if (others.empty()) return keep_as_sheet(result, solids, open_parts);
+    enclosed = enclosed_by(result.mesh, others);
+  }
+  if (!open_parts.empty()) report_sheet(result, open_parts);
+  std::vector<int> open = those_of(enclosed.sides, Side::kOutside);
+  const std::vector<int> border = those_of(enclosed.sides, Side::kBorder);
+  const std::size_t inner = enclosed.sides.size() - border.size() - open.size();
+  if (inner > 0) {
+    result.notes.push_back(
+        counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
+  }
+  if (!border.empty()) {
+    // What is open is closed by what is inside, and stays as that is.
+    std::erase_if(enclosed.parts, std::not_fn(is_closed));
+    if (enclosed.parts.size() <= kMaxParts) {
+      note_turned(result, Nesting(enclosed.surface, enclosed.parts).turn_inside_out());
+    }
+    const double volume = volume_m3(enclosed.surface);
+    if (volume < 0) {
+      // All that is open, with what closes it.
+      for (TriangleMesh* mesh : {&enclosed.surface, &enclosed.inner}) {
+        for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
+      }
+    }
+    if (has_no_room(volume, area_m2(enclosed.surface))) {
+      open.insert(open.end(), border.begin(), border.end());
+      enclosed.surface = {};
+    } else {
+      result.parts.push_back(
+          {SurfaceKind::kSolid, border.size(), 1, std::abs(volume), 0, "enclosed, by the winding number"});
+    }
+  }
+  if (!open.empty()) {
+    result.parts.push_back({SurfaceKind::kSheet, open.size(), 1, 0, 0, "has the outside on both sides"});
+  }
+  result.inner = std::move(enclosed.inner);
+  result.sheet = joined(part_of(enclosed.whole, open), part_of(result.mesh, triangles_of(open_parts)));
+  result.mesh = joined(part_of(result.mesh, triangles_of(solids)), enclosed.surface);
 }
 
 }  // namespace
@@ -457,7 +468,7 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   close_slits(result, parts);
   const std::vector<MeshPart> solids = take_solids(result, parts);
   if (std::ranges::any_of(parts, &MeshPart::is_unpaired)) {
-    divide_by_winding(result, solids, parts);
+    divide_by_winding(result, solids, std::move(parts));
   } else if (!parts.empty()) {
     keep_as_sheet(result, solids, parts);
   }

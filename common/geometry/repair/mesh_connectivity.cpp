@@ -281,4 +281,27 @@ std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& note
   return parts;
 }
 
+std::vector<int> triangles_of(const std::vector<MeshPart>& parts) {
+  std::vector<int> triangles;
+  for (const MeshPart& part : parts) triangles.insert(triangles.end(), part.triangles.begin(), part.triangles.end());
+  return triangles;
+}
+
+TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<int>& triangles) {
+  TriangleMesh part;
+  std::vector<int> index_of(mesh.vertices.size(), -1);
+  for (const int t : triangles) {
+    part.triangles.push_back(mesh.triangles[static_cast<std::size_t>(t)]);
+    for (int& corner : part.triangles.back()) {
+      int& index = index_of[static_cast<std::size_t>(corner)];
+      if (index < 0) {
+        index = static_cast<int>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
+      }
+      corner = index;
+    }
+  }
+  return part;
+}
+
 }  // namespace tandem::geometry

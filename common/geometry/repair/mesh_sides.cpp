@@ -153,4 +153,26 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   return sides;
 }
 
+std::vector<int> those_of(const std::vector<Side>& sides, Side side) {
+  std::vector<int> triangles;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (sides[i] == side) triangles.push_back(static_cast<int>(i));
+  }
+  return triangles;
+}
+
+std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides) {
+  std::vector<int> inner;
+  std::size_t first = 0;
+  for (const MeshPart& part : parts) {
+    const auto of_part =
+        std::span(sides).subspan(std::exchange(first, first + part.triangles.size()), part.triangles.size());
+    if (std::ranges::find(of_part, Side::kBorder) == of_part.end()) continue;
+    for (std::size_t i = 0; i < of_part.size(); ++i) {
+      if (of_part[i] == Side::kInside) inner.push_back(static_cast<int>(first - of_part.size() + i));
+    }
+  }
+  return inner;
+}
+
 }  // namespace tandem::geometry

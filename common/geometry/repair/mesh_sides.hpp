@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/geometry/triangle_mesh.hpp"
+#include "common/geometry/repair/mesh_connectivity.hpp"
 
 namespace tandem::geometry {
 
@@ -14,5 +14,13 @@ enum class Side : std::uint8_t { kBorder, kInside, kOutside };
 /// Of each triangle, by the winding number of the others; of those that lie on another, by that off both sides.
 /// Cost    a few microseconds a triangle, on all processors
 std::vector<Side> sides_of(const TriangleMesh& mesh);
+
+std::vector<int> those_of(const std::vector<Side>& sides, Side side);
+
+/// What is inside of those parts that come out of the solid somewhere.
+///
+/// In      sides  of the triangles of the parts, one after the other
+/// Out     by that order
+std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
 }  // namespace tandem::geometry

@@ -209,12 +209,4 @@ Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh) {
   return bounds;
 }
 
-double volume_m3(const geometry::TriangleMesh& mesh) {
-  double volume = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    volume += corner(mesh, a).dot(corner(mesh, b).cross(corner(mesh, c))) / 6;
-  }
-  return volume;
-}
-
 }  // namespace tandem::lab

@@ -33,7 +33,5 @@ geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces
 /// Of the corners of triangles.
 /// In      mesh  at least one triangle
 Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh);
-/// Signed volume of a closed mesh; positive when its triangles face outwards.
-double volume_m3(const geometry::TriangleMesh& mesh);
 
 }  // namespace tandem::lab

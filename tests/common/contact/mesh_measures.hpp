@@ -27,12 +27,6 @@ inline double enclosed_m3(const geometry::TriangleMesh& mesh) {
   return sum;
 }
 
-inline double area_m2(const geometry::TriangleMesh& mesh) {
-  double sum = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += geometry::doubled_area(mesh, i).norm() / 2;
-  return sum;
-}
-
 /// Whether every edge has two triangles that run along it in opposite directions.
 inline bool is_closed(const geometry::TriangleMesh& mesh) {
   const geometry::EdgeUses edges(mesh);

@@ -130,7 +130,7 @@ TEST(MeshRepair, ClosesADentedHoleWithoutOverlap) {
   ASSERT_EQ(result.kind, SurfaceKind::kSolid);
   EXPECT_TRUE(contact::is_closed(result.mesh));
   // The outline's area is 16 − 6; overlapping triangles would have more.
-  EXPECT_NEAR(contact::area_m2(result.mesh) - contact::area_m2(mesh), 10e-6, 1e-12);
+  EXPECT_NEAR(area_m2(result.mesh) - area_m2(mesh), 10e-6, 1e-12);
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), 400e-9, 1e-15);
 }
 
@@ -312,6 +312,48 @@ TEST(MeshRepair, TakesAFinOnASolidForASheet) {
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.mesh.triangles.size(), 12U);
   EXPECT_EQ(result.sheet.triangles.size(), 1U);
+}
+
+/// With a fin, so that nothing of it pairs up: in its mouth the winding number is a half, and no surface is there.
+TriangleMesh open_box_with_fin() {
+  TriangleMesh mesh = tessellated_box(kCube);
+  std::erase_if(mesh.triangles, [&](const auto& t) {
+    return std::ranges::all_of(t, [&](int v) { return mesh.vertices[static_cast<std::size_t>(v)].z() > 0; });
+  });
+  mesh.vertices.emplace_back(0, 0, -0.05);
+  mesh.triangles.push_back({0, 1, 8});
+  return mesh;
+}
+
+TEST(MeshRepair, TakesWhatEndsInTheOpenForASheet) {
+  const ContactMesh result = repaired(open_box_with_fin());
+  EXPECT_EQ(result.kind, SurfaceKind::kSheet);
+  EXPECT_EQ(result.mesh.triangles.size(), 11U);
+  // Beside something sound, and beside a solid with a fin, which stay what they are.
+  TriangleMesh mesh = open_box_with_fin();
+  contact::append(mesh, tessellated_box(kCube), 2 * kCube);
+  TriangleMesh finned = tessellated_box(kCube);
+  finned.vertices.emplace_back(0, 0, 0.05);
+  finned.triangles.push_back({6, 7, 8});
+  contact::append(mesh, finned, -2 * kCube);
+  const ContactMesh three = repaired(mesh);
+  EXPECT_EQ(three.kind, SurfaceKind::kSolid);
+  EXPECT_EQ(three.mesh.triangles.size(), 24U);
+  EXPECT_EQ(three.sheet.triangles.size(), 12U);
+  EXPECT_NEAR(contact::enclosed_m3(three.mesh), 2 * kCubeVolume, 1e-15);
+  EXPECT_TRUE(three.inner.triangles.empty());
+}
+
+/// Two faces with the same border, a micrometre apart, and a fin.
+TEST(MeshRepair, TakesWhatLiesOnItselfAndDoesNotPairUpForASheet) {
+  const auto pillow_with_fin = [](double dent_m) {
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}, {0.05, 0.05, dent_m}, {0.05, 0, 0.1}};
+    mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {0, 2, 1}, {0, 3, 2}, {0, 1, 5}};
+    return mesh;
+  };
+  EXPECT_EQ(repaired(pillow_with_fin(1e-6)).kind, SurfaceKind::kSheet);
+  EXPECT_EQ(repaired(pillow_with_fin(1e-3)).kind, SurfaceKind::kSolid);
 }
 
 TEST(MeshRepair, TurnsFlippedTrianglesAtEdgesThatDoNotPairUp) {

@@ -9,6 +9,8 @@
 #include <numbers>
 #include <utility>
 
+#include "common/geometry/mesh_edges.hpp"
+
 namespace tandem::lab {
 namespace {
 
