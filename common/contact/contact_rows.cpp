@@ -13,8 +13,6 @@ constexpr std::size_t kLanes = 4;
 
 /// Speed at which the hard floor lifts what has sunk below it. Ours: slow enough for a hand, and 3 mm take 15 ms.
 constexpr double kRecovery_m_per_s = 0.2;
-/// k_t / k_n, see ContactRows.
-constexpr double kTangentialRatio = 0.8;
 /// The excess of rows without a force.
 constexpr double kFarAway_m = -1e30;
 /// Divides instead of zero; far below any length or square of a length here.

@@ -38,6 +38,9 @@ struct SolverCoupling {
   double brake_n_m_s_per_rad = 0;
 };
 
+/// Of a contact, the stiffness of friction while it sticks over that of its layer, see ContactRows.
+inline constexpr double kTangentialRatio = 0.8;
+
 /// The contacts of body `a` with body `b`; either may be kStaticBody, not both.
 struct SolverPatch {
   int a = 0;

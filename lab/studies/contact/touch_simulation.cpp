@@ -119,13 +119,15 @@ class TouchSimulation {
     const Vec3 f = tool_wrench_W_.f + settings_.mass_kg * settings_.gravity_m_per_s2;
     return 0.5 * settings_.step_s * (f.dot(V_before_WT.v + V_WT_.v) + tool_wrench_W_.t.dot(V_before_WT.w + V_WT_.w));
   }
-  /// As ContactRows has the layer: beyond the rigid depth its force grows no more.
+  /// As ContactRows has the layer and friction: beyond the rigid depth the layer's force grows no more.
   double stored_j() const {
     double sum = 0;
     for (const contact::ContactPoint& contact : pair_.contacts()) {
       const double soft_m = std::clamp(contact.depth_m, 0.0, rigid_depth_m_);
       const double rest_m = std::max(contact.depth_m - rigid_depth_m_, 0.0);
-      sum += contact::SolverPatch{}.stiffness_n_per_m3 * contact.area_m2 * soft_m * (soft_m / 2 + rest_m);
+      const double bent_m2 = contact::kTangentialRatio * contact.bristle_W.squaredNorm();
+      sum +=
+          contact::SolverPatch{}.stiffness_n_per_m3 * contact.area_m2 * (soft_m * (soft_m / 2 + rest_m) + bent_m2 / 2);
     }
     return sum;
   }

@@ -39,7 +39,8 @@ struct TouchStep {
   double kinetic_j = 0;         ///< of the tool, after the step
   /// On the tool in this step: what its kinetic energy gained less the work of coupling and weight.
   double contact_work_j = 0;
-  double contact_stored_j = 0;  ///< in the layers of the contacts, before the step: ½ stiffness · area · depth² each
+  /// In the layers of the contacts, before the step: ½ stiffness · area · depth² each; and in what friction has bent, likewise.
+  double contact_stored_j = 0;
   Duration query{0};
   Duration step{0};  ///< query and solution
   bool has_converged = true;

@@ -20,7 +20,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kBallContactsBand_m = 2e-4;
 constexpr double kBallContactsStiffness_n_per_m3 = 5e9;
-constexpr double kTangentialRatio = 0.8;  ///< of the solver
 const double kRadii_m[] = {1e-3, 5e-3, 2e-2, 1e-1};
 const double kDepths_m[] = {1e-6, 1e-5, 5e-5, 1.2e-4, 4e-4, 1e-3};
 

@@ -111,6 +111,29 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   EXPECT_GT(fastest_rad_per_s, 0.5 * 0.06 / (2 * gyration_m));
 }
 
+// Friction of a corner is a soft spring: what it gives back it had taken.
+TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
+  const TouchObject& cube = landed_cube();
+  TouchSettings settings;
+  settings.coupling.stiffness_n_per_m = 300;
+  settings.friction = 10;
+  settings.coupling.force_limit_n = settings.coupling.torque_limit_n_m = 1e6;
+  RigidState start;
+  start.X.q = Quat::FromTwoVectors(Vec3::Ones().normalized(), -Vec3::UnitZ());
+  start.X.p = Vec3(0.003, 0.002, kEdge_m / 2 * (1 + std::sqrt(3.0)) + 1e-4);
+  // Down for 0.1 s, to the side for 0.2 s, and back.
+  const auto hand = [&](Duration at) {
+    const double t = to_seconds(at), aside = std::clamp(1 - std::abs(t - 0.3) / 0.2, 0.0, 1.0);
+    RigidState now = start;
+    now.X.p += Vec3(0.006 * aside, 0, -0.1 * std::min(t, 0.1));
+    return now;
+  };
+  const TouchTrace trace = run_touch(*cube.shape, *cube.shape, hand, from_seconds(1), settings, VirtualClock{});
+  const TouchFigures figures = quick_figures_of({trace});
+  EXPECT_GT(figures.contact_returned_j, 1e-4);
+  EXPECT_LT(figures.contact_created_j, 0.05 * figures.contact_returned_j);
+}
+
 TEST(Drop, OfACubeEndsWhereItFellWithWhatWeightDidTaken) {
   const std::vector<Landing> all = drops(landed_cube(), kMass_kg, VirtualClock{});
   ASSERT_EQ(all.size(), 6U);
