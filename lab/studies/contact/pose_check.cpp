@@ -16,7 +16,7 @@ constexpr double kDeepestPose_m = kDeepestInRigid * contact::kMaxRigidDepth;
 constexpr double kBand_m = 3e-4;
 constexpr std::size_t kPlacingPoints = 20000;
 constexpr int kBisections = 20, kStepsBack = 20;
-constexpr double kSamePlane_m = 1e-5;
+constexpr double kSamePlane_m = 1e-5, kOnSurface_m = 2e-5;
 
 Vec3 random_direction(Random& random) {
   const Vec3 v(random.normal(), random.normal(), random.normal());
@@ -116,6 +116,23 @@ class NearContacts {
   std::vector<contact::ContactPoint> faces_;
 };
 
+/// How deep this contact is, by the exact surfaces; 0 where none of its points is on its own one. What only corners and edges say misses a
+/// face that a corner has gone through.
+double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
+                     const Pose& X_WA, const TouchObject& b, double deepest_m) {
+  const bool is_of_a = pair.is_of_a(contact);
+  const Pose X_WS = is_of_a ? X_WA : Pose{}, X_OW = is_of_a ? Pose{} : X_WA.inverse();
+  const TouchObject &own = is_of_a ? a : b, &other = is_of_a ? b : a;
+  double depth_m = 0;
+  const auto look_at = [&](const Vec3& p_S) {
+    if (std::abs(own.exact->distance_m(p_S, kOnSurface_m)) > kOnSurface_m) return;
+    depth_m = std::max(depth_m, -other.exact->distance_m(X_OW * (X_WS * p_S), deepest_m));
+  };
+  look_at(X_WS.inverse() * contact.p_W);
+  for (const contact::ShellPoint& point : pair.points_of(contact)) look_at(point.p_S.cast<double>());
+  return depth_m;
+}
+
 }  // namespace
 
 PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,
@@ -129,9 +146,12 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
     const Pose X_WA = random_pose(a, b, random);
     pair.bind(a.shape.get(), b.shape.get());
     pair.find(X_WA, Pose{}, kBand_m);
-    double deepest_found = 0;
-    for (const contact::ContactPoint& contact : pair.contacts())
-      deepest_found = std::max(deepest_found, contact.depth_m);
+    double deepest_found = 0, deepest_contact = 0;
+    for (const contact::ContactPoint& contact : pair.contacts()) {
+      if (contact.depth_m <= deepest_found) continue;
+      deepest_found = contact.depth_m;
+      deepest_contact = exact_depth_m(pair, contact, a, X_WA, b, kDeepest_m);
+    }
 
     const NearContacts contacts(pair, a, X_WA, b);
     const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, kMissedDepth_m, kDeepest_m);
@@ -140,7 +160,8 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
     });
     result.missed_poses += is_missed ? 1 : 0;
     result.exact_points += points.size();
-    const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, kDeepest_m);
+    const double deepest =
+        std::max(deepest_contact, deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, kDeepest_m));
     result.deepest_max_m = std::max(result.deepest_max_m, deepest);
     if (const double error = std::abs(deepest - deepest_found); error > result.deepest_error_max_m) {
       result.deepest_error_max_m = error;

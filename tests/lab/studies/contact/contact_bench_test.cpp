@@ -207,6 +207,17 @@ TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   EXPECT_EQ(check.missed_poses, 0U);
 }
 
+// A face that a corner has gone through is deeper in the other than any corner or edge.
+TEST(PoseCheck, KnowsHowDeepAFaceIsThatACornerIsThrough) {
+  geometry::TriangleMesh thin = make_cube(0.1);
+  for (Vec3& p : thin.vertices) p.z() *= 0.0012;
+  const TouchObject plate = make_touch_object("plate", thin, SteadyClock{});
+  const TouchObject cube = make_touch_object("cube", make_cube(0.02), SteadyClock{});
+  const PoseCheck check = check_poses(plate, cube, 60, 7);
+  EXPECT_EQ(check.missed_poses, 0U);
+  EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
+}
+
 TEST(ContactBench, RefusesBadArgumentsWithTheRemedy) {
   EXPECT_THAT(complaint({"contact", "--a", "/nowhere/x.obj", "--b", "cube"}),
               AllOf(HasSubstr("--a is /nowhere/x.obj, which does not exist"), HasSubstr("box_with_hole")));
