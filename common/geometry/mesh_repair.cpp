@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <iomanip>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -32,6 +31,7 @@ constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
 // Each is compared with each: two seconds where every one is in the next.
 constexpr std::size_t kMaxParts = 5000;
+constexpr int kMaxRounds = 8;
 
 void check(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw MeshError("the mesh has no triangle: export its surface as triangles");
@@ -332,51 +332,50 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   return enclosed;
 }
 
-bool is_closed(const MeshPart& part) {
-  return part.borders.empty() && !part.is_unpaired;
+/// Which parts of the surface enclose nothing, though inside and outside may be told at their triangles: one gets out of them, or there is
+/// no room inside.
+std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
+                                 const Enclosed& enclosed) {
+  std::vector<bool> are_open;
+  for (const MeshPart& part : enclosed.parts) {
+    const PartMeasures measures = measured(enclosed.surface, part);
+    are_open.push_back(has_small_holes(enclosed.surface, part, measures.area_m2) &&
+                       has_no_room(measures.volume_m3, measures.area_m2, kUnpairedRoomShare));
+  }
+  if (std::ranges::all_of(enclosed.parts, is_closed)) return are_open;
+  const TriangleMesh all = joined(joined(enclosed.surface, enclosed.inner), part_of(mesh, triangles_of(solids)));
+  const std::vector<double> shares = open_shares(enclosed.surface, enclosed.parts, all);
+  for (std::size_t i = 0; i < shares.size(); ++i) are_open[i] = are_open[i] || shares[i] > kHoleShare;
+  return are_open;
 }
 
-/// Takes out of `others` those that enclose nothing, though inside and outside may be told at their triangles: they end in the open, or
-/// lie on themselves.
+/// Takes those parts out of `others` that are without_inside() for the most part.
 std::vector<MeshPart> take_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                 std::vector<MeshPart>& others, const Enclosed& enclosed) {
-  const auto is_flat = [&](const MeshPart& part) {
-    const PartMeasures measures = measured(enclosed.surface, part);
-    return has_small_holes(enclosed.surface, part, measures.area_m2) &&
-           has_no_room(measures.volume_m3, measures.area_m2, kUnpairedRoomShare);
-  };
-  if (std::ranges::all_of(enclosed.parts, [&](const MeshPart& part) { return is_closed(part) && !is_flat(part); }))
-    return {};
+  const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
+  if (std::ranges::find(are_open, true) == are_open.end()) return {};
   std::vector<std::size_t> part_of_triangle;
-  std::vector<double> areas_m2(others.size()), open_m(others.size()), flat_m2(others.size());
+  std::vector<double> borders_m2(others.size()), open_m2(others.size());
   for (std::size_t k = 0; k < others.size(); ++k) {
     for (std::size_t i = 0; i < others[k].triangles.size(); ++i) {
-      const std::size_t triangle = part_of_triangle.size();
-      if (enclosed.sides[triangle] == Side::kBorder) areas_m2[k] += doubled_area(enclosed.whole, triangle).norm() / 2;
+      const std::size_t t = part_of_triangle.size();
+      if (enclosed.sides[t] == Side::kBorder) borders_m2[k] += doubled_area(enclosed.whole, t).norm() / 2;
       part_of_triangle.push_back(k);
     }
   }
   const TriangleTree tree(enclosed.whole);
-  const auto part_at = [&](const Vec3& p) {
-    return part_of_triangle[static_cast<std::size_t>(tree.closest(p).triangle)];
-  };
-  for (const auto& [middle, length_m] :
-       open_edges(enclosed.surface, enclosed.parts,
-                  joined(joined(enclosed.surface, enclosed.inner), part_of(mesh, triangles_of(solids))))) {
-    open_m[part_at(middle)] += length_m;
-  }
-  for (const MeshPart& part : enclosed.parts) {
-    if (!is_flat(part)) continue;
-    for (const int t : part.triangles) {
-      const auto& corners = corners_of(enclosed.surface, static_cast<std::size_t>(t));
-      flat_m2[part_at((corners[0] + corners[1] + corners[2]) / 3)] +=
-          doubled_area(enclosed.surface, static_cast<std::size_t>(t)).norm() / 2;
+  for (std::size_t i = 0; i < enclosed.parts.size(); ++i) {
+    if (!are_open[i]) continue;
+    for (const int triangle : enclosed.parts[i].triangles) {
+      const auto t = static_cast<std::size_t>(triangle);
+      const auto& [a, b, c] = corners_of(enclosed.surface, t);
+      const auto nearest = static_cast<std::size_t>(tree.closest((a + b + c) / 3).triangle);
+      open_m2[part_of_triangle[nearest]] += doubled_area(enclosed.surface, t).norm() / 2;
     }
   }
   std::vector<MeshPart> open, left;
   for (std::size_t k = 0; k < others.size(); ++k) {
-    const bool has_mouth = open_m[k] * open_m[k] / (4 * std::numbers::pi) > kHoleShare * areas_m2[k];
-    (has_mouth || flat_m2[k] > areas_m2[k] / 2 ? open : left).push_back(std::move(others[k]));
+    (open_m2[k] > borders_m2[k] / 2 ? open : left).push_back(std::move(others[k]));
   }
   others = std::move(left);
   return open;
@@ -404,11 +403,12 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
 }
 
 /// Of parts that are no solids by themselves makes a solid of what has the inside on one side, and a sheet of what has the outside on
-/// both.
+/// both or ends in the open.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  for (;;) {
+  // Without them, others may have no inside either.
+  for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = take_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
     std::ranges::move(taken, std::back_inserter(open_parts));

@@ -16,6 +16,10 @@ struct MeshPart {
   bool is_unpaired = false;  ///< it ends at an edge of three or more triangles that do not pair up
 };
 
+inline bool is_closed(const MeshPart& part) {
+  return part.borders.empty() && !part.is_unpaired && part.is_orientable;
+}
+
 /// Makes `mesh` a manifold: where more than two triangles meet at an edge, those that enclose material between them are
 /// taken together, and parts that touch only at an edge or a vertex get vertices of their own. Turns the triangles of
 /// each part alike, as most of them run.

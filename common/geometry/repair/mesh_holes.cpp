@@ -1,27 +1,14 @@
 #include "common/geometry/repair/mesh_holes.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
-
-#include "common/geometry/repair/mesh_weld.hpp"
-#include "common/geometry/triangle_tree.hpp"
-#include "common/geometry/winding_number.hpp"
 
 namespace tandem::geometry {
 namespace {
 
 // Longer loops are closed from their middle: clipping takes the square of their length.
 constexpr std::size_t kMaxClipped = 1000;
-// Around an edge: so far from it, as a share of the largest side of all, so many places. What is half as far across is closed.
-constexpr double kAround = 1e-3;
-constexpr int kPlaces = 8;
-// In the open, at half of them the winding number is no nearer to a whole one than this; the others may shift it.
-constexpr double kBetween = 0.25;
-constexpr int kMinBetween = 3;
 
 class HoleCloser {
  public:
@@ -88,75 +75,10 @@ class HoleCloser {
   MeshPart& part_;
 };
 
-/// What is around an edge, of all that there is.
-class Surroundings {
- public:
-  explicit Surroundings(const TriangleMesh& all) : winding_(all), tree_(all), touching_m_(weld_tolerance_m(all)) {
-    Eigen::AlignedBox3d box;
-    for (const Vec3& vertex : all.vertices) box.extend(vertex);
-    around_m_ = kAround * box.sizes().maxCoeff();
-  }
-
-  bool is_open(const Vec3& begin, const Vec3& end) const {
-    const Vec3 middle = (begin + end) / 2, along = end - begin;
-    const Vec3 across = around_m_ * along.unitOrthogonal(), up = along.normalized().cross(across);
-    int between = 0;
-    for (int k = 0; k < kPlaces; ++k) {
-      const double angle = (k + 0.5) * 2 * std::numbers::pi / kPlaces;
-      const double number = winding_.at(middle + std::cos(angle) * across + std::sin(angle) * up);
-      between += std::abs(number - std::round(number)) > kBetween ? 1 : 0;
-    }
-    return between >= kMinBetween && !lies_on_another(begin, end);
-  }
-
- private:
-  static constexpr std::size_t kMaxTouching = 8;
-  static constexpr double kAside = 0.1;
-
-  /// With a surface that goes on on both sides of it: what lies on a face ends there, and is no mouth.
-  bool lies_on_another(const Vec3& begin, const Vec3& end) const {
-    std::array<TriangleTree::Near, kMaxTouching> found, beside;
-    const Vec3 middle = (begin + end) / 2;
-    const std::size_t count = std::min(found.size(), tree_.within(middle, touching_m_, found));
-    return std::any_of(found.begin(), found.begin() + count, [&](const TriangleTree::Near& near) {
-      const Vec3 across = (end - begin).cross(near.ab.cross(near.ac));
-      const double aside_m = std::min(around_m_, (end - begin).norm()) * kAside;
-      if (!(across.norm() > 0)) return false;
-      const auto is_on_surface = [&](const Vec3& p) { return tree_.within(p, touching_m_, beside) > 0; };
-      const Vec3 aside = aside_m * across.normalized();
-      return is_on_surface(middle + aside) && is_on_surface(middle - aside);
-    });
-  }
-
-  WindingNumber winding_;
-  TriangleTree tree_;
-  double touching_m_;
-  double around_m_ = 0;
-};
-
 }  // namespace
 
 void close_hole(TriangleMesh& mesh, MeshPart& part, const std::vector<int>& loop) {
   HoleCloser(mesh, part).close(loop);
-}
-
-std::vector<std::pair<Vec3, double>> open_edges(const TriangleMesh& mesh, const std::vector<MeshPart>& parts,
-                                                const TriangleMesh& all) {
-  std::vector<std::pair<Vec3, double>> edges;
-  std::optional<Surroundings> surroundings;
-  for (const MeshPart& part : parts) {
-    for (const auto& loop : part.borders) {
-      for (std::size_t i = 0; i < loop.size(); ++i) {
-        const Vec3& begin = mesh.vertices[static_cast<std::size_t>(loop[i])];
-        const Vec3& end = mesh.vertices[static_cast<std::size_t>(loop[(i + 1) % loop.size()])];
-        const double length_m = (end - begin).norm();
-        if (!(length_m > 0)) continue;
-        if (!surroundings) surroundings.emplace(all);
-        if (surroundings->is_open(begin, end)) edges.emplace_back((begin + end) / 2, length_m);
-      }
-    }
-  }
-  return edges;
 }
 
 }  // namespace tandem::geometry

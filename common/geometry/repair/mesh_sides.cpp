@@ -4,14 +4,19 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <thread>
+#include <utility>
 
 #include "common/geometry/mesh_edges.hpp"
+#include "common/geometry/triangle_tree.hpp"
 #include "common/geometry/winding_number.hpp"
 
 namespace tandem::geometry {
 namespace {
 
+// Of a part, and of all that are not closed.
+constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
 // Of more triangles than so many, they are shared among the processors.
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
@@ -127,6 +132,53 @@ std::vector<char> judge(const TriangleMesh& mesh, const std::vector<std::size_t>
   return is_sure;
 }
 
+/// Straight ahead from a surface.
+class Rays {
+ public:
+  explicit Rays(const TriangleMesh& all) : winding_(all), tree_(all) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& vertex : all.vertices) box.extend(vertex);
+    farthest_m_ = box.sizes().norm();
+  }
+
+  /// Whether one gets out of what is inside at a triangle's middle.
+  bool get_out(const Vec3& middle, const Vec3& normal) const {
+    for (const double sign : {-1.0, 1.0}) {
+      const Vec3 ahead = sign * normal;
+      const double way_m = free_way_m(middle, ahead);
+      if (!is_inside(middle + kNear * way_m * ahead)) continue;
+      for (const double share : kPlaces) {
+        if (!is_inside(middle + share * way_m * ahead)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static constexpr double kNear = 0.02;
+  static constexpr std::array kPlaces{0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.98};
+  static constexpr std::size_t kMaxCrossed = 64;
+  static constexpr double kItself = 1e-6;  ///< of the size of all
+
+  bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > 0.5; }
+
+  double free_way_m(const Vec3& from, const Vec3& ahead) const {
+    std::array<TriangleTree::Near, kMaxCrossed> crossed;
+    const std::size_t count = std::min(crossed.size(), tree_.crossed(from, ahead, crossed));
+    double way_m = farthest_m_;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3 normal = crossed[i].ab.cross(crossed[i].ac);
+      const double at_m = normal.dot(crossed[i].a - from) / normal.dot(ahead);
+      if (at_m > kItself * farthest_m_) way_m = std::min(way_m, at_m);
+    }
+    return way_m;
+  }
+
+  WindingNumber winding_;
+  TriangleTree tree_;
+  double farthest_m_ = 0;
+};
+
 }  // namespace
 
 std::vector<Side> sides_of(const TriangleMesh& mesh) {
@@ -173,6 +225,36 @@ std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<
     }
   }
   return inner;
+}
+
+std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,
+                                const TriangleMesh& all) {
+  const Rays rays(all);
+  const std::size_t open = parts.size() - static_cast<std::size_t>(std::ranges::count_if(parts, is_closed));
+  const std::size_t most = std::clamp(kMaxRays / std::max<std::size_t>(1, open), kMinRaysOfPart, kMaxRaysOfPart);
+  std::vector<double> shares;
+  for (const MeshPart& part : parts) {
+    shares.push_back(0);
+    if (is_closed(part)) continue;
+    std::vector<double> area_up_to_m2;
+    for (const int t : part.triangles) {
+      area_up_to_m2.push_back((area_up_to_m2.empty() ? 0 : area_up_to_m2.back()) +
+                              doubled_area(surface, static_cast<std::size_t>(t)).norm() / 2);
+    }
+    for (std::size_t k = 0; k < most; ++k) {
+      const double at_m2 = (static_cast<double>(k) + 0.5) / static_cast<double>(most) * area_up_to_m2.back();
+      const auto chosen = std::ranges::lower_bound(area_up_to_m2, at_m2) - area_up_to_m2.begin();
+      const auto t = static_cast<std::size_t>(part.triangles[static_cast<std::size_t>(chosen)]);
+      const auto [a, b, c] = corners_of(surface, t);
+      // Elsewhere in a triangle that is chosen more than once.
+      const double u = std::fmod(0.5 + 0.618 * static_cast<double>(k), 1),
+                   v = std::fmod(0.5 + 0.755 * static_cast<double>(k), 1);
+      const Vec3 p = a + (u + v > 1 ? 1 - u : u) * (b - a) + (u + v > 1 ? 1 - v : v) * (c - a);
+      const Vec3 normal = doubled_area(surface, t).stableNormalized();
+      if (!normal.isZero() && rays.get_out(p, normal)) shares.back() += 1.0 / static_cast<double>(most);
+    }
+  }
+  return shares;
 }
 
 }  // namespace tandem::geometry

@@ -23,4 +23,11 @@ std::vector<int> those_of(const std::vector<Side>& sides, Side side);
 /// Out     by that order
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
+/// Of each part of a surface with one side inside, the share of its area from where one gets out, straight ahead, without crossing
+/// anything; as a few hundred rays in it say. None of what is closed.
+///
+/// In      all  what the inside is told by, the parts among it
+std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,
+                                const TriangleMesh& all);
+
 }  // namespace tandem::geometry

@@ -146,12 +146,10 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
     const Pose X_WA = random_pose(a, b, random);
     pair.bind(a.shape.get(), b.shape.get());
     pair.find(X_WA, Pose{}, kBand_m);
-    double deepest_found = 0, deepest_contact = 0;
-    for (const contact::ContactPoint& contact : pair.contacts()) {
-      if (contact.depth_m <= deepest_found) continue;
-      deepest_found = contact.depth_m;
-      deepest_contact = exact_depth_m(pair, contact, a, X_WA, b, kDeepest_m);
-    }
+    const auto found = std::ranges::max_element(pair.contacts(), {}, &contact::ContactPoint::depth_m);
+    const bool presses = found != pair.contacts().end() && found->depth_m > 0;
+    const double deepest_found = presses ? found->depth_m : 0;
+    const double deepest_contact = presses ? exact_depth_m(pair, *found, a, X_WA, b, kDeepest_m) : 0;
 
     const NearContacts contacts(pair, a, X_WA, b);
     const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, kMissedDepth_m, kDeepest_m);
