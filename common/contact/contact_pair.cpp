@@ -151,8 +151,11 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
   for (ContactPoint& point : now_) {
     if (is_limited && point.depth_m > most_m) {
       const Vec3 before_W = X_WB * (X_BA_before * (X_WA.inverse() * point.p_W));
-      const double limit_m =
-          std::max(most_m, depth_before_m(point)) + std::max(0.0, point.normal_W.dot(before_W - point.p_W));
+      const double moved_m = point.normal_W.dot(before_W - point.p_W), in_m = std::max(0.0, moved_m);
+      // Out of it, too, along the same normal: else to and fro would add up.
+      const ContactPoint* const old = deepest_before(point);
+      const bool has_turned = old != nullptr && old->normal_W.dot(point.normal_W) < 0.5;
+      const double limit_m = std::max(most_m + in_m, old == nullptr ? 0 : old->depth_m + (has_turned ? in_m : moved_m));
       is_catching_up_ = is_catching_up_ || point.depth_m > limit_m;
       point.depth_m = std::min(point.depth_m, limit_m);
     }
@@ -160,18 +163,18 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
   }
 }
 
-// The deepest that any of its points was.
-double ContactPair::depth_before_m(const ContactPoint& point) const noexcept {
+// Of what was found before, of its points; null: nothing.
+const ContactPoint* ContactPair::deepest_before(const ContactPoint& point) const noexcept {
   const bool is_other = (point.id & ContactPoint::kOtherDirection) != 0;
   const auto all = std::span(before_);
   const auto before = is_other ? all.subspan(first_of_other_before_) : all.first(first_of_other_before_);
   const auto ends_first = [&](const ContactPoint& old) { return old.id + old.count <= point.id; };
-  double depth_m = 0;
+  const ContactPoint* deepest = nullptr;
   for (auto old = std::ranges::partition_point(before, ends_first);
        old != before.end() && old->id < point.id + point.count; ++old) {
-    depth_m = std::max(depth_m, old->depth_m);
+    if (deepest == nullptr || old->depth_m > deepest->depth_m) deepest = &*old;
   }
-  return depth_m;
+  return deepest;
 }
 
 std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) const noexcept {

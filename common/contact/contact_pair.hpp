@@ -51,7 +51,8 @@ class ContactPair {
   bool is_bound() const { return a_ != nullptr && b_ != nullptr; }
 
   /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B. Beyond the budget
-  /// points may be found late: their depth_m then grows by 10 µm a step, up to the rigid depth, and besides by their own motion.
+  /// points may be found late: their depth_m then grows by 10 µm a step, up to the rigid depth, and besides by their own motion; also
+  /// when the budget holds again, until they are no deeper than that.
   ///
   /// Model   while the budget holds, force, moment and stiffness depend on the poses alone, not on those before; up to eight
   ///         points of a leaf are one where their depths are equal within a micrometre. Of flat on flat a few contacts act
@@ -80,7 +81,7 @@ class ContactPair {
   PlaneSet planes_around_ball(const Vec3& centre_F, double reach_m) noexcept;
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
   void limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept;
-  double depth_before_m(const ContactPoint& point) const noexcept;
+  const ContactPoint* deepest_before(const ContactPoint& point) const noexcept;
   void carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept;
   void keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept;
   void share_bristles(const Eigen::Matrix3d& turn) noexcept;

@@ -82,6 +82,12 @@ TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
   find(pair, 0.05, 0.02 - kDeep_m);
   find(pair, 0.05, 0.02 - kDeep_m);
   for (int step = 0; step < 60; ++step) EXPECT_LE(find(pair, 0.002, 0.02 - kDeep_m), kRigid_m + 1e-9);
+  for (int step = 0; step < 60; ++step) {
+    constexpr double kTremble_m = 1e-5;
+    const double aside_m = step % 2 == 0 ? kTremble_m : 0;
+    EXPECT_LE(find(pair, 0.002, 0.02 - kDeep_m - aside_m), kRigid_m + kTremble_m + 1e-9)
+        << "in and out adds nothing up";
+  }
   EXPECT_NEAR(find(pair, 0.002, 0.02 - 2 * kDeep_m), kRigid_m + kDeep_m, 1e-6) << "its own motion counts at once";
   EXPECT_NEAR(find(pair, 0.002, 0.02 - 2 * kDeep_m), kRigid_m + kDeep_m, 1e-6) << "and stays";
 }
