@@ -26,7 +26,7 @@ MAX_STEP_US, MAX_DEPTH_M = 200, 6e-4
 MAX_SEPARATIONS = 1
 TIMEOUT_S = 900
 HEAD = ["class", "meshes", "loaded", "runs", "step p99, µs: median of meshes, worst", "above 200 µs", "deepest, mm: median, worst",
-        "deeper than 0.6 mm", "hand's force moves in a step, N: median, worst", "runs with pop-throughs", "found less than a search of all points", "no end"]
+        "deeper than 0.6 mm", "hand's force moves in a step, N: median, worst", "energy made by contact, mJ: worst", "runs with pop-throughs", "found less than a search of all points", "no end"]
 LANDING_HEAD = ["class", "meshes", "runs", "hand's force steps, of a rigid stop's: median, worst", "torque, likewise", "contact lost more than once",
                 "energy made by contact, mJ: landings, drops", "drops on a face", "of these, without rest", "landings and drops beyond a bound", "no end"]
 
@@ -90,7 +90,8 @@ def row(kind, meshes):
     return [kind, len(meshes), sum(loaded for loaded, _ in meshes), len(runs), median_and_worst(of_meshes, 0),
             sum(value > MAX_STEP_US for value in p99), median_and_worst([1e3 * depth for depth in depths], 3),
             sum(depth > MAX_DEPTH_M for depth in depths),
-            median_and_worst([run["hand_force_step_max_n"] for run in good], 2), sum(run["pop_throughs"] > 0 for run in good),
+            median_and_worst([run["hand_force_step_max_n"] for run in good], 2),
+            f"{1e3 * max(run['contact_created_j'] for run in good):.3f}" if good else "–", sum(run["pop_throughs"] > 0 for run in good),
             sum(not all(check["holds"] for check in checks) for checks in checked), len(runs) - len(good)]
 
 

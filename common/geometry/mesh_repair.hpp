@@ -42,7 +42,7 @@ class MeshError : public std::runtime_error {
 };
 
 /// What is inside is told by the winding number where edges do not pair up: walls inside are left out, flipped triangles
-/// turned, and what has the outside on both sides is a sheet.
+/// turned, and what has the outside on both sides, or an inside that one gets out of, is a sheet.
 ///
 /// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, or too many parts
 ContactMesh repaired(const TriangleMesh& mesh);

@@ -27,8 +27,8 @@ struct TouchFigures {
   std::size_t separations = 0;  ///< how often contact was lost again
   /// The most that contact gave the tool from some moment on: its springs give back what they stored.
   double contact_returned_j = 0;
-  /// Likewise beyond what the layers of the contacts held at that moment: what is not passive. What friction and the rigid
-  /// floor store is in it, so it is an upper bound.
+  /// Likewise beyond what the contacts' layers and friction held at that moment: what is not passive. What the rigid floor
+  /// stores is in it, so it is an upper bound.
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);

@@ -344,6 +344,21 @@ TEST(MeshRepair, TakesWhatEndsInTheOpenForASheet) {
   EXPECT_TRUE(three.inner.triangles.empty());
 }
 
+/// A hundred of them, of a hundredth of the surface together: next to no ray gets out.
+TEST(MeshRepair, LeavesASolidWithSmallHolesAndAFinASolid) {
+  TriangleMesh mesh = tessellated_sphere(0.02);
+  const std::size_t all = mesh.triangles.size();
+  for (std::size_t i = all; i-- > 0;) {
+    if (i % 110 == 0) mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  const auto tip = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.emplace_back(0, 0, 0.05);
+  mesh.triangles.push_back({mesh.triangles[60][0], mesh.triangles[60][1], tip});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_EQ(result.sheet.triangles.size(), 1U);
+}
+
 /// Two faces with the same border, a micrometre apart, and a fin.
 TEST(MeshRepair, TakesWhatLiesOnItselfAndDoesNotPairUpForASheet) {
   const auto pillow_with_fin = [](double dent_m) {

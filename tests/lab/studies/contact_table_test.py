@@ -59,7 +59,7 @@ class Corpus(unittest.TestCase):
 
 def run(p99_us=50, depth_m=1e-4, pops=0, holds=True, hand_n=0.1):
     return {"step_us": {"p99": p99_us}, "max_penetration_m": depth_m, "pop_throughs": pops, "hand_force_step_max_n": hand_n,
-            "check": {"checks": [{"holds": holds}]}}
+            "contact_created_j": 1e-6 * p99_us, "check": {"checks": [{"holds": holds}]}}
 
 
 def landing(ratio=0.5, separations=0, created_j=1e-5, rest_s=0.1):
@@ -74,7 +74,7 @@ class Table(unittest.TestCase):
     def test_a_row_counts_what_misses_its_bound(self):
         meshes = [(True, [run(50), run(300, 7e-4, 2, hand_n=0.4)]), (True, [run(100, holds=False), {"error": "late"}]), (False, [])]
         self.assertEqual(table.row("round", meshes),
-                         ["round", 3, 2, 4, "200, 300", 1, "0.100, 0.700", 1, "0.10, 0.40", 1, 1, 1])
+                         ["round", 3, 2, 4, "200, 300", 1, "0.100, 0.700", 1, "0.10, 0.40", "0.300", 1, 1, 1])
         self.assertEqual(table.row("none", [(False, [])])[4], "–")
 
     def test_a_pair_is_run_once(self):
