@@ -139,8 +139,8 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// What is deeper than all was before, by more than it moved, was there and was not found: a search that has too much to ask sees some of
-// the points. All at once it would throw the shapes apart. Where it is rigid, it stops what comes, and lifts nothing: a thin wall that
+// What is deeper than it was before, and than all that was, by more than it moved, was there and was not found: a search that has too much
+// to ask sees some of the points. All at once it would throw the shapes apart. Where it is rigid, it stops what comes, and lifts nothing: a thin wall that
 // something is through would be driven by both of its sides.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);

@@ -344,7 +344,7 @@ TEST(MeshRepair, TakesWhatEndsInTheOpenForASheet) {
   EXPECT_TRUE(three.inner.triangles.empty());
 }
 
-/// A hundred of them, of a hundredth of the surface together: next to no ray gets out.
+/// One triangle of 110 is missing: next to no ray gets out.
 TEST(MeshRepair, LeavesASolidWithSmallHolesAndAFinASolid) {
   TriangleMesh mesh = tessellated_sphere(0.02);
   const std::size_t all = mesh.triangles.size();
