@@ -73,7 +73,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   bool was_opposite = false;
   for (int i = 1; i <= steps + 1; ++i) {
     const double depth = limit_m * i / steps;
-    const bool is_opposite = field.sample(p - depth * normal).gradient.dot(normal) < -0.5;
+    const bool is_opposite = field.sample(p - depth * normal).gradient.normalized().dot(normal) < -0.5;
     if (is_opposite && was_opposite) return limit_m * (i - 1) / steps;
     was_opposite = is_opposite;
   }

@@ -12,7 +12,7 @@ namespace tandem::contact {
 
 struct DistanceSample {
   double distance_m = 0;          ///< negative inside
-  Vec3 gradient = Vec3::UnitZ();  ///< of the distance: out of the shape; length about 1, never 0
+  Vec3 gradient = Vec3::UnitZ();  ///< of the distance: out of the shape; length about 1, less on a crease, never 0
 };
 
 /// A place, or a sample, in each row, so that what is done with all of them is done with vectors.

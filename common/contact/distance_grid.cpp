@@ -192,7 +192,7 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double z = slope.z * per_cell;
   // Where two sides are equally far the slope vanishes; the neighbourhood at large still knows a way out.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
-    return {slope.value * quantum_m_, sample_corners(place).gradient};
+    return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};
 }
 

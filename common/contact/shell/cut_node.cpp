@@ -72,7 +72,8 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
     divided_at_m = gone_m + nearest - kMayPress_m + least_band_m_;
   }
   const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
-  const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m);
+  const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m,
+                         rigid_depth_m_);
   work_.points += leaf.asked();
   if (work_.looks() > looks_end_) return false;
   near_count_ += leaf.near_count(band_m);

@@ -26,6 +26,12 @@ struct AskedAgain {
 constexpr double kAlike_m = 1e-6;
 // Of unit vectors that act as one: what is left of their sum.
 constexpr double kSameWay = 0.98;
+// A slope of less is that of a crease between samples. Beside a wall, so many errors of the field away, it is right, and its slope is
+// that much along the normal of what is in the wall.
+constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
+// In the middle of a wall that cells are fine enough for, a field has more than this of the depth. Where it has less, so many
+// times the depth are taken for true, and what is somewhat more than rigid for enough.
+constexpr double kResolved = 0.7, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
 }  // namespace tandem::contact
@@ -49,7 +55,8 @@ void LeafSamples::prefetch(const PointShell& shell, const ShellNode& node) noexc
 }
 
 LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field,
-                         const Eigen::Matrix3d& R_FP, const Vec3& p_FP, const LeafLags& lags, double up_to_m) noexcept
+                         const Eigen::Matrix3d& R_FP, const Vec3& p_FP, const LeafLags& lags, double up_to_m,
+                         double rigid_depth_m) noexcept
     : shell_(shell), node_(node), field_(field), size_(std::min(node.count, kShellLeafPoints)) {
   prefetch(shell, node);
   std::array<const ShellPoint*, kShellLeafPoints> points;
@@ -74,6 +81,36 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   nearest_m_ = distances.minCoeff();
   farthest_m_ = distances.maxCoeff();
   if (node.count > size_) area_scale_ = area_scale();
+  if (nearest_m_ < 0 && field.error_m() > 0) look_from_outside(R_FP, p_FP, rigid_depth_m);
+}
+
+// In the middle of a wall not much thicker than a cell is wide, interpolation is too shallow and knows no side. A point is on the side that it
+// faces away from, and as deep as that side says from outside, as far as it takes to be stopped.
+void LeafSamples::look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
+  const double way_m = kBesideErrors * field_.error_m();
+  for (std::size_t k = 0; k < size_; ++k) {
+    auto sample = samples_.row(static_cast<Eigen::Index>(k));
+    const double depth_m = -sample[0];
+    if (!(depth_m > 0)) continue;
+    const ShellPoint& point = shell_.points[first_of(k)];
+    const Vec3 normal_F = R_FP * point.normal_S.cast<double>();
+    const Vec3 slope_F = sample.tail<3>().matrix().transpose();
+    if (slope_F.squaredNorm() > kCreaseSlope * kCreaseSlope && slope_F.dot(normal_F) < 0) continue;
+    const Vec3 p_F = R_FP * point.p_S.cast<double>() + p_FP;
+    const DistanceSample beyond = field_.sample(p_F + way_m * normal_F);
+    if (beyond.distance_m <= 0 || beyond.gradient.normalized().dot(normal_F) < kFacingWall) continue;
+    const DistanceSample before = field_.sample(p_F - way_m * normal_F);
+    const Vec3 out_F = before.gradient.normalized();
+    if (before.distance_m <= 0 || !(out_F.dot(normal_F) < -kFacingWall)) continue;
+    const double from_outside_m = -before.distance_m - way_m * out_F.dot(normal_F);
+    const double half_m = way_m - (before.distance_m + beyond.distance_m) / 2;
+    const double middle_m = -field_.distance_m(p_F + (half_m - from_outside_m) * normal_F);
+    if (middle_m > kResolved * half_m) continue;
+    const double most_m = std::max(depth_m, std::min(kDeepened * depth_m, kStopped * rigid_depth_m));
+    sample[0] = -std::clamp(from_outside_m, depth_m, most_m);
+    sample.tail<3>() = out_F.transpose().array();
+    is_held_ = true;
+  }
 }
 
 // Of points that stand for others.
@@ -126,7 +163,7 @@ ShellCandidate LeafSamples::mean_of(double low_m, double high_m) const {
 
 void LeafSamples::add_points(double band_m, std::vector<ShellCandidate>& candidates) const {
   if (nearest_m_ >= band_m) return;
-  if (size_ > 1 && farthest_m_ - nearest_m_ <= kAlike_m && farthest_m_ < band_m) {
+  if (size_ > 1 && !is_held_ && farthest_m_ - nearest_m_ <= kAlike_m && farthest_m_ < band_m) {
     const ShellCandidate mean = mean_of(nearest_m_, band_m);
     // What lies around something round is not flat.
     if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kAlike_m) return candidates.push_back(mean);
@@ -150,7 +187,7 @@ void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
       rigid += distance_m(k) <= -rigid_depth_m ? 1 : 0;
       pressing += distance_m(k) < 0 ? 1 : 0;
     }
-    if (coherence < kSameWay || (rigid > 0 && rigid < pressing)) {
+    if (coherence < kSameWay || is_held_ || (rigid > 0 && rigid < pressing)) {
       for (std::size_t k = 0; k < size_; ++k) {
         if (distance_m(k) < band_m) candidates.push_back(candidate_of(k));
       }

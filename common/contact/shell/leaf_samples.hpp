@@ -39,8 +39,9 @@ inline constexpr double kRounding_m = 3e-8;
 class LeafSamples {
  public:
   /// In      lags, up_to_m  points that lag more than that are not asked: they are far
+  ///         rigid_depth_m  of the contact, which a thin wall that the field hardly knows must reach, too
   LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field, const Eigen::Matrix3d& R_FP,
-              const Vec3& p_FP, const LeafLags& lags, double up_to_m) noexcept;
+              const Vec3& p_FP, const LeafLags& lags, double up_to_m, double rigid_depth_m) noexcept;
 
   /// Brings near what one of such a node is going to read.
   static void prefetch(const PointShell& shell, const ShellNode& node) noexcept;
@@ -75,6 +76,7 @@ class LeafSamples {
   std::uint32_t first_of(std::size_t k) const { return first_of(node_, size_, k); }
   ShellCandidate candidate_of(std::size_t k) const;
   double area_scale() const;
+  void look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept;
 
   const PointShell& shell_;
   const ShellNode& node_;
@@ -85,6 +87,7 @@ class LeafSamples {
   double nearest_m_;
   double farthest_m_;
   EightSamples samples_;  ///< distance infinite: not asked
+  bool is_held_ = false;  ///< some point, in a thin wall
 };
 
 }  // namespace tandem::contact

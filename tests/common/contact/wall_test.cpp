@@ -1,6 +1,7 @@
 // Nothing goes through a thin wall, whatever its kind, however light the tool and however rude the hand.
 #include <gtest/gtest.h>
 
+#include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
@@ -148,6 +149,37 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
       for (const double gap_m : {0.0, 0.02}) expect_jump_is_held(e, limit_n, gap_m);
     }
   });
+}
+
+/// A plate of 0.24 mm about z = 0 between the corners of cells of 0.2 mm, which a post beside it shifts by half of one.
+ShapePointer plate_between_cells() {
+  geometry::TriangleMesh mesh = box_mesh({0.02, 0.02, 2.4e-4});
+  const geometry::TriangleMesh post = box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3});
+  const int first = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), post.vertices.begin(), post.vertices.end());
+  for (const auto& [a, b, c] : post.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
+  return solid_of(mesh);
+}
+
+TEST(Wall, ThatItsFieldIsTooShallowForIsRigidOnTheSideThatACornerCameFrom) {
+  const ShapePointer plate = plate_between_cells();
+  ASSERT_GT(plate->field->distance_m(Vec3::Zero()), -plate->rigid_depth_m) << "no place is as deep as is rigid";
+  const Tool& tool = tools()[2];
+  const ContactShape cube = without_flat_parts(*tool.shape);
+  for (const double side : {1.0, -1.0}) {
+    for (double depth_m = 6e-5; depth_m < 2e-4; depth_m += 2e-5) {
+      ContactPair pair;
+      pair.bind(&cube, plate.get());
+      pair.find({Vec3(0.001, 0.002, side * (1.2e-4 - depth_m + tool.lowest_m)), tool.q}, Pose{}, 2e-4);
+      const ContactPoint* deepest = nullptr;
+      for (const ContactPoint& point : pair.contacts()) {
+        if (pair.is_of_a(point) && (deepest == nullptr || point.depth_m > deepest->depth_m)) deepest = &point;
+      }
+      ASSERT_NE(deepest, nullptr);
+      EXPECT_GT(deepest->depth_m, plate->rigid_depth_m) << depth_m << " m deep at side " << side;
+      EXPECT_GT(side * deepest->normal_W.z(), 0.99) << depth_m << " m deep at side " << side;
+    }
+  }
 }
 
 }  // namespace
