@@ -103,10 +103,10 @@ void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
 
 Wrench ThreadedDevice::newest_command(LocalTime now) noexcept {
   commands_.poll();
-  const Command& command = commands_.front();
-  const bool is_stale = now - command.given > kMaxCommandAge;
-  if (is_stale && !is_zero(command.wrench_on_hand_D)) gave_zero_.store(true, std::memory_order_release);
-  return is_stale || gave_zero_.load(std::memory_order_acquire) ? Wrench{} : command.wrench_on_hand_D;
+  const auto& [given, wrench_on_hand_D] = commands_.front();
+  const bool is_stale = now - given > kMaxCommandAge;
+  if (is_stale && !is_zero(wrench_on_hand_D)) gave_zero_.store(true, std::memory_order_release);
+  return is_stale || gave_zero_.load(std::memory_order_acquire) ? Wrench{} : wrench_on_hand_D;
 }
 
 }  // namespace tandem::devices

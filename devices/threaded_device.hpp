@@ -14,6 +14,7 @@
 #include <memory>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "common/realtime/mailbox.hpp"
 #include "devices/device.hpp"
@@ -74,11 +75,6 @@ class ThreadedDevice final : public Device {
   bool has_let_go() noexcept override;
 
  private:
-  struct Command {
-    LocalTime given{};
-    Wrench wrench_on_hand_D;
-  };
-
   void run(int realtime_priority);
   void step(const Wrench& wrench_on_hand_D) noexcept;
   Wrench newest_command(LocalTime now) noexcept;
@@ -87,7 +83,7 @@ class ThreadedDevice final : public Device {
   std::unique_ptr<DeviceDriver> driver_;
   DeviceSpec spec_;
   realtime::Mailbox<DeviceSample> samples_;
-  realtime::Mailbox<Command> commands_;
+  realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< and when each was given
   std::atomic<bool> should_stop_{false};
   std::atomic<bool> gave_zero_{false};  ///< in place of a force, and the loop does not know yet
   bool may_be_on_ = false;              ///< a force that the device has not exchanged for zero yet
