@@ -114,7 +114,8 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
             stays_awake_until.store(LocalTime{});
             has_news.store(true);
             wake();
-          }),
+          },
+          [this](const Room& room) { hub.help(room); }),
       figures({.users = std::vector<std::array<std::size_t, 3>>(rooms.size())}) {
   hub.on_log = [this](std::string_view kind, const std::string& line) {
     if (owner.on_log) owner.on_log(kind, line);

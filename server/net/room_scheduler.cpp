@@ -96,7 +96,7 @@ struct RoomScheduler::Loop {
   bool is_answered = false;  ///< its step is, and not finished
   LocalTime deadline{};      ///< of that step
   Duration answering{0};     ///< what its answer took
-  LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
+  LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate so long
 
   std::atomic<std::size_t> stepper{0};  ///< whose it is; written by that one alone, when it hands it on
   std::atomic<std::size_t> wanted{0};   ///< whose it is to be; written by io
@@ -110,9 +110,9 @@ struct RoomScheduler::Loop {
   // Io's.
   std::uint64_t steps_before = 0;  ///< until the last look
   Duration busy_before{0};
-  double demand = 0;  ///< share of a core that it needs to keep its rate
-  Duration step{0};   ///< how long one takes
-  bool has_priority = true;
+  double demand = 0;                     ///< share of a core that it needs to keep its rate
+  Duration step{0};                      ///< how long one takes
+  std::atomic<bool> has_priority{true};  ///< read by its stepper
   LocalTime no_priority_before{}, alone_until{};
   bool is_told_slow = false;
 };
@@ -141,11 +141,13 @@ struct RoomScheduler::Stepper {
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
                              std::function<void(LocalTime)> before_news,
-                             std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news)
+                             std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news,
+                             std::function<void(const Room&)> help_to_send)
     : realtime_priority_(realtime_priority),
       before_news_(std::move(before_news)),
       after_answer_(std::move(after_answer)),
       on_news_(std::move(on_news)),
+      help_to_send_(std::move(help_to_send)),
       workers_(std::min(cores_, rooms.size())) {
   for (Room* room : rooms) {
     loops_.push_back(std::make_unique<Loop>(*room));
@@ -276,6 +278,8 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
   stepping_.fetch_sub(1, std::memory_order_relaxed);
   if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
+  // The next room's users would wait for these else.
+  if (wakes_io && has_realtime_.load(std::memory_order_relaxed) && loop.has_priority) help_to_send_(loop.room);
   loop.is_answered = true;
   loop.answering = stepper.busy.end(loop.busy.end(SteadyClock().now())) - begin;
   loop.mean_answer += (loop.answering - loop.mean_answer) / kStepsOfAMean;
@@ -336,8 +340,7 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
 
 /// Some 17 KB are copied.
 void RoomScheduler::publish(Loop& loop) {
-  RoomTiming& timing = loop.published.back();
-  timing = loop.timing;
+  RoomTiming& timing = loop.published.back() = loop.timing;
   timing.lateness = loop.timer.lateness();
   timing.missed = loop.timer.missed();
   loop.published.publish();
@@ -358,8 +361,7 @@ LocalTime RoomScheduler::went_round(std::size_t room) const {
 
 void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
   if (loop.rate.is_slow(now)) loop.slow_until = now + kTrustedAgainAfter;
-  if (now >= loop.slow_until) loop.slow_until = LocalTime{};
-  const bool is_slow = loop.slow_until != LocalTime{};
+  const bool is_slow = now < loop.slow_until;
   loop.is_slow.store(is_slow, std::memory_order_relaxed);
   if (!is_slow) return;
   ++loop.timing.slow;
@@ -434,8 +436,7 @@ void RoomScheduler::give_io_priority(LocalTime now) {
     if (loop->has_priority) steps[loop->stepper.load(std::memory_order_relaxed)] += loop->step;
   }
   if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return put_io_first(now);
-  const LocalTime since = io_first_at_.load(std::memory_order_relaxed);
-  if (now < since + kIoWaitsAgainAfter || io_waits_.exchange(true)) return;
+  if (now < io_first_at_.load(std::memory_order_relaxed) + kIoWaitsAgainAfter || io_waits_.exchange(true)) return;
   realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
 }
 

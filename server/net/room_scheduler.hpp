@@ -42,8 +42,10 @@ class RoomScheduler {
   ///                            is there mostly before that time
   ///         after_answer       with the deadline of its step, which is not finished then
   ///         on_news            of one or more rooms there are new states to send
+  ///         help_to_send       those of this room, which is awaited: io does so on another processor, and waits for who helps
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
-                std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news);
+                std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news,
+                std::function<void(const Room&)> help_to_send);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -89,6 +91,7 @@ class RoomScheduler {
   std::function<void(LocalTime)> before_news_;
   std::function<void(const Room&, LocalTime)> after_answer_;
   std::function<void()> on_news_;
+  std::function<void(const Room&)> help_to_send_;
   std::size_t cores_ = realtime::usable_cores();
   std::vector<std::unique_ptr<Loop>> loops_;
   /// Those that rooms share, then one for each room.

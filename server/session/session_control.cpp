@@ -283,7 +283,7 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
                                                              .max_rate_hz = 1 / to_seconds(seats.room().period()),
                                                              .is_stream = connection.state_over_tcp,
                                                              .secret = std::move(secret)},
-                            counters);
+                            connection.counters);
   connection.wants_soft_shapes = wanted.wants_soft_shapes();
   connection.state = ConnectionState::kActive;
   connection.joined = called_at;

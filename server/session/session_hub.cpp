@@ -10,7 +10,6 @@
 #include "server/session/user_name.hpp"
 
 namespace tandem::server {
-
 std::string_view name_of(ConnectionState state) {
   switch (state) {
     case ConnectionState::kGreeting:
@@ -27,7 +26,7 @@ std::string_view name_of(ConnectionState state) {
 
 SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
                        ServerTransport& hub_transport)
-    : owner(hub), settings(std::move(hub_settings)), transport(hub_transport) {
+    : owner(hub), settings(std::move(hub_settings)), transport(hub_transport), updates(hub_rooms.size()) {
   if (!settings.connection_ids) throw std::invalid_argument("HubSettings.connection_ids is empty; give it a source");
   if (settings.admission) admission.emplace(*settings.admission);
   for (Room* room : hub_rooms) {
@@ -99,6 +98,7 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
   std::uint64_t path_answer = 0;
   const proto::DropReason reason = is_state ? connection.stream->receive(header, datagram, now)
                                             : connection.stream->receive_path(header, datagram, path_answer);
+  collect(connection);
   if (reason != proto::DropReason::kNone) return reason;
   connection.last_heard = now;
   if (!connection.updates.take(1, now)) {
@@ -111,23 +111,6 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
   if (round_trip && *round_trip >= Duration{0}) counters.round_trip.record(*round_trip);
   if (!is_state) accepted.path_answer = path_answer;
   return proto::DropReason::kNone;
-}
-
-void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& told, LocalTime now) {
-  // The seat's previous user is not sent his any more.
-  if (told.user[connection.seat.index] != connection.seat.user) return;
-  take_room_update(connection, told);
-  const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
-  counters.bodies_thinned += connection.stream->send(
-      told, is_blocked, now, [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
-}
-
-bool SessionHub::Impl::deliver_state(Connection& connection, std::span<const std::byte> datagram) {
-  if (!connection.state_over_tcp) return transport.send_datagram(connection.handle, datagram);
-  wire::ServerControl message;
-  message.set_state_datagram(datagram.data(), datagram.size());
-  send(connection, message);
-  return true;
 }
 
 void SessionHub::Impl::deliver_events(RoomSeats& seats) {
@@ -411,13 +394,7 @@ std::span<const std::byte> SessionHub::path_challenge(ConnectionHandle connectio
 void SessionHub::poll(const Clock& clock) {
   const LocalTime now = clock.now();
   impl_->called_at = now;
-  for (const auto& seats : impl_->rooms) {
-    auto& output = seats->room().output();
-    if (!output.poll()) continue;
-    for (const auto& [handle, connection] : impl_->connections) {
-      if (connection->is_in(*seats)) impl_->send_update(*connection, output.front(), clock.now());
-    }
-  }
+  for (std::size_t room = 0; room < impl_->rooms.size(); ++room) impl_->send_updates(room, clock);
   for (const auto& seats : impl_->rooms) {
     impl_->deliver_events(*seats);
     impl_->tell_soft_shapes(*seats);

@@ -35,6 +35,7 @@ class ServerTransport {
   virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
   /// Sends one state datagram to where that connection's last accepted datagram came from. Freshest-only:
   /// false when it could not be sent now (it is then lost, and counted by the caller).
+  /// Thread  io; or who helps it (SessionHub::help()), for another connection, while io does nothing but this
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
   /// Control bytes that the connection has not taken yet. The hub sends state over TCP only when it is 0
   /// (freshest-only), and ends a connection whose reader lets kMaxQueuedControlBytes pile up.
@@ -104,6 +105,10 @@ class SessionHub {
   /// silent for too long, and serves control messages that wait, one connection after the other (limits.hpp).
   /// In      clock  asked anew for each update, which says when it was sent: to send the others takes some time
   void poll(const Clock& clock);
+  /// Sends some of the updates that poll() is sending, or is about to, of a room that has just published one. Poll() waits for
+  /// what is begun here: from no thread that may be held up.
+  /// Thread  the room's
+  void help(const Room& room);
   /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 

@@ -1,9 +1,11 @@
-// Private to this folder: the connections of a SessionHub, and what its two sources do with them.
-//   session_hub.cpp      connections as a whole: accept, send, state both ways, time-outs, end
+// Private to this folder: the connections of a SessionHub, and what its three sources do with them.
+//   session_hub.cpp      connections as a whole: accept, send, state in, time-outs, end
+//   session_updates.cpp  state out
 //   session_control.cpp  what a client's control messages ask for
 #pragma once
 
 #include <bitset>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +17,7 @@
 #include "proto/coupling_fields.hpp"
 #include "server/session/session_answers.hpp"
 #include "server/session/session_hub.hpp"
+#include "server/session/shared_turns.hpp"
 #include "server/session/state_stream.hpp"
 
 namespace tandem::server {
@@ -43,6 +46,8 @@ struct Connection {
   std::string user_name;
   RoomSeats* seats = nullptr;
   Seat seat;
+  proto::ChannelCounters counters;  ///< of the stream, and what it left out, since collect()
+  std::uint64_t bodies_thinned = 0;
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
   bool wants_soft_shapes = false;
@@ -110,7 +115,9 @@ struct SessionHub::Impl {
   proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
                                   const std::function<bool(ConnectionHandle)>& may_belong_to,
                                   AcceptedDatagram& accepted);
+  void send_updates(std::size_t room, const Clock& clock);
   void send_update(Connection& connection, const RoomUpdate& told, LocalTime now);
+  void collect(Connection& connection);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void deliver_events(RoomSeats& seats);
   void tell_poses();
@@ -139,6 +146,8 @@ struct SessionHub::Impl {
   std::optional<Admission> admission;
   std::uint64_t admission_told = 0;
   std::vector<std::unique_ptr<RoomSeats>> rooms;
+  std::deque<SharedTurns> updates;     ///< of each room, to those who get them by UDP
+  std::vector<Connection*> updated{};  ///< those
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;
   HubCounters counters;

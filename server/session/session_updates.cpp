@@ -1,0 +1,77 @@
+// What rooms have published, sent to their users: by io, and by the room's thread, which helps it.
+#include <algorithm>
+#include <utility>
+
+#include "server/session/session_hub_impl.hpp"
+
+namespace tandem::server {
+namespace {
+
+// Io alone sends to fewer users in the time that it takes to share them; it begins so soon where it is awake.
+constexpr std::size_t kWorthHelping = 4;
+constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
+
+void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
+    const auto reason = static_cast<proto::DropReason>(i);
+    to.received_drops.add(reason, more.received_drops.of(reason));
+    to.sent_drops.add(reason, more.sent_drops.of(reason));
+  }
+  to.datagrams_received += more.datagrams_received;
+  to.datagrams_sent += more.datagrams_sent;
+  to.updates_suppressed += more.updates_suppressed;
+  to.updates_paced += more.updates_paced;
+}
+
+}  // namespace
+
+/// What is sent into a TCP connection is io's alone.
+void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
+  auto& output = rooms[room]->room().output();
+  if (!output.poll()) return;
+  const RoomUpdate& told = output.front();
+  updated.clear();
+  for (const auto& [handle, connection] : connections) {
+    if (connection->is_in(*rooms[room]) && !connection->state_over_tcp) updated.push_back(connection.get());
+  }
+  updates[room].run(updated.size(), [&](std::size_t i) { send_update(*updated[i], told, clock.now()); });
+  for (const auto& [handle, connection] : connections) {
+    if (!connection->is_in(*rooms[room])) continue;
+    if (connection->state_over_tcp) send_update(*connection, told, clock.now());
+    collect(*connection);
+  }
+}
+
+/// Thread  io, or who helps it: nothing but this connection is changed
+void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& told, LocalTime now) {
+  // The seat's previous user is not sent his any more.
+  if (told.user[connection.seat.index] != connection.seat.user) return;
+  take_room_update(connection, told);
+  const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
+  connection.bodies_thinned += connection.stream->send(
+      told, is_blocked, now, [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
+}
+
+void SessionHub::Impl::collect(Connection& connection) {
+  counters.bodies_thinned += std::exchange(connection.bodies_thinned, 0);
+  add_counts(std::exchange(connection.counters, {}), counters);
+}
+
+bool SessionHub::Impl::deliver_state(Connection& connection, std::span<const std::byte> datagram) {
+  if (!connection.state_over_tcp) return transport.send_datagram(connection.handle, datagram);
+  wire::ServerControl message;
+  message.set_state_datagram(datagram.data(), datagram.size());
+  send(connection, message);
+  return true;
+}
+
+void SessionHub::help(const Room& room) {
+  std::size_t users = 0;
+  for (std::size_t seat = 0; seat < proto::kMaxUsers; ++seat) users += room.seat(seat).user.is_valid() ? 1 : 0;
+  if (users < kWorthHelping) return;
+  const auto is_it = [&room](const auto& seats) { return &seats->room() == &room; };
+  const auto found = std::ranges::find_if(impl_->rooms, is_it);
+  impl_->updates[static_cast<std::size_t>(found - impl_->rooms.begin())].help(kHelpBeginsWithin);
+}
+
+}  // namespace tandem::server
