@@ -163,12 +163,6 @@ inline std::uint64_t nanoseconds_of_delay(Duration delay) {
   return nanoseconds_of(std::min(delay, kMaxDelay));
 }
 
-inline void write_compact(std::uint32_t id, const RigidState& state, wire::CompactState& out) {
-  out.set_id(id);
-  write_pose(state.X, *out.mutable_pose());
-  if (!is_at_rest(state.V)) write_six({state.V.v, state.V.w}, *out.mutable_twist());
-}
-
 inline DropReason read_compact(const wire::CompactState& in, RigidState& out) {
   if (in.id() == 0) return DropReason::kMalformed;
   if (in.twist_size() != 0 && in.twist_size() != kTwistNumbers) return DropReason::kMalformed;
@@ -179,15 +173,6 @@ inline DropReason read_compact(const wire::CompactState& in, RigidState& out) {
     out.V = {numbers.f, numbers.t};
   }
   return accept_rigid(out);
-}
-
-inline void write_wrench(const Wrench& wrench, wire::WrenchOnHand& out) {
-  out.set_fx_n(wrench.f.x());
-  out.set_fy_n(wrench.f.y());
-  out.set_fz_n(wrench.f.z());
-  out.set_tx_n_m(wrench.t.x());
-  out.set_ty_n_m(wrench.t.y());
-  out.set_tz_n_m(wrench.t.z());
 }
 
 inline DropReason read_wrench(const wire::WrenchOnHand& in, Wrench& out) {
