@@ -27,6 +27,9 @@ using boost::system::error_code;
 /// Time-outs are checked at least this often, even when no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kTellMetricsEvery = std::chrono::milliseconds(100);
+/// To read what a few users have sent takes as long: it waits where new states are about to come, and begins at most so long after
+/// they were expected.
+constexpr Duration kReading = std::chrono::microseconds(25);
 /// How long stop() waits for goodbyes to be read.
 constexpr Duration kStopWithin = std::chrono::seconds(1);
 
@@ -76,7 +79,7 @@ struct LiveServer::Impl {
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
   std::atomic<bool> has_news{false};                      ///< there are states that have not been sent
-  std::atomic<LocalTime> stays_awake_until{LocalTime{}};  ///< for states that are about to come
+  std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< states are about to come
   std::atomic<bool> sleeps{false};                        ///< or is about to
   // For who asks from elsewhere.
   std::atomic<bool> is_serving{false}, is_stopping{false};
@@ -103,15 +106,15 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
       step_event(io, open_eventfd()),
       scheduler(
           room_pointers(), settings.realtime_priority,
-          [this](LocalTime until) {
-            stays_awake_until.store(until);
+          [this](LocalTime expected) {
+            expects_news_at.store(expected);
             wake();
           },
           [this](const Room& room, LocalTime deadline) {
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            stays_awake_until.store(LocalTime{});
+            expects_news_at.store(LocalTime{});
             has_news.store(true);
             wake();
           },
@@ -166,15 +169,22 @@ void LiveServer::Impl::wake() {
 }
 
 /// As io_context::run(), and looks for new states before it sleeps: rooms wake it only when it does, and a step ahead where that is
-/// short.
+/// short. Between states that follow each other at once it reads what a few users have sent, and no more.
 void LiveServer::Impl::go_round() {
+  bool has_read = false;
   while (!io.stopped()) {
-    if (has_news.exchange(false)) poll();
+    if (has_news.exchange(false)) {
+      poll();
+      has_read = false;
+    }
+    const Duration until_news = expects_news_at.load() - clock.now();
+    const bool stays_awake = until_news > -kReading;
+    if (has_read && stays_awake && until_news < kReading) continue;
     const bool may_have_more = transport.read_some_users();
-    if (io.poll_one() > 0 || may_have_more) continue;
-    if (clock.now() < stays_awake_until.load()) continue;
+    has_read = true;
+    if (io.poll_one() > 0 || may_have_more || stays_awake) continue;
     sleeps.store(true);
-    if (!has_news.load() && clock.now() >= stays_awake_until.load()) io.run_one();
+    if (!has_news.load() && expects_news_at.load() + kReading <= clock.now()) io.run_one();
     sleeps.store(false);
   }
 }

@@ -20,8 +20,8 @@ namespace {
 constexpr Duration kLookAgain = std::chrono::milliseconds(5);
 /// To sleep and to wake up takes about as long. A thread that would sleep for less goes on at once.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// Who sends new states wakes up while a shorter step goes on, to wait for its end, and for so long after its usual one.
-constexpr Duration kWakesAheadOf = std::chrono::microseconds(100), kAwaitsEnd = std::chrono::microseconds(25);
+/// Who sends new states wakes up while a shorter step goes on, to wait for its end.
+constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
 // Of a core: where io needs so much, it is not told of each short step until it needs less than that again. New states wait for
 // those of the next rooms, at most so long.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
@@ -271,7 +271,7 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   // Where each core has one, io would keep one from its end.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
   const bool wakes_io = tells_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
-  if (wakes_io) before_news_(begin + loop.mean_answer + kAwaitsEnd);
+  if (wakes_io) before_news_(begin + loop.mean_answer);
   loop.room.answer(server_time_of_own_clock(begin));
   const LocalTime now = SteadyClock().now();
   after_answer_(loop.room, std::min(loop.deadline, begin));

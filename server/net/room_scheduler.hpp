@@ -39,7 +39,7 @@ class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
   ///         before_news        as the next two on the room's thread, without a lock or a wait: a step begins, whose answer
-  ///                            is there mostly before that time
+  ///                            is expected at that time
   ///         after_answer       with the deadline of its step, which is not finished then
   ///         on_news            of one or more rooms there are new states to send
   ///         help_to_send       those of this room, which is awaited: io does so on another processor, and waits for who helps
