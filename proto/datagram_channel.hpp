@@ -84,7 +84,7 @@ class ReplayWindow {
   std::bitset<kSize> seen_;
 };
 
-/// Thread  io
+/// Thread  one at a time
 class DatagramChannel {
  public:
   struct Settings {

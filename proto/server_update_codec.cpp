@@ -349,19 +349,21 @@ std::size_t hash_of(std::uint32_t id, const RigidState& state) {
 template <class Item>
 std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
   struct Encoded {
-    Encoded() { bytes.reserve(kMaxItemBytes); }
     Item item;
-    Bytes bytes;
+    std::array<std::byte, kMaxItemBytes> bytes;
+    std::size_t size = 0;
   };
   constexpr std::size_t kKept = 256;
   thread_local std::vector<Encoded> kept(kKept);
   Encoded& known = kept[hash_of(item.id.value, state) % kKept];
-  if (!known.bytes.empty() && is_same(known.item, item)) return known.bytes;
-  FieldWriter message;
-  message.message(field_of(item), [&] { write_item(item, message); });
-  known.item = item;
-  known.bytes.assign(message.bytes().begin(), message.bytes().end());
-  return known.bytes;
+  if (known.size == 0 || !is_same(known.item, item)) {
+    FieldWriter message;
+    message.message(field_of(item), [&] { write_item(item, message); });
+    known.item = item;
+    known.size = message.bytes().size();
+    std::ranges::copy(message.bytes(), known.bytes.begin());
+  }
+  return std::span(known.bytes).first(known.size);
 }
 
 /// One body or user that could go into the message, as a number: lower goes first. From the high bits down its rank; the

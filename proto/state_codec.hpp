@@ -1,7 +1,7 @@
 // State structs ↔ datagram payloads. The only place where state protobufs are built or read.
 //
-// Messages live in a per-thread arena that is reused, so a thread that codes at 1 kHz allocates nothing after
-// its first messages (growth of `out` aside).
+// Messages live in a per-thread arena that is reused, and server updates are written without one, with what a thread has
+// encoded lately: so a thread that codes at 1 kHz allocates nothing after its first messages (growth of `out` aside).
 #pragma once
 
 #include <boost/container/static_vector.hpp>

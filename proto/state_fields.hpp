@@ -112,13 +112,6 @@ inline DropReason read_rigid(const wire::RigidState& in, RigidState& out) {
 
 /// A number each of the vector and of the quaternion (w x y z), and so on for the others below.
 template <class Number>
-void write_pose(const Pose& X, google::protobuf::RepeatedField<Number>& out) {
-  out.Reserve(kPoseNumbers);
-  for (const double number : X.p) out.Add(static_cast<Number>(number));
-  for (const double number : {X.q.w(), X.q.x(), X.q.y(), X.q.z()}) out.Add(static_cast<Number>(number));
-}
-
-template <class Number>
 DropReason read_pose(const google::protobuf::RepeatedField<Number>& in, Pose& out) {
   if (in.size() != kPoseNumbers) return DropReason::kMalformed;
   out.p = {in[0], in[1], in[2]};

@@ -1,6 +1,7 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
-// Everything runs on the one thread that runs the io_context, so there is no lock here. TCP writes go to the kernel
+// Everything runs on the one thread that runs the io_context, so there is no lock here; datagrams may be sent by who helps it
+// (ServerTransport::send_datagram()). TCP writes go to the kernel
 // at once as far as it takes them and the rest waits in a buffer whose size the session hub watches: a reader that
 // does not read is ended by the hub, never waited for. UDP is freshest-only: what the kernel does not take is lost.
 //
@@ -47,7 +48,7 @@ namespace tandem::server {
 
 /// ServerTransport over Asio.
 ///
-/// Thread  the one that runs the io_context
+/// Thread  the one that runs the io_context; send_datagram() as ServerTransport has it
 class AsioServerTransport final : public ServerTransport {
  public:
   /// Opens the port (0: any free one) for TCP and UDP.

@@ -78,9 +78,9 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};                      ///< there are states that have not been sent
+  std::atomic<bool> has_news{false};                    ///< there are states that have not been sent
   std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< states are about to come
-  std::atomic<bool> sleeps{false};                        ///< or is about to
+  std::atomic<bool> sleeps{false};                      ///< or is about to
   // For who asks from elsewhere.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
@@ -114,8 +114,9 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            expects_news_at.store(LocalTime{});
+            // In this order, the other way round than they are looked at: who finds no news yet expects them still.
             has_news.store(true);
+            expects_news_at.store(LocalTime{});
             wake();
           },
           [this](const Room& room) { hub.help(room); }),
@@ -173,11 +174,12 @@ void LiveServer::Impl::wake() {
 void LiveServer::Impl::go_round() {
   bool has_read = false;
   while (!io.stopped()) {
+    const LocalTime expected = expects_news_at.load();
     if (has_news.exchange(false)) {
       poll();
       has_read = false;
     }
-    const Duration until_news = expects_news_at.load() - clock.now();
+    const Duration until_news = expected - clock.now();
     const bool stays_awake = until_news > -kReading;
     if (has_read && stays_awake && until_news < kReading) continue;
     const bool may_have_more = transport.read_some_users();

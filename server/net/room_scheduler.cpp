@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <future>
-#include <optional>
 #include <semaphore>
 #include <set>
 #include <thread>
@@ -26,8 +25,6 @@ constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
 // those of the next rooms, at most so long.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
-/// Between a room's step and the next deadline on the same thread: what one takes longer does not make all others late.
-constexpr Duration kMaxApart = kNotWorthASleep;
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery = std::chrono::milliseconds(100);
 constexpr double kWindowsOfAMean = 10;
@@ -92,10 +89,11 @@ struct RoomScheduler::Loop {
   Duration phase{0};   ///< of its deadlines in a period
   int slow_steps = 0;  ///< in a row: longer than io waits for
   Duration mean_step{0};
-  Duration mean_answer{0};   ///< of it, what users wait for, and rooms after it on the same thread
+  Duration mean_answer{0};   ///< of it, what users wait for
+  Duration mean_turn{0};     ///< with the help to send it: what rooms after it on the same thread wait for
   bool is_answered = false;  ///< its step is, and not finished
   LocalTime deadline{};      ///< of that step
-  Duration answering{0};     ///< what its answer took
+  Duration answering{0};     ///< what its turn took
   LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate so long
 
   std::atomic<std::size_t> stepper{0};  ///< whose it is; written by that one alone, when it hands it on
@@ -214,7 +212,7 @@ void RoomScheduler::run(Stepper& stepper) {
     if (time > kNotWorthASleep) tell(stepper);
     const auto answered = std::ranges::find_if(stepper.loops, &Loop::is_answered);
     if (answered != stepper.loops.end() &&
-        time > std::max(kNotWorthASleep, (*answered)->mean_step - (*answered)->mean_answer)) {
+        time > std::max(kNotWorthASleep, (*answered)->mean_step - (*answered)->mean_turn)) {
       finish(stepper, **answered);
     } else if (time <= kLongSleep) {
       answer(stepper, *next);
@@ -276,13 +274,15 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   const LocalTime now = SteadyClock().now();
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
-  stepping_.fetch_sub(1, std::memory_order_relaxed);
   if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
-  // The next room's users would wait for these else.
-  if (wakes_io && has_realtime_.load(std::memory_order_relaxed) && loop.has_priority) help_to_send_(loop.room);
+  // The next room's users would wait for these else. Where each core has one that answers, io may have none.
+  const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
+  if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);
+  stepping_.fetch_sub(1, std::memory_order_relaxed);
   loop.is_answered = true;
   loop.answering = stepper.busy.end(loop.busy.end(SteadyClock().now())) - begin;
-  loop.mean_answer += (loop.answering - loop.mean_answer) / kStepsOfAMean;
+  loop.mean_answer += (now - begin - loop.mean_answer) / kStepsOfAMean;
+  loop.mean_turn += (loop.answering - loop.mean_turn) / kStepsOfAMean;
 }
 
 /// What no user waits for, when none is about to wait for another room of the thread.
@@ -322,12 +322,13 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Half of what is left of the period stays free.
+  // Half of what is left of the period stays free. Between a room's step and the next deadline at most half of it, or what is not worth
+  // a sleep: what one takes longer does not make all others late.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
     if (before == &loop) break;
-    if (before->is_awake) place += before->mean_answer + std::min({before->mean_answer / 2, kMaxApart, spare});
+    if (before->is_awake) place += before->mean_turn + std::min({before->mean_turn / 2, kNotWorthASleep, spare});
   }
   // From −½ to ½ of a period.
   const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;
@@ -361,9 +362,8 @@ LocalTime RoomScheduler::went_round(std::size_t room) const {
 
 void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
   if (loop.rate.is_slow(now)) loop.slow_until = now + kTrustedAgainAfter;
-  const bool is_slow = now < loop.slow_until;
-  loop.is_slow.store(is_slow, std::memory_order_relaxed);
-  if (!is_slow) return;
+  loop.is_slow.store(now < loop.slow_until, std::memory_order_relaxed);
+  if (now >= loop.slow_until) return;
   ++loop.timing.slow;
   loop.room.report(kFaultRoomSlow);
 }

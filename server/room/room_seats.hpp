@@ -22,7 +22,7 @@ inline constexpr net::Rate kPointRate{4, 8};
 
 /// Hands out the places of one room and tells the room's loop.
 ///
-/// Thread  io
+/// Thread  io; what is const, and on_update() of another seat, also who helps it meanwhile
 class RoomSeats {
  public:
   explicit RoomSeats(Room& room);

@@ -1,5 +1,6 @@
 // What rooms have published, sent to their users: by io, and by the room's thread, which helps it.
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "server/session/session_hub_impl.hpp"
@@ -34,7 +35,8 @@ void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   for (const auto& [handle, connection] : connections) {
     if (connection->is_in(*rooms[room]) && !connection->state_over_tcp) updated.push_back(connection.get());
   }
-  updates[room].run(updated.size(), [&](std::size_t i) { send_update(*updated[i], told, clock.now()); });
+  const auto send = [&](std::size_t i) { send_update(*updated[i], told, clock.now()); };
+  updates[room].run(updated.size(), std::ref(send));
   for (const auto& [handle, connection] : connections) {
     if (!connection->is_in(*rooms[room])) continue;
     if (connection->state_over_tcp) send_update(*connection, told, clock.now());

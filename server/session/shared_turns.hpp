@@ -15,14 +15,14 @@
 
 namespace tandem::server {
 
-/// Without a lock or an allocation; who waits for the other spins.
+/// Without a lock or an allocation; who waits for the other spins. A turn must not throw: the other would never be told.
 class SharedTurns {
  public:
   using Turn = std::function<void(std::size_t)>;
 
   /// Calls `turn` once with each number below `count`, here or in help(), and returns when all have returned.
   /// Thread  one
-  void run(std::size_t count, const Turn& turn) {
+  void run(std::size_t count, const Turn& turn) noexcept {
     turn_ = &turn;
     count_ = count;
     next_.store(0, std::memory_order_relaxed);
@@ -34,7 +34,7 @@ class SharedTurns {
   }
   /// Takes turns of the loop that runs, or begins within `time`.
   /// Thread  any: run() waits for a turn that is taken here, so none that may be held up
-  void help(Duration time) {
+  void help(Duration time) noexcept {
     const SteadyClock clock;
     const LocalTime until = clock.now() + time;
     while (!is_open_.load(std::memory_order_relaxed)) {

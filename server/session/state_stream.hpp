@@ -10,7 +10,7 @@
 
 namespace tandem::server {
 
-/// Thread  io
+/// Thread  io; send() also who helps it (SessionHub::help())
 class StateStream {
  public:
   /// Hands over a datagram; false when it could not be sent now.

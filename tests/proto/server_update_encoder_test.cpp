@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <string>
 
 #include "proto/state_codec.hpp"
+#include "tandem/state.pb.h"
 #include "tests/proto/samples.hpp"
 
 namespace tandem::proto {
@@ -59,6 +61,26 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
     }
     // The largest item has 72 bytes: as long as more than that were free, one more would have been put in.
     EXPECT_GT(receiver.largest_bytes, kMaxPayloadBytes - 72);
+  }
+}
+
+TEST(ServerUpdateEncoder, WritesToTheByteWhatGeneratedCodeWrites) {
+  ServerUpdate small;
+  small.tool.X.p = Vec3(-0.0, 0, 1);
+  small.wrench_on_hand_W.f.z() = -0.0;
+  OtherUserState& user = small.users.emplace_back();
+  user.id = UserId{1};
+  user.holds = BodyId{300};
+  small.bodies = {body_of(200, {}, 1)};
+  for (const ServerUpdate& update : {ServerUpdate{}, small, server_update(), largest_server_update(1)}) {
+    Bytes bytes;
+    ServerUpdateEncoder().append(update, bytes);
+    wire::ServerUpdate message;
+    ASSERT_TRUE(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
+    const std::string generated = message.SerializeAsString();
+    EXPECT_EQ(generated, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+    EXPECT_EQ(message.users_size() == 1 ? message.users(0).holds_body() : 0,
+              message.users_size() == 1 ? update.users[0].holds.value : 0);
   }
 }
 

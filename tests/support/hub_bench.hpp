@@ -1,11 +1,13 @@
 // A session hub with its rooms under a virtual clock, and hand-made clients that say whatever a test wants.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "common/base/random.hpp"
@@ -38,6 +40,7 @@ class RecordingTransport final : public server::ServerTransport {
   }
   bool send_datagram(server::ConnectionHandle connection, std::span<const std::byte> datagram) override {
     if (!takes_datagrams) return false;
+    if (std::this_thread::get_id() != home) ++sent_elsewhere;
     datagrams[connection].emplace_back(datagram.begin(), datagram.end());
     return true;
   }
@@ -56,6 +59,8 @@ class RecordingTransport final : public server::ServerTransport {
     return exported;
   }
 
+  const std::thread::id home = std::this_thread::get_id();
+  std::atomic<std::size_t> sent_elsewhere{0};  ///< datagrams, by a thread that helps
   std::map<server::ConnectionHandle, proto::FrameReader> readers;
   std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
   std::map<server::ConnectionHandle, std::vector<proto::Bytes>> datagrams;

@@ -72,7 +72,7 @@ std::string scene_of_many_hands(std::size_t count) {
 }
 
 TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
-  constexpr std::size_t kUsers = 6, kSteps = 1000;
+  constexpr std::size_t kUsers = 6, kLeastSteps = 1000, kMostSteps = 100'000;
   test::HubBench bench({}, {scene_of_many_hands(kUsers)});
   std::vector<test::BenchClient> users;
   for (std::size_t i = 0; i < kUsers; ++i) {
@@ -84,6 +84,7 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
   for (const test::BenchClient& user : users) bench.take_datagrams(user);
   const std::uint64_t sent_before = bench.hub->counters().datagrams_sent;
   std::atomic<std::size_t> published{0};
+  std::size_t steps = 0;
   {
     // Only after a step: as the thread that has made it.
     const Helper helper([&, helped = std::size_t{0}]() mutable {
@@ -91,15 +92,17 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
       helped = published.load();
       bench.hub->help(room);
     });
-    for (std::size_t i = 0; i < kSteps; ++i) {
+    // Where there is one processor, it takes longer until a helper comes at the right time.
+    for (; steps < kLeastSteps || (bench.transport.sent_elsewhere == 0 && steps < kMostSteps); ++steps) {
       bench.now += std::chrono::milliseconds(1);
       room.step(server_time_of_own_clock(bench.now));
       ++published;
       bench.hub->poll(VirtualClock(bench.now));
     }
   }
-  for (const test::BenchClient& user : users) EXPECT_EQ(bench.take_datagrams(user).size(), kSteps);
-  EXPECT_EQ(bench.hub->counters().datagrams_sent - sent_before, kUsers * kSteps);
+  for (const test::BenchClient& user : users) EXPECT_EQ(bench.take_datagrams(user).size(), steps);
+  EXPECT_EQ(bench.hub->counters().datagrams_sent - sent_before, kUsers * steps);
+  EXPECT_GT(bench.transport.sent_elsewhere, 0U) << "nobody helped";
 }
 
 }  // namespace
