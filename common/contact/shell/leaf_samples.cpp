@@ -29,9 +29,9 @@ constexpr double kSameWay = 0.98;
 // A slope of less is that of a crease between samples. Beside a wall, so many errors of the field away, it is right, and its slope is
 // that much along the normal of what is in the wall.
 constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
-// In the middle of a wall that cells are fine enough for, a field has more than this of the depth. Where it has less, so many
-// times the depth are taken for true, and what is somewhat more than rigid for enough.
-constexpr double kResolved = 0.7, kDeepened = 4, kStopped = 1.2;
+// In errors of the field: a wall whose half is thicker has enough of it in its middle. Where it is not, so many times the depth
+// are taken for true, and what is somewhat more than rigid for enough.
+constexpr double kThinHalfErrors = 1.5, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
 }  // namespace tandem::contact
@@ -104,8 +104,7 @@ void LeafSamples::look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_F
     if (before.distance_m <= 0 || !(out_F.dot(normal_F) < -kFacingWall)) continue;
     const double from_outside_m = -before.distance_m - way_m * out_F.dot(normal_F);
     const double half_m = way_m - (before.distance_m + beyond.distance_m) / 2;
-    const double middle_m = -field_.distance_m(p_F + (half_m - from_outside_m) * normal_F);
-    if (middle_m > kResolved * half_m) continue;
+    if (half_m > kThinHalfErrors * field_.error_m()) continue;
     const double most_m = std::max(depth_m, std::min(kDeepened * depth_m, kStopped * rigid_depth_m));
     sample[0] = -std::clamp(from_outside_m, depth_m, most_m);
     sample.tail<3>() = out_F.transpose().array();
