@@ -162,7 +162,8 @@ DropReason read_bridge_part(const wire::ServerUpdate& in, ServerUpdate& out) {
 }
 
 void write_rigid(const RigidState& state, FieldWriter& out) {
-  const auto& [X, V] = state;
+  const Pose& X = state.X;
+  const Twist& V = state.V;
   out.message(wire::RigidState::kPFieldNumber, [&] { out.each<3>(1, {X.p.x(), X.p.y(), X.p.z()}); });
   out.message(wire::RigidState::kQFieldNumber, [&] { out.each<4>(1, {X.q.w(), X.q.x(), X.q.y(), X.q.z()}); });
   out.each(wire::RigidState::kVxMPerSFieldNumber, numbers_of<double>(V.v, V.w));
