@@ -10,6 +10,7 @@
 #include "server/session/user_name.hpp"
 
 namespace tandem::server {
+
 std::string_view name_of(ConnectionState state) {
   switch (state) {
     case ConnectionState::kGreeting:

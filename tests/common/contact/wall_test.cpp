@@ -153,12 +153,8 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
 
 /// A plate of 0.24 mm about z = 0 between the corners of cells of 0.2 mm, which a post beside it shifts by half of one.
 ShapePointer plate_between_cells() {
-  geometry::TriangleMesh mesh = box_mesh({0.02, 0.02, 2.4e-4});
-  const geometry::TriangleMesh post = box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3});
-  const int first = static_cast<int>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), post.vertices.begin(), post.vertices.end());
-  for (const auto& [a, b, c] : post.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
-  return solid_of(mesh);
+  return solid_of(
+      geometry::joined(box_mesh({0.02, 0.02, 2.4e-4}), box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3})));
 }
 
 TEST(Wall, ThatItsFieldIsTooShallowForIsRigidOnTheSideThatACornerCameFrom) {
