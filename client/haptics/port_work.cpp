@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::client {
 

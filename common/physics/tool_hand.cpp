@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::physics {
 

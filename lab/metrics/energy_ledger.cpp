@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::lab {
 namespace {

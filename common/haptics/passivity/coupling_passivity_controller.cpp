@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
 

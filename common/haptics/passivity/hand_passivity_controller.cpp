@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
 namespace {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 #include "common/haptics/coupling/saturation.hpp"
 
 namespace tandem::lab {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
 namespace {

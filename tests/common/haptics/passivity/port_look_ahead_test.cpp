@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/random.hpp"
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 #include "tests/support/test_seed.hpp"
 
 namespace tandem::haptics {

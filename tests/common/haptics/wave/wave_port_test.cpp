@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "common/base/random.hpp"
-#include "common/base/work.hpp"
+#include "common/base/spatial.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/test_seed.hpp"
 
