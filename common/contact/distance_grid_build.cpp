@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
+#include <functional>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 
+#include "common/base/parallel_for.hpp"
 #include "common/contact/asset/brick_lattice.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/distance_grid.hpp"
@@ -44,47 +43,6 @@ void check(const ContactShapeOptions& options) {
   require(options.threads >= 1 && options.threads <= 256, "threads", options.threads, "use 1 to 256");
 }
 
-/// Calls work(i) for all i below `count` on `threads` threads, the calling one among them, which alone tells progress.
-class ParallelFor {
- public:
-  ParallelFor(int threads, const std::function<void(double)>& progress) : threads_(threads), progress_(progress) {}
-
-  template <typename Work>
-  void run(std::size_t count, double progress_from, double progress_to, const Work& work) const {
-    std::atomic<std::size_t> next{0};
-    std::exception_ptr failure;
-    std::mutex failure_lock;
-    const auto take_indices = [&](bool is_caller) {
-      try {
-        for (std::size_t i = next++; i < count; i = next++) {
-          work(i);
-          if (is_caller)
-            tell(progress_from +
-                 (progress_to - progress_from) * static_cast<double>(i + 1) / static_cast<double>(count));
-        }
-      } catch (...) {
-        next = count;
-        const std::scoped_lock lock(failure_lock);
-        failure = std::current_exception();
-      }
-    };
-    {
-      std::vector<std::jthread> helpers;
-      for (int i = 1; i < threads_; ++i) helpers.emplace_back(take_indices, false);
-      take_indices(true);
-    }
-    if (failure) std::rethrow_exception(failure);
-  }
-
- private:
-  void tell(double done) const {
-    if (progress_) progress_(done);
-  }
-
-  int threads_;
-  const std::function<void(double)>& progress_;
-};
-
 /// Signed for a solid, to the plate around a sheet; of both the nearer. Refers to the trees.
 ///
 /// In      sheet  beside a solid; null: none
@@ -113,7 +71,7 @@ class DistanceGridBuilder {
       : options_(options),
         sheet_(mesh.sheet.triangles.empty() ? nullptr : std::make_unique<geometry::TriangleTree>(mesh.sheet)),
         exact_(exact_distance(tree, mesh.kind, sheet_.get(), options.sheet_thickness_m)),
-        parallel_(options.threads, progress),
+        progress_(progress),
         grid_(new DistanceGrid) {
     lay_lattice(mesh);
   }
@@ -147,6 +105,14 @@ class DistanceGridBuilder {
   void code_corners();
   void measure_error();
   void collect();
+  /// Calls work(i) for all i below `count`, on all threads, and tells progress.
+  template <typename Work>
+  void in_parallel(std::size_t count, double progress_from, double progress_to, const Work& work) const {
+    parallel_for(options_.threads, count, work, [&](std::size_t i) {
+      const double share = static_cast<double>(i + 1) / static_cast<double>(count);
+      if (progress_) progress_(progress_from + (progress_to - progress_from) * share);
+    });
+  }
   Vec3 corner_S(std::size_t x, std::size_t y, std::size_t z) const {
     return grid_->origin_S_ +
            Vec3(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)) * grid_->brick_m_;
@@ -156,7 +122,7 @@ class DistanceGridBuilder {
   ContactShapeOptions options_;
   std::unique_ptr<const geometry::TriangleTree> sheet_;
   ExactDistance exact_;
-  ParallelFor parallel_;
+  const std::function<void(double)>& progress_;
   std::unique_ptr<DistanceGrid> grid_;
   BrickLattice lattice_;
 };
@@ -205,7 +171,7 @@ void DistanceGridBuilder::measure_corners() {
   grid_->corners_m_.resize(grid_->corner_total());
   const std::size_t nx = corners_along(0);
   const std::size_t ny = corners_along(1);
-  parallel_.run(corners_along(2), 0.0, 0.1, [&](std::size_t z) {
+  in_parallel(corners_along(2), 0.0, 0.1, [&](std::size_t z) {
     int row_hint = -1;
     for (std::size_t y = 0; y < ny; ++y) {
       int hint = row_hint;
@@ -221,7 +187,7 @@ void DistanceGridBuilder::find_bricks() {
   const auto [nx, ny, nz] = grid_->bricks_;
   const double diagonal_m = grid_->brick_m_ * std::sqrt(3.0);
   std::vector<std::vector<Brick>> layers(nz);
-  parallel_.run(nz, 0.1, 0.15, [&, nx = nx, ny = ny](std::size_t z) {
+  in_parallel(nz, 0.1, 0.15, [&, nx = nx, ny = ny](std::size_t z) {
     for (std::size_t y = 0; y < ny; ++y) {
       int hint = -1;
       for (std::size_t x = 0; x < nx; ++x) {
@@ -251,7 +217,7 @@ void DistanceGridBuilder::sample(Brick& brick) const {
 double DistanceGridBuilder::bytes_expected() const {
   const std::size_t every = 1 + lattice_.bricks.size() / kBricksToExpectBy;
   std::atomic<std::size_t> samples{0};
-  parallel_.run((lattice_.bricks.size() + every - 1) / every, 0.15, 0.2, [&](std::size_t i) {
+  in_parallel((lattice_.bricks.size() + every - 1) / every, 0.15, 0.2, [&](std::size_t i) {
     Brick brick = lattice_.bricks[i * every];
     sample(brick);
     samples += every * brick.samples.size();
@@ -261,7 +227,7 @@ double DistanceGridBuilder::bytes_expected() const {
 }
 
 void DistanceGridBuilder::sample_bricks() {
-  parallel_.run(lattice_.bricks.size(), 0.2, 0.97, [&](std::size_t i) { sample(lattice_.bricks[i]); });
+  in_parallel(lattice_.bricks.size(), 0.2, 0.97, [&](std::size_t i) { sample(lattice_.bricks[i]); });
 }
 
 /// From here on the samples are what they are at all who get them.

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/parallel_for.hpp"
 #include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "common/geometry/winding_number.hpp"
@@ -114,21 +115,13 @@ class Judge {
 std::vector<char> judge(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles, std::vector<Side>& sides) {
   const Judge judge(mesh);
   std::vector<char> is_sure(triangles.size());
-  const auto decide = [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      bool sure = true;
-      sides[i] = judge.side_of(triangles[i], sure);
-      is_sure[i] = sure ? 1 : 0;
-    }
-  };
   const std::size_t processors = std::max(1U, std::thread::hardware_concurrency());
   const std::size_t threads = sides.size() < kMinForThreads ? 1 : std::min(processors, kMaxThreads);
-  std::vector<std::jthread> helpers;
-  for (std::size_t i = 1; i < threads; ++i) {
-    helpers.emplace_back(decide, sides.size() * i / threads, sides.size() * (i + 1) / threads);
-  }
-  decide(0, sides.size() / threads);
-  helpers.clear();
+  parallel_for(static_cast<int>(threads), sides.size(), [&](std::size_t i) {
+    bool sure = true;
+    sides[i] = judge.side_of(triangles[i], sure);
+    is_sure[i] = sure ? 1 : 0;
+  });
   return is_sure;
 }
 

@@ -1,0 +1,51 @@
+#include "common/base/parallel_for.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace tandem {
+namespace {
+
+TEST(ParallelFor, DoesEachOnceWithAnyNumberOfThreads) {
+  for (const int threads : {1, 2, 7}) {
+    for (const std::size_t count : {0, 1, 3, 1000}) {
+      std::vector<std::atomic<int>> times(count);
+      parallel_for(threads, count, [&](std::size_t i) { ++times[i]; });
+      for (const auto& each : times) EXPECT_EQ(each, 1);
+    }
+  }
+}
+
+TEST(ParallelFor, TellsWhatTheCallingThreadHasDoneOnThatThread) {
+  const auto caller = std::this_thread::get_id();
+  std::vector<std::thread::id> by(500);
+  std::vector<char> is_told(by.size());
+  parallel_for(
+      3, by.size(), [&](std::size_t i) { by[i] = std::this_thread::get_id(); },
+      [&](std::size_t i) {
+        EXPECT_EQ(std::this_thread::get_id(), caller);
+        is_told[i] = 1;
+      });
+  for (std::size_t i = 0; i < by.size(); ++i) EXPECT_EQ(is_told[i] != 0, by[i] == caller);
+}
+
+TEST(ParallelFor, ThrowsWhatOneThrowsAndBeginsNoMore) {
+  for (const int threads : {1, 4}) {
+    std::atomic<int> done{0};
+    const auto work = [&](std::size_t i) {
+      if (i == 10) throw std::runtime_error("the tenth");
+      ++done;
+      std::this_thread::yield();
+    };
+    EXPECT_THROW(parallel_for(threads, 1'000'000, work), std::runtime_error);
+    EXPECT_LT(done, 1'000'000 - 1);
+    EXPECT_GE(done, threads == 1 ? 10 : 0);
+  }
+}
+
+}  // namespace
+}  // namespace tandem
