@@ -1,7 +1,9 @@
 #include "common/geometry/mesh_edges.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <unordered_map>
 
 namespace tandem::geometry {
 
@@ -41,6 +43,63 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh) {
     }
   }
   return found;
+}
+
+std::vector<std::vector<int>> regions_by_edges(std::span<const std::array<std::uint32_t, 3>> edges,
+                                               const std::vector<bool>& is_one_of_them) {
+  constexpr int kNone = -1, kMany = -2;
+  std::uint32_t most = 0;
+  for (const auto& of_triangle : edges) most = std::max(most, *std::ranges::max_element(of_triangle));
+  std::vector<std::array<int, 2>> at_edge(std::size_t{most} + 1, {kNone, kNone});
+  for (std::size_t t = 0; t < edges.size(); ++t) {
+    for (const std::uint32_t edge : edges[t]) {
+      auto& [one, other] = at_edge[edge];
+      if (other != kNone) other = kMany;
+      (one == kNone ? one : other == kNone ? other : one) = static_cast<int>(t);
+    }
+  }
+  std::vector<bool> is_reached(edges.size(), false);
+  std::vector<std::vector<int>> regions;
+  for (std::size_t first = 0; first < edges.size(); ++first) {
+    if (is_reached[first] || !is_one_of_them[first]) continue;
+    std::vector<int>& region = regions.emplace_back();
+    const auto reach = [&](int triangle) {
+      const auto t = static_cast<std::size_t>(triangle);
+      if (is_reached[t] || !is_one_of_them[t]) return;
+      is_reached[t] = true;
+      region.push_back(triangle);
+    };
+    reach(static_cast<int>(first));
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      for (const std::uint32_t edge : edges[static_cast<std::size_t>(region[i])]) {
+        const auto& [one, other] = at_edge[edge];
+        if (other < 0) continue;
+        reach(one);
+        reach(other);
+      }
+    }
+  }
+  return regions;
+}
+
+TriangleMesh part_of(const TriangleMesh& mesh, std::span<const int> triangles) {
+  constexpr std::size_t kFew = 64;
+  const bool is_small = kFew * triangles.size() < mesh.vertices.size();
+  std::vector<int> all(is_small ? 0 : mesh.vertices.size(), -1);
+  std::unordered_map<int, int> some;
+  TriangleMesh part;
+  for (const int t : triangles) {
+    part.triangles.push_back(mesh.triangles[static_cast<std::size_t>(t)]);
+    for (int& corner : part.triangles.back()) {
+      int& index = is_small ? some.try_emplace(corner, -1).first->second : all[static_cast<std::size_t>(corner)];
+      if (index < 0) {
+        index = static_cast<int>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
+      }
+      corner = index;
+    }
+  }
+  return part;
 }
 
 std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -57,6 +58,16 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 
 /// Of triangles that share vertices: which part each is of, numbered by their first ones.
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
+
+/// Those of some triangles that hang together by edges at which there are two triangles, a list for each such region, in the order of
+/// their first ones.
+///
+/// In      edges  of each triangle, by any numbers
+std::vector<std::vector<int>> regions_by_edges(std::span<const std::array<std::uint32_t, 3>> edges,
+                                               const std::vector<bool>& is_one_of_them);
+
+/// These triangles alone, and the vertices that they use. As long as there are few, what others there are costs nothing.
+TriangleMesh part_of(const TriangleMesh& mesh, std::span<const int> triangles);
 
 std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/parallel_for.hpp"
 #include "common/geometry/mesh_edges.hpp"
 
 namespace tandem::geometry {
@@ -89,6 +90,28 @@ std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& 
       found.push_back(other);
   }
   return found;
+}
+
+void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::span<const int> triangles,
+                    double tolerance_m, int threads, std::size_t& work,
+                    const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit) {
+  constexpr std::size_t kAtOnce = 2048, kByOne = 128;
+  std::vector<std::vector<std::size_t>> found(std::min(kAtOnce, triangles.size()));
+  std::vector<std::size_t> works(found.size());
+  for (std::size_t first = 0; first < triangles.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, triangles.size() - first);
+    parallel_for(threads, (count + kByOne - 1) / kByOne, [&](std::size_t part) {
+      std::vector<TriangleTree::Near> near;
+      for (std::size_t i = part * kByOne; i < std::min(count, (part + 1) * kByOne); ++i) {
+        works[i] = 0;
+        found[i] = crossing(mesh, tree, static_cast<std::size_t>(triangles[first + i]), tolerance_m, near, works[i]);
+      }
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      work += works[i];
+      if (!visit(static_cast<std::size_t>(triangles[first + i]), found[i])) return;
+    }
+  }
 }
 
 }  // namespace tandem::geometry

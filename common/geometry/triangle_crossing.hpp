@@ -2,6 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "common/geometry/triangle_mesh.hpp"
@@ -24,5 +27,11 @@ bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, double tol
 /// Cost    a microsecond or two where triangles are of about one size
 std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::size_t triangle,
                                   double tolerance_m, std::vector<TriangleTree::Near>& near, std::size_t& work);
+
+/// Calls visit(triangle, others) for some triangles, one after the other, with what crossing() finds, until it gives false. The calls and
+/// the work are the same for any number of threads.
+void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::span<const int> triangles,
+                    double tolerance_m, int threads, std::size_t& work,
+                    const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit);
 
 }  // namespace tandem::geometry

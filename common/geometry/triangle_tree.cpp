@@ -14,13 +14,20 @@ namespace tandem::geometry {
 namespace {
 
 constexpr std::uint32_t kLeafBit = 1U << 31U;
+constexpr std::uint32_t kNone = kLeafBit - 1U;
 constexpr std::uint32_t kCountShift = 28;  ///< three bits of slots − 1, above 28 bits of first slot
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
-constexpr std::uint32_t kMaxLeafTriangles = 4;
+constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Deeper, triangles are halved by count: with 28 bits of slots, a tree has less than 48 + 28 levels.
+/// Deeper, triangles are halved by count: with 28 bits of slots, a tree has less than 48 + 28 levels of halves, two in a node.
 constexpr int kBinnedLevels = 48;
-constexpr int kStackSize = 80;
+constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
+constexpr std::uint32_t kMaxInDisk = 256;  ///< triangles
+/// Single precision rounds single steps by less than 6e-8, and a search has some dozen of them.
+constexpr double kRounding = 4e-6;
+constexpr float kFar = 1e15F;
+
+using Four = Eigen::Array4f;
 
 struct Box {
   Eigen::Array3f low = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity());
@@ -75,8 +82,10 @@ std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corner
   while (height > 0 && count <= found.size()) {
     const std::uint32_t link = stack[--height];
     if ((link & kLeafBit) == 0) {
-      for (const auto& child : nodes[link].children) {
-        if (may_be(child)) stack[height++] = child.link;
+      const auto& node = nodes[link];
+      const Eigen::Array4i may = may_be(node);
+      for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
+        if (may[static_cast<Eigen::Index>(i)] != 0) stack[height++] = node.links[i];
       }
       continue;
     }
@@ -94,20 +103,55 @@ std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corner
 
 }  // namespace
 
-/// Of one child: a box in single precision, rounded outward, and where it goes on.
-struct TriangleTree::Child {
-  std::array<float, 3> low;
-  std::array<float, 3> high;
-  std::uint32_t link = 0;  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
+/// Up to four children: where they go on, and in single precision boxes around them, rounded outward. Few triangles are in a flat disk
+/// about the middle of their box, too: at a slant a box comes nearer than they do, for which a search above a fine mesh would look at many.
+struct alignas(64) TriangleTree::Node {
+  std::array<Four, 3> low = {Four(kFar), Four(kFar), Four(kFar)};
+  std::array<Four, 3> high = low;
+  std::array<Four, 3> normal = {Four::Zero(), Four::Zero(), Four::Zero()};
+  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< as large: there is no disk
+  std::array<std::uint32_t, 4> links = {kNone, kNone, kNone,
+                                        kNone};  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
+
+  Four middle(std::size_t axis) const { return 0.5F * (low[axis] + high[axis]); }
+  /// Of each child, what its squared distance is not less than, but for rounding.
+  Four least_squared(const Eigen::Array3f& p_S) const noexcept {
+    Four to_box = Four::Zero(), to_middle = Four::Zero(), along = Four::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float p = p_S[static_cast<Eigen::Index>(axis)];
+      const Four outside = (low[axis] - p).max(p - high[axis]).max(0.0F);
+      const Four from_middle = p - middle(axis);
+      to_box += outside * outside;
+      to_middle += from_middle * from_middle;
+      along += from_middle * normal[axis];
+    }
+    const Four above = (along.abs() - half_thickness).max(0.0F);
+    Four beside = ((1 - static_cast<float>(kRounding)) * to_middle - along * along).max(0.0F);
+    for (Eigen::Index i = 0; i < 4; ++i) beside[i] = std::sqrt(beside[i]);
+    beside = (beside - radius).max(0.0F);
+    return to_box.max(above * above + beside * beside);
+  }
 };
 
-struct TriangleTree::Node {
-  std::array<Child, 2> children;
+namespace {
+
+/// Where a search is for nodes, and how far from that it really is.
+struct RoundedPlace {
+  explicit RoundedPlace(const Vec3& exact_S)
+      : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
+        off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
+
+  /// As many that a node's least squared distance tells, where none is left out that is nearer than that.
+  float limit_m2(double squared_m2) const {
+    const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
+    return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
+  }
+
+  Eigen::Array3f p_S;
+  double off_m;
 };
 
-struct TriangleTree::Corners {
-  Vec3 a, ab, ac;
-};
+}  // namespace
 
 struct TriangleTree::Nearest {
   double squared_m2;
@@ -122,6 +166,7 @@ struct TriangleTree::Builder {
   std::vector<Eigen::Array3f> centres;
   std::vector<std::uint32_t>& order;
   std::vector<Node>& nodes;
+  const TriangleMesh& mesh;
 
   struct Split {
     int axis = 0;
@@ -194,28 +239,66 @@ struct TriangleTree::Builder {
     return begin + (end - begin) / 2;
   }
 
-  Child child(std::uint32_t begin, std::uint32_t end, int level) {
-    Box box;
-    for (std::uint32_t i = begin; i < end; ++i) box.add(boxes[order[i]]);
-    Child result;
-    for (int axis = 0; axis < 3; ++axis) {
-      result.low[static_cast<std::size_t>(axis)] = box.low[axis];
-      result.high[static_cast<std::size_t>(axis)] = box.high[axis];
-    }
-    result.link = subtree(begin, end, level);
-    return result;
-  }
-
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
+    const auto halved = [&](std::uint32_t first, std::uint32_t last) {
+      return last - first <= kMaxLeafTriangles ? last : divide(first, last, level + 1);
+    };
+    const std::uint32_t left = halved(begin, middle), right = halved(middle, end);
     const auto index = static_cast<std::uint32_t>(nodes.size());
     nodes.emplace_back();
-    const Child left = child(begin, middle, level + 1);
-    const Child right = child(middle, end, level + 1);
-    nodes[index].children = {left, right};
+    std::size_t i = 0;
+    for (const auto& [first, last] :
+         {std::pair(begin, left), std::pair(left, middle), std::pair(middle, right), std::pair(right, end)}) {
+      if (first == last) continue;
+      bound(i, std::span(order).subspan(first, last - first), nodes[index]);
+      const std::uint32_t link = subtree(first, last, level + 2);
+      nodes[index].links[i++] = link;
+    }
     return index;
   }
+
+  void bound(std::size_t child, std::span<const std::uint32_t> triangles, Node& node) const {
+    const auto i = static_cast<Eigen::Index>(child);
+    Box box;
+    for (const std::uint32_t triangle : triangles) box.add(boxes[triangle]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      node.low[axis][i] = box.low[static_cast<Eigen::Index>(axis)];
+      node.high[axis][i] = box.high[static_cast<Eigen::Index>(axis)];
+    }
+    if (triangles.size() <= kMaxInDisk) lay_disk(i, triangles, node);
+  }
+
+  void lay_disk(Eigen::Index i, std::span<const std::uint32_t> triangles, Node& node) const {
+    Vec3 normal = Vec3::Zero();
+    for (const std::uint32_t triangle : triangles) {
+      const auto& [a, b, c] = mesh.triangles[triangle];
+      normal += (vertex(b) - vertex(a)).cross(vertex(c) - vertex(a));
+    }
+    if (!(normal.norm() > 0)) return;
+    // So that it is not shorter than 1, whatever is rounded.
+    normal *= (1 + kRounding / 8) / normal.norm();
+    Vec3 middle;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      node.normal[axis][i] = static_cast<float>(normal[static_cast<Eigen::Index>(axis)]);
+      middle[static_cast<Eigen::Index>(axis)] = static_cast<double>(node.middle(axis)[i]);
+    }
+    double radius_m2 = 0, half_thickness_m = 0;
+    for (const std::uint32_t triangle : triangles) {
+      for (const int corner : mesh.triangles[triangle]) {
+        const Vec3 from_middle = vertex(corner) - middle;
+        const double along_m = from_middle.dot(normal);
+        half_thickness_m = std::max(half_thickness_m, std::abs(along_m));
+        radius_m2 = std::max(radius_m2, (from_middle - along_m * normal).squaredNorm());
+      }
+    }
+    const double rounding_m = kRounding * (half_thickness_m + std::sqrt(radius_m2));
+    node.half_thickness[i] = static_cast<float>(half_thickness_m + rounding_m);
+    node.radius[i] = static_cast<float>(std::sqrt(radius_m2) + rounding_m);
+  }
+
+  const Vec3& vertex(int index) const { return mesh.vertices[static_cast<std::size_t>(index)]; }
 };
 
 TriangleTree::TriangleTree(TriangleTree&& other) noexcept = default;
@@ -238,7 +321,7 @@ void TriangleTree::build_nodes(const TriangleMesh& mesh) {
   triangle_of_slot_.resize(count);
   std::iota(triangle_of_slot_.begin(), triangle_of_slot_.end(), 0U);
   nodes_.reserve(count / 2 + 1);
-  Builder builder{{}, {}, triangle_of_slot_, nodes_};
+  Builder builder{{}, {}, triangle_of_slot_, nodes_, mesh};
   builder.boxes.reserve(count);
   builder.centres.reserve(count);
   for (const auto& triangle : mesh.triangles) {
@@ -266,108 +349,53 @@ void TriangleTree::store_triangles(const TriangleMesh& mesh) {
   }
 }
 
-void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
-  vertex_normals_.assign(mesh.vertices.size(), Vec3::Zero());
-  const auto angle = [](const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); };
-  for (std::size_t slot = 0; slot < corners_.size(); ++slot) {
-    const auto& [a, ab, ac] = corners_[slot];
-    const Vec3 bc = ac - ab;
-    const Vec3 normal = ab.cross(ac).normalized();
-    const auto& vertices = vertices_of_slot_[slot];
-    vertex_normals_[vertices[0]] += angle(ab, ac) * normal;
-    vertex_normals_[vertices[1]] += angle(-ab, bc) * normal;
-    vertex_normals_[vertices[2]] += angle(ac, bc) * normal;
-  }
-}
-
-void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // Edges are sought among those that leave the same smaller vertex: about three, whatever the size of the mesh.
-  struct Edge {
-    std::uint32_t larger_vertex;
-    std::uint32_t next;  ///< of the same smaller vertex
-  };
-  constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::uint32_t> first_edge(mesh.vertices.size(), kNone);
-  std::vector<Edge> edges;
-  edges.reserve(corners_.size() * 3 / 2);
-  edge_normals_.reserve(edges.capacity());
-  edges_of_slot_.resize(corners_.size());
-  for (std::size_t slot = 0; slot < corners_.size(); ++slot) {
-    const Vec3 normal = corners_[slot].ab.cross(corners_[slot].ac).normalized();
-    for (std::size_t side = 0; side < 3; ++side) {
-      const auto [from, to] = std::minmax(vertices_of_slot_[slot][side], vertices_of_slot_[slot][(side + 1) % 3]);
-      std::uint32_t edge = first_edge[from];
-      while (edge != kNone && edges[edge].larger_vertex != to) edge = edges[edge].next;
-      if (edge == kNone) {
-        edge = static_cast<std::uint32_t>(edges.size());
-        edges.push_back({to, first_edge[from]});
-        first_edge[from] = edge;
-        edge_normals_.emplace_back(Vec3::Zero());
-      }
-      edge_normals_[edge] += normal;
-      edges_of_slot_[slot][side] = edge;
-    }
-  }
-}
-
-double TriangleTree::squared_to_box(const Child& child, const Vec3& p_S) const noexcept {
-  double sum = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double p = p_S[static_cast<Eigen::Index>(axis)];
-    const double outside =
-        std::max(std::max(static_cast<double>(child.low[axis]) - p, 0.0), p - static_cast<double>(child.high[axis]));
-    sum += outside * outside;
-  }
-  return sum;
-}
-
-void TriangleTree::try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept {
-  const Corners& corners = corners_[slot];
-  const Vec3 ap = p_S - corners.a;
-  const OnTriangle on = closest_on_triangle(corners.ab, corners.ac, ap);
+bool TriangleTree::try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept {
+  const auto& [a, ab, ac] = corners_[slot];
+  const Vec3 ap = p_S - a;
+  const OnTriangle on = closest_on_triangle(ab, ac, ap);
   const double squared = (ap - on.from_a).squaredNorm();
-  if (squared < best.squared_m2) best = {squared, slot, on.from_a, on.feature};
+  if (!(squared < best.squared_m2)) return false;
+  best = {squared, slot, on.from_a, on.feature};
+  return true;
 }
 
 void TriangleTree::descend(const Vec3& p_S, Nearest& best) const noexcept {
   struct Entry {
     std::uint32_t link;
-    double squared_m2;
+    float squared_m2;
   };
   std::array<Entry, kStackSize> stack;
   std::size_t height = 0;
-  std::uint32_t link = root_;
-  while (true) {
+  const RoundedPlace p(p_S);
+  stack[height++] = {root_, 0};
+  float limit_m2 = p.limit_m2(best.squared_m2);
+  while (height > 0) {
+    const auto [link, squared_m2] = stack[--height];
+    if (squared_m2 > limit_m2) continue;
     if ((link & kLeafBit) != 0) {
       const std::uint32_t first = link & kSlotMask;
       const std::uint32_t last = first + ((link & ~kLeafBit) >> kCountShift);
-      for (std::uint32_t slot = first; slot <= last; ++slot) try_triangle(slot, p_S, best);
-    } else {
-      const auto& children = nodes_[link].children;
-      const double squared0 = squared_to_box(children[0], p_S);
-      const double squared1 = squared_to_box(children[1], p_S);
-      const std::size_t near = squared1 < squared0 ? 1 : 0;
-      const double far_squared = std::max(squared0, squared1);
-      if (far_squared < best.squared_m2) stack[height++] = {children[1 - near].link, far_squared};
-      if (std::min(squared0, squared1) < best.squared_m2) {
-        link = children[near].link;
-        continue;
+      for (std::uint32_t slot = first; slot <= last; ++slot) {
+        if (try_triangle(slot, p_S, best)) limit_m2 = p.limit_m2(best.squared_m2);
       }
+      continue;
     }
-    while (height > 0 && stack[height - 1].squared_m2 >= best.squared_m2) --height;
-    if (height == 0) return;
-    link = stack[--height].link;
+    const Node& node = nodes_[link];
+    const Four squared = node.least_squared(p.p_S);
+    // The nearest of them comes last, and is next.
+    const std::size_t before = height;
+    for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
+      const Entry entry{node.links[i], squared[static_cast<Eigen::Index>(i)]};
+      if (entry.squared_m2 > limit_m2) continue;
+      std::size_t at = height++;
+      for (; at > before && stack[at - 1].squared_m2 < entry.squared_m2; --at) stack[at] = stack[at - 1];
+      stack[at] = entry;
+    }
   }
 }
 
-Vec3 TriangleTree::pseudo_normal(std::uint32_t slot, int feature) const noexcept {
-  if (feature == 0) return corners_[slot].ab.cross(corners_[slot].ac).normalized();
-  if (feature <= 3) return edge_normals_[edges_of_slot_[slot][static_cast<std::size_t>(feature - 1)]];
-  return vertex_normals_[vertices_of_slot_[slot][static_cast<std::size_t>(feature - 4)]];
-}
-
 TriangleTree::Closest TriangleTree::closest(const Vec3& p_S, double limit_m, int hint) const noexcept {
-  constexpr std::uint32_t kNone = ~0U;
+  if (!p_S.allFinite()) return {};
   Nearest best{limit_m * limit_m, kNone, Vec3::Zero(), 0};
   if (hint >= 0 && static_cast<std::size_t>(hint) < slot_of_triangle_.size()) {
     try_triangle(slot_of_triangle_[static_cast<std::size_t>(hint)], p_S, best);
@@ -375,7 +403,7 @@ TriangleTree::Closest TriangleTree::closest(const Vec3& p_S, double limit_m, int
   descend(p_S, best);
   if (best.slot == kNone) return {};
   Closest closest;
-  closest.point_S = corners_[best.slot].a + best.from_a_S;
+  closest.point_S = corners_[best.slot][0] + best.from_a_S;
   closest.distance_m = std::sqrt(best.squared_m2);
   closest.triangle = static_cast<int>(triangle_of_slot_[best.slot]);
   closest.normal_S = pseudo_normal(best.slot, best.feature);
@@ -384,23 +412,32 @@ TriangleTree::Closest TriangleTree::closest(const Vec3& p_S, double limit_m, int
 
 std::size_t TriangleTree::within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept {
   const double squared_limit = limit_m * limit_m;
-  const auto may_be_in = [&](const Child& child) { return squared_to_box(child, p_S) <= squared_limit; };
-  const auto is_in = [&](const Corners& corners) {
-    const Vec3 ap = p_S - corners.a;
-    return (ap - closest_on_triangle(corners.ab, corners.ac, ap).from_a).squaredNorm() <= squared_limit;
+  const RoundedPlace p(p_S);
+  const float rounded_limit = p.limit_m2(squared_limit);
+  const auto may_be_in = [&](const Node& node) {
+    return Eigen::Array4i((node.least_squared(p.p_S) <= rounded_limit).cast<int>());
+  };
+  const auto is_in = [&](const std::array<Vec3, 3>& corners) {
+    const auto& [a, ab, ac] = corners;
+    const Vec3 ap = p_S - a;
+    return (ap - closest_on_triangle(ab, ac, ap).from_a).squaredNorm() <= squared_limit;
   };
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
 std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept {
-  const auto may_be_in = [&](const Child& child) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<Eigen::Index>(axis);
-      if (child.low[axis] > box_S.max()[i] || child.high[axis] < box_S.min()[i]) return false;
-    }
-    return true;
+  std::array<float, 3> low, high;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis] = rounded_down(box_S.min()[static_cast<Eigen::Index>(axis)]);
+    high[axis] = rounded_up(box_S.max()[static_cast<Eigen::Index>(axis)]);
+  }
+  const auto may_be_in = [&](const Node& node) {
+    Four apart = Four::Constant(-kFar);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      apart = apart.max(node.low[axis] - high[axis]).max(low[axis] - node.high[axis]);
+    return Eigen::Array4i((apart <= 0).cast<int>());
   };
-  const auto is_in = [&](const Corners& corners) {
+  const auto is_in = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, ab, ac] = corners;
     const Eigen::AlignedBox3d box(a + ab.cwiseMin(ac).cwiseMin(0.0), a + ab.cwiseMax(ac).cwiseMax(0.0));
     return box_S.intersects(box);
@@ -409,21 +446,26 @@ std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Nea
 }
 
 /// Box and line are apart if they are, seen along the line and an axis, for one of the axes.
-bool TriangleTree::may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept {
-  const Vec3 low(child.low[0], child.low[1], child.low[2]), high(child.high[0], child.high[1], child.high[2]);
+bool TriangleTree::may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept {
+  const auto corner = [child](const std::array<Four, 3>& of) { return Vec3(of[0][child], of[1][child], of[2][child]); };
+  const Vec3 low = corner(node.low), high = corner(node.high);
   const Vec3 half = (high - low) / 2;
   const Vec3 apart = ((low + high) / 2 - p_S).cross(along).cwiseAbs();
   const Vec3 d = along.cwiseAbs();
-  constexpr double kRounding = 1 + 1e-9;
+  constexpr double kRoundedUp = 1 + 1e-9;
   const Vec3 reach(half.y() * d.z() + half.z() * d.y(), half.z() * d.x() + half.x() * d.z(),
                    half.x() * d.y() + half.y() * d.x());
-  return (apart.array() <= kRounding * reach.array()).all();
+  return (apart.array() <= kRoundedUp * reach.array()).all();
 }
 
 std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept {
-  const auto may_be_crossed = [&](const Child& child) { return may_cross(child, p_S, along); };
+  const auto may_be_crossed = [&](const Node& node) {
+    Eigen::Array4i may;
+    for (Eigen::Index i = 0; i < 4; ++i) may[i] = may_cross(node, i, p_S, along) ? 1 : 0;
+    return may;
+  };
   // The line passes all three sides on the same hand.
-  const auto is_crossed = [&](const Corners& corners) {
+  const auto is_crossed = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, ab, ac] = corners;
     const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;
     const double sides[] = {along.dot(pa.cross(pb)), along.dot(pb.cross(pc)), along.dot(pc.cross(pa))};

@@ -23,7 +23,8 @@ class TriangleTree {
   /// For closest_of_solid() where parts overlap or cross themselves, or faces do not pair up at their edges: takes up to three times
   /// the memory.
   /// In      inner  what lies within the solid, and is no surface of it, but belongs to its winding number; may be empty
-  static TriangleTree of_solid(const TriangleMesh& mesh, const TriangleMesh& inner);
+  ///         threads  to make it with; the tree does not depend on how many
+  static TriangleTree of_solid(const TriangleMesh& mesh, const TriangleMesh& inner, int threads = 1);
   TriangleTree(TriangleTree&& other) noexcept;
   TriangleTree& operator=(TriangleTree&& other) noexcept;
   ~TriangleTree();
@@ -67,9 +68,7 @@ class TriangleTree {
   std::size_t triangle_count() const { return triangle_of_slot_.size(); }
 
  private:
-  struct Child;
   struct Node;
-  struct Corners;
   struct Nearest;
   struct Builder;
   struct Parts;
@@ -78,17 +77,16 @@ class TriangleTree {
   void store_triangles(const TriangleMesh& mesh);
   void sum_corner_normals(const TriangleMesh& mesh);
   void sum_edge_normals(const TriangleMesh& mesh);
-  void find_parts(const TriangleMesh& mesh, const TriangleMesh& inner);
-  double squared_to_box(const Child& child, const Vec3& p_S) const noexcept;
-  static bool may_cross(const Child& child, const Vec3& p_S, const Vec3& along) noexcept;
-  void try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;
+  void find_parts(const TriangleMesh& mesh, const TriangleMesh& inner, int threads);
+  static bool may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept;
+  bool try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;
   void descend(const Vec3& p_S, Nearest& best) const noexcept;
   Vec3 pseudo_normal(std::uint32_t slot, int feature) const noexcept;
 
   // Triangles are in the order of the leaves: slot i is triangle triangle_of_slot_[i] of the mesh.
   std::vector<Node> nodes_;
-  std::uint32_t root_ = 0;  ///< a link as in Child
-  std::vector<Corners> corners_;
+  std::uint32_t root_ = 0;                    ///< a link as in Node
+  std::vector<std::array<Vec3, 3>> corners_;  ///< a, ab, ac
   std::vector<std::uint32_t> triangle_of_slot_;
   std::vector<std::uint32_t> slot_of_triangle_;
   std::vector<std::array<std::uint32_t, 3>> vertices_of_slot_;

@@ -57,6 +57,20 @@ void divide(const std::array<Vec3, 3>& corners, double side_m, const Take& take,
 
 }  // namespace
 
+/// Of pieces first … first + count − 1; its children are the next node and `second`.
+struct WindingNumber::Node {
+  Vec3 middle_S = Vec3::Zero();
+  Vec3 area_m2 = Vec3::Zero();                         ///< ∫ n dA
+  Eigen::Matrix3d first_m3 = Eigen::Matrix3d::Zero();  ///< ∫ n dᵀ dA, symmetric part
+  Vec3 second_m4 = Vec3::Zero();                       ///< of ∫ n d d dA what goes with r
+  std::array<double, 10> second_cubic_m4 = {};  ///< … and with x³, y³, z³, x²y, x²z, y²x, y²z, z²x, z²y, xyz
+  double radius_m = 0;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::uint32_t second = 0;  ///< 0: a leaf
+  std::uint32_t next = 0;    ///< node to go on with when this one is done
+};
+
 /// Sum of angles between −π and π, each given as a place (x, y) in its direction: as the product of these places as
 /// complex numbers, with the turns that it has made, so that one arc tangent serves for all.
 struct WindingNumber::AngleSum {
@@ -76,6 +90,10 @@ struct WindingNumber::AngleSum {
   }
   double angle() const noexcept { return std::atan2(y, x) + 2 * std::numbers::pi * turns; }
 };
+
+WindingNumber::WindingNumber(WindingNumber&& other) noexcept = default;
+WindingNumber& WindingNumber::operator=(WindingNumber&& other) noexcept = default;
+WindingNumber::~WindingNumber() = default;
 
 WindingNumber::WindingNumber(const TriangleMesh& mesh) {
   const std::size_t triangles = mesh.triangles.size();

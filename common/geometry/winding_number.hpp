@@ -28,6 +28,9 @@ class WindingNumber {
   static constexpr double kTolerance = 0.01;
 
   explicit WindingNumber(const TriangleMesh& mesh);
+  WindingNumber(WindingNumber&& other) noexcept;
+  WindingNumber& operator=(WindingNumber&& other) noexcept;
+  ~WindingNumber();
 
   /// In      without  a triangle that does not count, with p in its plane, or −1: in the middle of one, what the others make there
   /// Out     lies_on  whether p is on a triangle that counts, or within about a thousandth of the size of its piece: what that one
@@ -41,20 +44,7 @@ class WindingNumber {
   static constexpr double kOnShare = 1e-3;
 
   using Piece = std::pair<std::array<Vec3, 3>, std::uint32_t>;  ///< its corners, and the triangle that it is of
-  /// Of pieces first … first + count − 1; its children are the next node and `second`.
-  struct Node {
-    Vec3 middle_S = Vec3::Zero();
-    Vec3 area_m2 = Vec3::Zero();                         ///< ∫ n dA
-    Eigen::Matrix3d first_m3 = Eigen::Matrix3d::Zero();  ///< ∫ n dᵀ dA, symmetric part
-    Vec3 second_m4 = Vec3::Zero();                       ///< of ∫ n d d dA what goes with r
-    std::array<double, 10> second_cubic_m4 = {};  ///< … and with x³, y³, z³, x²y, x²z, y²x, y²z, z²x, z²y, xyz
-    double radius_m = 0;
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-    std::uint32_t second = 0;  ///< 0: a leaf
-    std::uint32_t next = 0;    ///< node to go on with when this one is done
-  };
-
+  struct Node;
   struct AngleSum;
 
   void build(std::uint32_t first, std::uint32_t count);

@@ -287,21 +287,4 @@ std::vector<int> triangles_of(const std::vector<MeshPart>& parts) {
   return triangles;
 }
 
-TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<int>& triangles) {
-  TriangleMesh part;
-  std::vector<int> index_of(mesh.vertices.size(), -1);
-  for (const int t : triangles) {
-    part.triangles.push_back(mesh.triangles[static_cast<std::size_t>(t)]);
-    for (int& corner : part.triangles.back()) {
-      int& index = index_of[static_cast<std::size_t>(corner)];
-      if (index < 0) {
-        index = static_cast<int>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
-      }
-      corner = index;
-    }
-  }
-  return part;
-}
-
 }  // namespace tandem::geometry

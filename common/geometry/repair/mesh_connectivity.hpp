@@ -31,7 +31,4 @@ std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& note
 /// Of all these parts, one after the other.
 std::vector<int> triangles_of(const std::vector<MeshPart>& parts);
 
-/// These triangles alone, and the vertices that they use.
-TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<int>& triangles);
-
 }  // namespace tandem::geometry
