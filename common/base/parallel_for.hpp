@@ -12,7 +12,7 @@
 namespace tandem {
 
 /// Calls work(i) once for each i below `count`, in any order, on `threads` threads, the calling one among them, and returns when all
-/// is done. What one of them throws is thrown here; what is not begun then, is not done.
+/// is done. What the first of them throws is thrown here; what is not begun then, is not done.
 ///
 /// In      threads  ≥ 1; no more are begun than there is work for
 ///         done     called on the calling thread with the i that it has done
@@ -22,6 +22,11 @@ void parallel_for(int threads, std::size_t count, const Work& work, const Done& 
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::mutex failure_lock;
+  const auto fail = [&] {
+    next = count;
+    const std::scoped_lock lock(failure_lock);
+    if (!failure) failure = std::current_exception();
+  };
   const auto take = [&](const auto& after) {
     try {
       for (std::size_t i = next++; i < count; i = next++) {
@@ -29,15 +34,17 @@ void parallel_for(int threads, std::size_t count, const Work& work, const Done& 
         after(i);
       }
     } catch (...) {
-      next = count;
-      const std::scoped_lock lock(failure_lock);
-      failure = std::current_exception();
+      fail();
     }
   };
   {
-    const std::size_t helping = std::min(static_cast<std::size_t>(std::max(threads, 1)), std::max<std::size_t>(count, 1)) - 1;
+    const auto most = static_cast<std::size_t>(std::max(threads, 1));
     std::vector<std::jthread> helpers;
-    for (std::size_t i = 0; i < helping; ++i) helpers.emplace_back([&take] { take([](std::size_t) {}); });
+    try {
+      while (helpers.size() + 1 < std::min(most, count)) helpers.emplace_back([&take] { take([](std::size_t) {}); });
+    } catch (...) {
+      fail();
+    }
     take(done);
   }
   if (failure) std::rethrow_exception(failure);

@@ -27,11 +27,18 @@ constexpr double kRigidShare = 0.4;
 constexpr double kThinShare = 0.02;
 // Of the field's error: what a point of one part must be inside of another to be left out.
 constexpr double kBuriedErrors = 2;
+// Between faces that are nearer to each other than cells are long, a slope is less than 1.
+constexpr double kShortGradient = 0.101;
 // Of a shell's spacing: what the rounding of its points may come to.
 constexpr double kRoundingShare = 1e-3;
 
 double rigid_depth_of(double half_thickness_m) {
   return std::clamp(kRigidShare * half_thickness_m, kMinRigidDepth, kMaxRigidDepth);
+}
+
+void require(bool is_met, const char* field, double value, const char* remedy) {
+  if (is_met) return;
+  throw std::invalid_argument("contact shape: " + std::string(field) + " is " + std::to_string(value) + "; " + remedy);
 }
 
 void require_positive(double value, const char* shape, const char* field) {
@@ -76,7 +83,10 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   bool was_opposite = false;
   for (int i = 1; i <= steps + 1; ++i) {
     const double depth = limit_m * i / steps;
-    const bool is_opposite = field.sample(p - depth * normal).gradient.normalized().dot(normal) < -0.5;
+    const Vec3 gradient = field.sample(p - depth * normal).gradient;
+    // A short one is of a crease, and says the way alone.
+    const double length = gradient.norm();
+    const bool is_opposite = gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
     if (is_opposite && was_opposite) return limit_m * (i - 1) / steps;
     was_opposite = is_opposite;
   }
@@ -110,8 +120,8 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
 
 /// Solids, and sheets beside them, each sampled as what it is.
 std::array<PointShells, 2> sample_parts(const geometry::ContactMesh& mesh, const ContactShapeOptions& options) {
-  const auto sheets = [&] { return sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options, {}); };
-  return {sample_surface(mesh, options, {}), mesh.sheet.triangles.empty() ? PointShells{} : sheets()};
+  const auto sheets = [&] { return sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options); };
+  return {sample_surface(mesh, options), mesh.sheet.triangles.empty() ? PointShells{} : sheets()};
 }
 
 /// Joins the progress of stages, which may each begin again, into one that never goes back.
@@ -133,6 +143,18 @@ class StagedProgress {
 };
 
 }  // namespace
+
+void check(const ContactShapeOptions& options) {
+  require(options.cell_m >= 1e-5 && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
+  require(options.tolerance_m > 0 && std::isfinite(options.tolerance_m), "tolerance_m", options.tolerance_m,
+          "use a positive length");
+  // Nearer to the surface than a cell's half diagonal, even the sign of an interpolated distance may be wrong.
+  require(options.band_m >= options.cell_m && options.band_m <= 100, "band_m", options.band_m,
+          "use at least cell_m and at most 100 m");
+  require(options.sheet_thickness_m >= 0 && options.sheet_thickness_m <= 100, "sheet_thickness_m",
+          options.sheet_thickness_m, "use 0 to 100 m");
+  require(options.threads >= 1 && options.threads <= 256, "threads", options.threads, "use 1 to 256");
+}
 
 void ContactShape::set_bounds() {
   const auto& points = shells.surface.points;
@@ -186,12 +208,13 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
                                                       const std::function<void(double)>& progress) {
   require_near_origin(mesh.mesh, options.spacing_m);
   require_near_origin(mesh.sheet, options.spacing_m);
+  check(options);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const bool is_solid = mesh.kind == geometry::SurfaceKind::kSolid;
   std::optional<geometry::TriangleTree> tree;
   std::array<PointShells, 2> sampled;
-  // Half of what makes the tree keeps one thread busy.
+  // Half of what makes the tree keeps one thread busy. Neither says how far it is: the calling thread may have done with its own.
   parallel_for(options.threads, 2, [&](std::size_t i) {
     if (i == 1) {
       sampled = sample_parts(mesh, options);
@@ -201,6 +224,7 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
       tree.emplace(mesh.mesh);
     }
   });
+  staged.reach(0.35);
   shape->field = DistanceGrid::build(mesh, *tree, options, staged.stage(0.35, 0.95));
   auto& [shells, sheet] = sampled;
   const bool has_buried = !mesh.sheet.triangles.empty() || tree->may_overlap();

@@ -45,7 +45,7 @@ struct ContactShapeOptions {
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
   std::size_t max_grid_bytes = std::size_t{48} << 20U;  ///< what needs more gets wider cells, with as much more error
-  int threads = 2;
+  int threads = 2;                                      ///< that make it, and one more at the beginning
 
   // Points.
   double spacing_m = 4.5e-4;
@@ -63,6 +63,9 @@ struct ContactShapeOptions {
   /// A sheet is felt as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;
 };
+
+/// Fails   std::invalid_argument: one that a mesh's shape depends on is out of its range
+void check(const ContactShapeOptions& options);
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});
 std::shared_ptr<const ContactShape> make_contact_box(const Vec3& size_m, const ContactShapeOptions& options = {});
@@ -91,6 +94,6 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
 /// All that the bytes of a mesh's asset depend on, so that a hash of it can be the key of a cache: the mesh, the options and the version.
 std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
 /// Changes whenever the same mesh would give other bytes.
-inline constexpr std::uint32_t kContactAssetVersion = 8;
+inline constexpr std::uint32_t kContactAssetVersion = 9;
 
 }  // namespace tandem::contact

@@ -45,17 +45,23 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh) {
   return found;
 }
 
-std::vector<std::vector<int>> regions_by_edges(std::span<const std::array<std::uint32_t, 3>> edges,
+std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,
+                                               std::span<const std::array<std::uint32_t, 3>> edges,
                                                const std::vector<bool>& is_one_of_them) {
   constexpr int kNone = -1, kMany = -2;
   std::uint32_t most = 0;
   for (const auto& of_triangle : edges) most = std::max(most, *std::ranges::max_element(of_triangle));
-  std::vector<std::array<int, 2>> at_edge(std::size_t{most} + 1, {kNone, kNone});
+  const HalfEdge none{kNone, 0};
+  std::vector<std::array<HalfEdge, 2>> at_edge(std::size_t{most} + 1, {none, none});
   for (std::size_t t = 0; t < edges.size(); ++t) {
-    for (const std::uint32_t edge : edges[t]) {
-      auto& [one, other] = at_edge[edge];
-      if (other != kNone) other = kMany;
-      (one == kNone ? one : other == kNone ? other : one) = static_cast<int>(t);
+    for (std::size_t side = 0; side < 3; ++side) {
+      auto& [one, other] = at_edge[edges[t][side]];
+      const HalfEdge half{static_cast<int>(t), static_cast<int>(side)};
+      if (one.triangle == kNone) {
+        one = half;
+      } else {
+        other = other.triangle == kNone ? half : HalfEdge{kMany, 0};
+      }
     }
   }
   std::vector<bool> is_reached(edges.size(), false);
@@ -73,9 +79,9 @@ std::vector<std::vector<int>> regions_by_edges(std::span<const std::array<std::u
     for (std::size_t i = 0; i < region.size(); ++i) {
       for (const std::uint32_t edge : edges[static_cast<std::size_t>(region[i])]) {
         const auto& [one, other] = at_edge[edge];
-        if (other < 0) continue;
-        reach(one);
-        reach(other);
+        if (other.triangle < 0 || start_of(mesh, one) == start_of(mesh, other)) continue;
+        reach(one.triangle);
+        reach(other.triangle);
       }
     }
   }

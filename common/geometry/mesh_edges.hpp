@@ -59,11 +59,12 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 /// Of triangles that share vertices: which part each is of, numbered by their first ones.
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
-/// Those of some triangles that hang together by edges at which there are two triangles, a list for each such region, in the order of
-/// their first ones.
+/// The connected regions of some triangles, in the order of their first ones. Two are connected by an edge that no third one has and
+/// that they run along in opposite directions: so they face the same way.
 ///
-/// In      edges  of each triangle, by any numbers
-std::vector<std::vector<int>> regions_by_edges(std::span<const std::array<std::uint32_t, 3>> edges,
+/// In      edges  of each triangle, from its first corner on, by any numbers
+std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,
+                                               std::span<const std::array<std::uint32_t, 3>> edges,
                                                const std::vector<bool>& is_one_of_them);
 
 /// These triangles alone, and the vertices that they use. As long as there are few, what others there are costs nothing.

@@ -94,7 +94,8 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
   for (std::size_t i = 0; i < solids.size(); ++i) {
     Piece& solid = solids[i];
     if (!solid.is_closed || solid.edges_m2 > kMaxEdges * solid.box.diagonal().squaredNorm()) continue;
-    // What repair closes holes with comes last, and is what mostly does.
+    if (work > kMaxWork) break;
+    // Repair closes holes by triangles at the end: most that cross others are among these.
     const std::vector<int> backwards(solid.triangles.rbegin(), solid.triangles.rend());
     visit_crossing(
         mesh, tree, backwards, tolerance_m, threads, work, [&](std::size_t, std::span<const std::size_t> others) {
@@ -180,7 +181,7 @@ struct TriangleTree::Parts {
     Eigen::Matrix3d R_US;  ///< of a simple part: to a box along its axes, in which a needle fits tightly
     Box box_U;
     TriangleMesh mesh;
-    std::optional<TriangleTree> tree;    ///< none of what is all of the mesh: that has one, and finds all
+    std::optional<TriangleTree> tree;    ///< none of a part that is the whole mesh, whose tree it shares
     std::vector<int> triangles;          ///< of the mesh that it is a part of, in the order of its own
     std::optional<PartSides> sides;      ///< of what is not simple
     std::optional<TriangleTree> border;  ///< of that, where it has inner faces

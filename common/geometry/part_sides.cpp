@@ -58,7 +58,7 @@ class PartSides::Cells {
                      ++seen;
                      return work_ <= kMaxWork;
                    });
-    for (const std::vector<int>& region : regions_by_edges(edges, is_alone)) decide(region);
+    for (const std::vector<int>& region : regions_by_edges(mesh, edges, is_alone)) decide(region);
     for (std::size_t t = seen; t < all.size(); ++t) add_to_border(corners_of(mesh, t), t, true);
     work = work_;
   }
@@ -121,7 +121,7 @@ class PartSides::Cells {
     return is_end;
   }
 
-  /// Of triangles that hang together and meet no others, all are of one kind, if looks at some of them do not differ.
+  /// Of a connected region that meets no other triangle all is of one kind, as long as looks at some of it agree.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
     Kind kind = Kind::kAsk;

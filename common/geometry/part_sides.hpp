@@ -16,12 +16,13 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Of the diagonal of what is looked at: what is nearer to each other touches.
 inline constexpr double kTouching = 1e-7;
-/// Of one mesh: triangles that are found near to one, each of which is compared with that, again where it is divided; and where the
-/// winding number is looked at. Some seconds.
+/// What is spent on one mesh, some seconds, and what each look costs: at a triangle that is near to another, at whether the two meet in
+/// a piece of one, and at a winding number.
 inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerLook = 400;
 
 /// What is on the sides of the triangles of a mesh, everywhere on them. Where they meet others or have edges that do not pair up,
-/// they are divided until little is left of them that may be one thing or the other; what hangs together and meets no other is one.
+/// they are divided until little is left of them that may be one thing or the other; a connected region that meets no other triangle is
+/// one thing.
 ///
 /// Thread  any, at the same time; a query allocates nothing
 class PartSides {

@@ -76,10 +76,7 @@ std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& 
   constexpr std::size_t kUsual = 64;
   if (near.empty()) near.resize(kUsual);
   std::size_t count = tree.within({low, high}, near);
-  if (count > near.size()) {
-    near.resize(mesh.triangles.size());
-    count = tree.within({low, high}, near);
-  }
+  for (; count > near.size(); count = tree.within({low, high}, near)) near.resize(4 * near.size());
   work += count;
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < count; ++i) {
@@ -95,11 +92,13 @@ std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& 
 void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::span<const int> triangles,
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit) {
-  constexpr std::size_t kAtOnce = 2048, kByOne = 128;
-  std::vector<std::vector<std::size_t>> found(std::min(kAtOnce, triangles.size()));
-  std::vector<std::size_t> works(found.size());
-  for (std::size_t first = 0; first < triangles.size(); first += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, triangles.size() - first);
+  constexpr std::size_t kFirst = 64, kMost = 2048, kByOne = 32;
+  constexpr std::size_t kWorkAhead = 200'000;  ///< what may be found and not be visited
+  std::vector<std::vector<std::size_t>> found(kMost);
+  std::vector<std::size_t> works(kMost);
+  std::size_t at_once = kFirst;
+  for (std::size_t first = 0, count = 0; first < triangles.size(); first += count) {
+    count = std::min(at_once, triangles.size() - first);
     parallel_for(threads, (count + kByOne - 1) / kByOne, [&](std::size_t part) {
       std::vector<TriangleTree::Near> near;
       for (std::size_t i = part * kByOne; i < std::min(count, (part + 1) * kByOne); ++i) {
@@ -107,10 +106,13 @@ void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::spa
         found[i] = crossing(mesh, tree, static_cast<std::size_t>(triangles[first + i]), tolerance_m, near, works[i]);
       }
     });
+    std::size_t of_these = 0;
     for (std::size_t i = 0; i < count; ++i) {
       work += works[i];
+      of_these += works[i];
       if (!visit(static_cast<std::size_t>(triangles[first + i]), found[i])) return;
     }
+    at_once = std::clamp(kWorkAhead * count / (1 + of_these), std::size_t{1}, std::min(2 * count, kMost));
   }
 }
 

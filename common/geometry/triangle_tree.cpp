@@ -23,7 +23,7 @@ constexpr int kBins = 16;
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
 constexpr std::uint32_t kMaxInDisk = 256;  ///< triangles
-/// Single precision rounds single steps by less than 6e-8, and a search has some dozen of them.
+/// A step in single precision rounds by 6e-8 at most, and a node's distance is a dozen of them; by trial, 1e-6 is enough.
 constexpr double kRounding = 4e-6;
 constexpr float kFar = 1e15F;
 
@@ -141,7 +141,7 @@ struct RoundedPlace {
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// As many that a node's least squared distance tells, where none is left out that is nearer than that.
+  /// A node whose least_squared() is more than this has nothing that is nearer than √squared_m2.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));

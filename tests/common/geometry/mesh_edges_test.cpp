@@ -2,23 +2,53 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
+#include <numeric>
+
 namespace tandem::geometry {
 namespace {
 
 using testing::ElementsAre;
 using testing::UnorderedElementsAre;
 
-// A strip of triangles 0 to 3 by edges 1 to 3, and another of 4 and 5; at edge 9 there are three.
-const std::vector<std::array<std::uint32_t, 3>> kTwoStrips{{10, 11, 1}, {1, 12, 2}, {2, 9, 3}, {3, 13, 14}, {9, 15, 4}, {4, 9, 16}};
+std::vector<std::array<std::uint32_t, 3>> edges_of(const TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, std::uint32_t> numbers;
+  std::vector<std::array<std::uint32_t, 3>> edges;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto number = [&](int from, int to) {
+      return numbers.try_emplace(std::minmax(from, to), static_cast<std::uint32_t>(numbers.size())).first->second;
+    };
+    edges.push_back({number(a, b), number(b, c), number(c, a)});
+  }
+  return edges;
+}
 
-TEST(RegionsByEdges, AreWhatHangsTogetherByEdgesOfTwoTriangles) {
-  const auto regions = regions_by_edges(kTwoStrips, std::vector<bool>(6, true));
-  EXPECT_THAT(regions, ElementsAre(UnorderedElementsAre(0, 1, 2, 3), UnorderedElementsAre(4, 5)));
+std::vector<std::vector<int>> regions(const TriangleMesh& mesh, const std::vector<bool>& is_one_of_them) {
+  return regions_by_edges(mesh, edges_of(mesh), is_one_of_them);
+}
+
+// A strip of four triangles, another of two, and one alone, which all meet at the edge from 2 to 4.
+TriangleMesh strips() {
+  TriangleMesh mesh;
+  mesh.triangles = {{0, 1, 2}, {2, 1, 3}, {4, 3, 5}, {2, 3, 4}, {2, 4, 6}, {6, 4, 8}, {4, 2, 7}};
+  return mesh;
+}
+
+TEST(RegionsByEdges, AreConnectedByEdgesOfTwoTriangles) {
+  EXPECT_THAT(regions(strips(), std::vector<bool>(7, true)),
+              ElementsAre(UnorderedElementsAre(0, 1, 2, 3), UnorderedElementsAre(4, 5), ElementsAre(6)));
 }
 
 TEST(RegionsByEdges, GoThroughNoTriangleThatIsNotOneOfThem) {
-  const auto regions = regions_by_edges(kTwoStrips, {true, false, true, true, true, false});
-  EXPECT_THAT(regions, ElementsAre(ElementsAre(0), UnorderedElementsAre(2, 3), ElementsAre(4)));
+  EXPECT_THAT(regions(strips(), {true, false, true, true, false, true, false}),
+              ElementsAre(ElementsAre(0), UnorderedElementsAre(2, 3), ElementsAre(5)));
+}
+
+TEST(RegionsByEdges, FaceOneWay) {
+  TriangleMesh mesh = strips();
+  std::swap(mesh.triangles[1][0], mesh.triangles[1][1]);
+  EXPECT_THAT(regions(mesh, {true, true, true, true, false, false, false}),
+              ElementsAre(ElementsAre(0), ElementsAre(1), UnorderedElementsAre(2, 3)));
 }
 
 TEST(PartOf, HasTheTrianglesAloneWhetherTheyAreFewOrMany) {
@@ -31,8 +61,7 @@ TEST(PartOf, HasTheTrianglesAloneWhetherTheyAreFewOrMany) {
     ASSERT_EQ(part.triangles.size(), 2U);
     EXPECT_EQ(part.vertices.size(), 4U);
     for (std::size_t t = 0; t < 2; ++t) {
-      const auto expected = corners_of(mesh, static_cast<std::size_t>(some[t]));
-      EXPECT_EQ(corners_of(part, t), expected);
+      EXPECT_EQ(corners_of(part, t), corners_of(mesh, static_cast<std::size_t>(some[t])));
     }
   }
 }

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "common/base/random.hpp"
-#include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/test_meshes.hpp"
@@ -98,7 +97,21 @@ TEST(TriangleTree, FindsThatFarFromTheOriginAndFromFarAwayToo) {
     EXPECT_NEAR(tree.closest(p).distance_m, expected_m, 1e-12 + 1e-14 * reach_m) << p.transpose();
   }
   EXPECT_EQ(tree.closest(Vec3(0, std::nan(""), 0)).triangle, -1);
-  EXPECT_GE(tree.closest(Vec3(1e200, 0, 0)).triangle, -1);
+  EXPECT_GE(tree.closest(Vec3(1e100, 0, 0)).triangle, 0);
+  EXPECT_EQ(tree.closest(Vec3(1e200, 0, 0)).triangle, -1) << "no number says how far that is";
+}
+
+// Around the middle of a ball all triangles are about as near, by less than single precision tells.
+TEST(TriangleTree, FindsTheNearestOfManyThatAreNearlyAsNear) {
+  Random random(kTriangleTreeSeed);
+  for (const double radius_m : {1e-3, 0.02, 1.0}) {
+    const TriangleMesh mesh = contact::sphere_mesh(radius_m, 4);
+    const TriangleTree tree(mesh);
+    for (int i = 0; i < 300; ++i) {
+      const Vec3 p = random_place(random, 1e-4 * radius_m);
+      EXPECT_NEAR(tree.closest(p).distance_m, distance_by_trying_all_m(mesh, p), 1e-14 * radius_m) << p.transpose();
+    }
+  }
 }
 
 TEST(TriangleTree, AHintChangesTheCostNotTheDistance) {
@@ -333,32 +346,12 @@ TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
   return mesh;
 }
 
-/// Each triangle in four, `times` times, with vertices of their own.
-TriangleMesh divided(const TriangleMesh& mesh, int times) {
-  if (times == 0) return mesh;
-  TriangleMesh fine;
-  const auto add = [&fine](const Vec3& a, const Vec3& b, const Vec3& c) {
-    const auto first = static_cast<int>(fine.vertices.size());
-    fine.vertices.insert(fine.vertices.end(), {a, b, c});
-    fine.triangles.push_back({first, first + 1, first + 2});
-  };
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [a, b, c] = corners_of(mesh, t);
-    const Vec3 ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
-    add(a, ab, ca);
-    add(ab, b, bc);
-    add(ca, bc, c);
-    add(bc, ca, ab);
-  }
-  return divided(fine, times - 1);
-}
-
 // Fine, what meets no other triangle is looked at by regions; coarse, each triangle meets another.
 TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   constexpr double kHalf_m = 0.004;
   const std::vector<Vec3> way{{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.03, 0}, {0, 0.03, 0}, {0, -0.03, 0}};
   for (const int times : {0, 4}) {
-    const ContactMesh mesh = repaired(divided(bent_bar(way, kHalf_m), times));
+    const ContactMesh mesh = repaired(contact::subdivided(bent_bar(way, kHalf_m), times));
     const TriangleTree tree = TriangleTree::of_solid(mesh.mesh, mesh.inner);
     const TriangleTree of_three = TriangleTree::of_solid(mesh.mesh, mesh.inner, 3);
     EXPECT_TRUE(tree.may_overlap());
