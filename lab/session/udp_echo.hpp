@@ -9,8 +9,9 @@
 
 namespace tandem::lab {
 
-/// Sends one datagram for each of `users` sockets at `rate_hz`, in turn, on the calling thread, to a thread of real-time
-/// priority `priority` (0: normal), over loopback; datagrams are as large as a user's usual input.
+/// Sends one datagram for each of `users` sockets at `rate_hz`, less a thousandth, in turn, on the calling thread, to a thread of real-time
+/// priority `priority` (0: normal), over loopback; datagrams are as large as a user's usual input. So they come at any time between the
+/// steps of rooms that keep that rate.
 ///
 /// Out     after a fifth of a second to settle: from the send of each datagram to the send of its answer; processor time of both threads
 /// Fails   boost::system::system_error: no sockets
