@@ -95,7 +95,7 @@ class PartSides::Cells {
   /// Of the whole: cells that are not longer stay as they are, and likewise those where the winding number is that near to ½.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
-  static constexpr std::size_t kLooks = 16;  ///< at what hangs together
+  static constexpr std::size_t kLooks = 16;  ///< at a connected region
 
   struct Cell {
     Kind kind = Kind::kAsk;
