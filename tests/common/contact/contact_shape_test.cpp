@@ -8,7 +8,6 @@
 
 #include "common/base/byte_io.hpp"
 #include "common/base/random.hpp"
-#include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/packing.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
@@ -249,23 +248,6 @@ TEST_F(ContactAsset, ItsOriginTellsApartAllThatItsBytesDependOn) {
   ContactShapeOptions threads;
   threads.threads = 7;
   EXPECT_EQ(contact_asset_origin(mesh, threads), contact_asset_origin(mesh, {})) << "their number does not show";
-}
-
-// Two boxes that cross, and a sheet beside them: with a union, regions, and points to bury.
-TEST(ContactShape, OfAMeshIsTheSameByAnyNumberOfThreads) {
-  geometry::TriangleMesh mesh = geometry::tessellated_box(Vec3(0.03, 0.006, 0.006));
-  geometry::TriangleMesh other = geometry::tessellated_box(Vec3(0.006, 0.03, 0.005)), sheet;
-  for (Vec3& vertex : other.vertices) vertex += Vec3(0.002, 0.001, 0.0003);
-  sheet.vertices = {{0.02, 0, 0}, {0.03, 0, 0}, {0.02, 0.01, 0}};
-  sheet.triangles = {{0, 1, 2}};
-  const geometry::ContactMesh parts{geometry::joined(mesh, other), geometry::SurfaceKind::kSolid, {}, sheet};
-  ContactShapeOptions options;
-  options.threads = 1;
-  const std::vector<std::uint8_t> by_one = contact_asset_bytes(*make_contact_mesh(parts, options), 0);
-  for (const int threads : {2, 3}) {
-    options.threads = threads;
-    EXPECT_EQ(contact_asset_bytes(*make_contact_mesh(parts, options), 0), by_one) << threads;
-  }
 }
 
 TEST(ContactShape, RefusesBadOptionsOfASheetBeforeItIsSampled) {

@@ -468,5 +468,22 @@ TEST(DistanceGrid, IsFarFromAPlaceThatIsNotANumber) {
   }
 }
 
+// Two boxes that cross, and a sheet beside them: with a union, regions, and points to bury.
+TEST(DistanceGrid, AndPointsOfAMeshAreTheSameByAnyNumberOfThreads) {
+  geometry::TriangleMesh sheet;
+  sheet.vertices = {{0.02, 0, 0}, {0.03, 0, 0}, {0.02, 0.01, 0}};
+  sheet.triangles = {{0, 1, 2}};
+  const geometry::TriangleMesh crossing =
+      geometry::joined(box_mesh({0.03, 0.006, 0.006}), box_mesh({0.006, 0.03, 0.005}, {0.002, 0.001, 0.0003}));
+  const geometry::ContactMesh parts{crossing, geometry::SurfaceKind::kSolid, {}, sheet};
+  ContactShapeOptions options;
+  options.threads = 1;
+  const std::vector<std::uint8_t> by_one = contact_asset_bytes(*make_contact_mesh(parts, options), 0);
+  for (const int threads : {2, 3}) {
+    options.threads = threads;
+    EXPECT_EQ(contact_asset_bytes(*make_contact_mesh(parts, options), 0), by_one) << threads;
+  }
+}
+
 }  // namespace
 }  // namespace tandem::contact
