@@ -1,15 +1,12 @@
 #include "common/contact/contact_shape.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iomanip>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
-#include "common/base/parallel_for.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/flat/flat_points.hpp"
 #include "common/contact/primitive_fields.hpp"
@@ -118,10 +115,16 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
   return PointShell::of(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
 }
 
-/// Solids, and sheets beside them, each sampled as what it is.
-std::array<PointShells, 2> sample_parts(const geometry::ContactMesh& mesh, const ContactShapeOptions& options) {
-  const auto sheets = [&] { return sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options); };
-  return {sample_surface(mesh, options), mesh.sheet.triangles.empty() ? PointShells{} : sheets()};
+/// Solids and sheets beside them, each sampled as what it is.
+PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField& field, bool may_overlap,
+                         const ContactShapeOptions& options, const std::function<void(double)>& progress) {
+  PointShells shells = sample_surface(mesh, options, progress);
+  if (mesh.sheet.triangles.empty() && !may_overlap) return shells;
+  PointShells sheet;
+  if (!mesh.sheet.triangles.empty()) {
+    sheet = sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options, progress);
+  }
+  return {joined(field, shells.surface, sheet.surface), joined(field, shells.features, sheet.features)};
 }
 
 /// Joins the progress of stages, which may each begin again, into one that never goes back.
@@ -212,28 +215,10 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const bool is_solid = mesh.kind == geometry::SurfaceKind::kSolid;
-  std::optional<geometry::TriangleTree> tree;
-  std::array<PointShells, 2> sampled;
-  // Half of what makes the tree keeps one thread busy. Neither says how far it is: the calling thread may have done with its own.
-  parallel_for(options.threads, 2, [&](std::size_t i) {
-    if (i == 1) {
-      sampled = sample_parts(mesh, options);
-    } else if (is_solid) {
-      tree.emplace(geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner, options.threads));
-    } else {
-      tree.emplace(mesh.mesh);
-    }
-  });
-  staged.reach(0.35);
-  shape->field = DistanceGrid::build(mesh, *tree, options, staged.stage(0.35, 0.95));
-  auto& [shells, sheet] = sampled;
-  const bool has_buried = !mesh.sheet.triangles.empty() || tree->may_overlap();
-  if (has_buried) {
-    shape->shells = {joined(*shape->field, shells.surface, sheet.surface),
-                     joined(*shape->field, shells.features, sheet.features)};
-  } else {
-    shape->shells = std::move(shells);
-  }
+  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner, options.threads)
+                             : geometry::TriangleTree(mesh.mesh);
+  shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
+  shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
   // All who touch it get the same numbers, the server too.
   auto coded = contact_shape_from(contact_asset_bytes(*shape, 0));

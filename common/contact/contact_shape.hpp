@@ -45,7 +45,7 @@ struct ContactShapeOptions {
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
   std::size_t max_grid_bytes = std::size_t{48} << 20U;  ///< what needs more gets wider cells, with as much more error
-  int threads = 2;                                      ///< that make it, and one more at the beginning
+  int threads = 2;                                      ///< that make it
 
   // Points.
   double spacing_m = 4.5e-4;

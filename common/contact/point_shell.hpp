@@ -69,7 +69,8 @@ struct PointShells {
 struct ContactShapeOptions;
 
 /// Deterministic: the same mesh gives the same points.
-PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
+PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
+                           const std::function<void(double)>& progress);
 /// Of a primitive: `outline` is its tessellation, `field` its exact distance, on whose surface the points are put.
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
                            const ContactShapeOptions& options);

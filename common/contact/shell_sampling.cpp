@@ -131,9 +131,10 @@ class Spreader {
   geometry::SampleGrid& grid() { return grid_; }
 
   /// Out     false: more than `max_samples` would be needed
-  bool cover() {
+  bool cover(const std::function<void(double)>& progress) {
     const std::size_t count = surface_.mesh.triangles.size();
     for (std::size_t i = 0; i < count; ++i) {
+      if (i % 16384 == 0 && progress) progress(static_cast<double>(i) / static_cast<double>(count));
       const Eigen::Vector3f normal = surface_.face_normals[i].cast<float>();
       if (normal.isZero()) continue;
       visit_patches(whole(surface_.mesh, i), kPatch * reach_, stack_,
@@ -416,7 +417,8 @@ class Shares {
 
 }  // namespace
 
-SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options) {
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
+                             const std::function<void(double)>& progress) {
   // Features keep their spacing unless they alone would be half of the points.
   double feature_spacing = options.feature_spacing_m;
   const double feature_angle_rad = options.feature_angle_deg * std::numbers::pi / 180;
@@ -431,7 +433,7 @@ SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const Con
   for (double spacing = std::max(options.spacing_m, narrowest);; spacing *= 1.1) {
     Spreader spreader(surface, spacing, max_points);
     for (const geometry::SurfaceSample& sample : sharp) spreader.grid().add(sample);
-    if (!spreader.cover()) continue;
+    if (!spreader.cover(progress)) continue;
     spreader.add_bumps(sharp.size(), options.feature_height_m, feature_spacing);
     SpreadSamples spread;
     spread.samples.assign(spreader.grid().samples().begin(), spreader.grid().samples().end());

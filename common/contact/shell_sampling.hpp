@@ -24,6 +24,7 @@ struct SpreadSamples {
 ///         for balls are convex. Last, what stands out between the samples.
 /// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stop by
 ///         covering balls and its use on surfaces are ours
-SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options);
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
+                             const std::function<void(double)>& progress);
 
 }  // namespace tandem::contact

@@ -146,7 +146,8 @@ class PlateSampler {
   std::vector<Candidate> candidates_;
 };
 
-PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOptions& options) {
+PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
+                         const std::function<void(double)>& progress) {
   const geometry::SurfaceTopology sheet(mesh.mesh);
   ContactShapeOptions middle = options;
   middle.spacing_m *= kSheetDensity;
@@ -154,7 +155,7 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   // Folds and spikes of the middle are round on the plate: its tubes and caps are their samples.
   middle.feature_angle_deg = 180;
   middle.feature_height_m = std::numeric_limits<double>::infinity();
-  const SpreadSamples spread = spread_samples(sheet, middle);
+  const SpreadSamples spread = spread_samples(sheet, middle, progress);
   PlateSampler plate(sheet, options);
   plate.add_sides(spread);
   plate.add_tubes();
@@ -174,10 +175,11 @@ void put_on_surface(const DistanceField& field, double out_m, Candidate& candida
 
 }  // namespace
 
-PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options) {
-  if (mesh.kind == geometry::SurfaceKind::kSheet) return plate_shells(mesh, options);
+PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
+                           const std::function<void(double)>& progress) {
+  if (mesh.kind == geometry::SurfaceKind::kSheet) return plate_shells(mesh, options, progress);
   const geometry::SurfaceTopology surface(mesh.mesh);
-  const SpreadSamples spread = spread_samples(surface, options);
+  const SpreadSamples spread = spread_samples(surface, options, progress);
   return shells_of(candidates_of(spread), spread.spacing_m);
 }
 
@@ -189,7 +191,7 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
   // A primitive has none. Where its points are far apart its outline's corners would all be some: of a ball of 10 m that took 10 s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
-  const SpreadSamples spread = spread_samples(surface, spread_under);
+  const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);
   for (Candidate& candidate : candidates) put_on_surface(field, options.feature_spacing_m, candidate);
   return shells_of(candidates, spread.spacing_m / kOutlineMargin);

@@ -71,7 +71,7 @@ std::vector<Subject> subjects() {
 
 TEST(PointShell, LeavesNoPointOfTheSurfaceFartherThanItsSpacing) {
   for (const Subject& subject : subjects()) {
-    const PointShells shells = sample_surface(solid(subject.mesh), {});
+    const PointShells shells = sample_surface(solid(subject.mesh), {}, {});
     EXPECT_EQ(shells.surface.spacing_m, 4.5e-4);
     EXPECT_LE(worst_gap_m(subject.mesh, shells.surface, 50'000), 4.5e-4) << subject.name;
   }
@@ -79,7 +79,7 @@ TEST(PointShell, LeavesNoPointOfTheSurfaceFartherThanItsSpacing) {
 
 TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
   for (const Subject& subject : subjects()) {
-    const PointShell shell = sample_surface(solid(subject.mesh), {}).surface;
+    const PointShell shell = sample_surface(solid(subject.mesh), {}, {}).surface;
     EXPECT_NEAR(shell.area_m2() / area_m2(subject.mesh), 1, 1e-5) << subject.name;
     for (const ShellPoint& point : shell.points) {
       ASSERT_GT(point.area_m2, 0) << subject.name;
@@ -91,7 +91,7 @@ TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
 }
 
 TEST(PointShell, SpreadsItsPointsApart) {
-  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.005)), {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.005)), {}, {}).surface;
   for (std::size_t i = 0; i < shell.points.size(); ++i) {
     for (std::size_t k = i + 1; k < shell.points.size(); ++k) {
       ASSERT_GT((shell.points[i].p_S - shell.points[k].p_S).norm(), 0.89F * 4.5e-4F);
@@ -102,7 +102,7 @@ TEST(PointShell, SpreadsItsPointsApart) {
 }
 
 TEST(PointShell, HasBallsAroundAllPointsBelow) {
-  const PointShell shell = sample_surface(solid(geometry::tessellated_box(Vec3::Constant(0.02))), {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_box(Vec3::Constant(0.02))), {}, {}).surface;
   ASSERT_EQ(shell.nodes[0].count, shell.points.size());
   double leaf_points = 0;
   for (std::uint32_t i = 0; i < shell.nodes.size(); ++i) {
@@ -124,7 +124,8 @@ TEST(PointShell, HasBallsAroundAllPointsBelow) {
 
 TEST(PointShell, SamplesCornersExactlyAndEdgesFinely) {
   const double half = 0.01;
-  const PointShell features = sample_surface(solid(geometry::tessellated_box(Vec3::Constant(2 * half))), {}).features;
+  const PointShell features =
+      sample_surface(solid(geometry::tessellated_box(Vec3::Constant(2 * half))), {}, {}).features;
   // 12 edges of 80 intervals, and 8 corners.
   EXPECT_EQ(features.points.size(), 12U * 79 + 8);
   Random random(5);
@@ -138,8 +139,8 @@ TEST(PointShell, SamplesCornersExactlyAndEdgesFinely) {
 }
 
 TEST(PointShell, FindsNoEdgesInAFineRoundSurface) {
-  EXPECT_TRUE(sample_surface(solid(geometry::tessellated_sphere(0.01)), {}).features.points.empty());
-  const PointShell rims = sample_surface(solid(geometry::tessellated_cylinder(0.01, 0.03)), {}).features;
+  EXPECT_TRUE(sample_surface(solid(geometry::tessellated_sphere(0.01)), {}, {}).features.points.empty());
+  const PointShell rims = sample_surface(solid(geometry::tessellated_cylinder(0.01, 0.03)), {}, {}).features;
   ASSERT_FALSE(rims.points.empty());
   for (const ShellPoint& point : rims.points) ASSERT_NEAR(std::abs(point.p_S.z()), 0.015F, 1e-6F);
 }
@@ -147,7 +148,7 @@ TEST(PointShell, FindsNoEdgesInAFineRoundSurface) {
 TEST(PointShell, FindsEdgesThatPointOutOnly) {
   // A trough: its rims stand out, its bottom cannot touch anything first.
   const auto trough = height_field(0.02, 40, [](double x, double) { return std::abs(x) < 4.9e-3 ? -2e-3 : 0.0; });
-  const PointShell features = sample_surface(solid(trough), {}).features;
+  const PointShell features = sample_surface(solid(trough), {}, {}).features;
   ASSERT_FALSE(features.points.empty());
   for (const ShellPoint& point : features.points) ASSERT_GT(point.p_S.z(), -1e-6F);
 }
@@ -160,7 +161,7 @@ TEST(PointShell, CatchesARidgeNarrowerThanItsSpacing) {
       height_field(0.008, 800, [&](double x, double y) { return height / (1 + std::pow((x - crest_x(y)) / 1e-4, 2)); });
   ContactShapeOptions options;
   options.feature_angle_deg = 60;
-  const PointShell features = sample_surface(solid(ridge), options).features;
+  const PointShell features = sample_surface(solid(ridge), options, {}).features;
   for (double y = -0.0025; y < 0.0025; y += 5e-5) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const ShellPoint& point : features.points) {
@@ -175,7 +176,7 @@ TEST(PointShell, MeetsEveryPlaneWhereTheBunnyDoes) {
   const auto bunny = bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
   const geometry::ContactMesh mesh = solid(*bunny);
-  const PointShells shells = sample_surface(mesh, {});
+  const PointShells shells = sample_surface(mesh, {}, {});
   Random random(17);
   for (int i = 0; i < 100; ++i) {
     const Vec3 direction = Vec3(random.normal(), random.normal(), random.normal()).normalized();
@@ -197,7 +198,7 @@ TEST(PointShell, WidensItsSpacingRatherThanGrow) {
   ContactShapeOptions options;
   options.max_points = 3000;
   const geometry::TriangleMesh mesh = geometry::tessellated_sphere(0.02);
-  const PointShell shell = sample_surface(solid(mesh), options).surface;
+  const PointShell shell = sample_surface(solid(mesh), options, {}).surface;
   EXPECT_LE(shell.points.size(), 3750U);
   EXPECT_GT(shell.points.size(), 2000U);
   EXPECT_GT(shell.spacing_m, 1e-3);
@@ -210,7 +211,7 @@ TEST(PointShell, OutlinesAPlateAroundASheet) {
   const double half = 0.01;
   const geometry::ContactMesh sheet{
       height_field(2 * half, 4, [](double, double) { return 0.0; }), geometry::SurfaceKind::kSheet, {}};
-  const PointShell shell = sample_surface(sheet, options).surface;
+  const PointShell shell = sample_surface(sheet, options, {}).surface;
   const auto foot = [half](const Vec3& p) {
     return Vec3(std::clamp(p.x(), -half, half), std::clamp(p.y(), -half, half), 0);
   };
@@ -236,7 +237,7 @@ TEST(PointShell, HasNoPointsInsideThePlateOfABentSheet) {
   const geometry::ContactMesh sheet{
       height_field(size, 20, [](double x, double) { return std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
   const geometry::TriangleTree tree(sheet.mesh);
-  for (const ShellPoint& point : sample_surface(sheet, {}).surface.points) {
+  for (const ShellPoint& point : sample_surface(sheet, {}, {}).surface.points) {
     ASSERT_GT(tree.closest(point.p_S.cast<double>()).distance_m, 0.97 * 5e-4);
   }
 }
@@ -258,13 +259,13 @@ TEST(PointShell, IsTheSameEachTime) {
   const geometry::ContactMesh mesh = solid(geometry::tessellated_cylinder(0.004, 0.01));
   std::vector<std::uint8_t> first;
   std::vector<std::uint8_t> second;
-  sample_surface(mesh, {}).surface.write(first, 0);
-  sample_surface(mesh, {}).surface.write(second, 0);
+  sample_surface(mesh, {}, {}).surface.write(first, 0);
+  sample_surface(mesh, {}, {}).surface.write(second, 0);
   EXPECT_EQ(first, second);
 }
 
 TEST(PointShell, ReadsWhatItWroteAndNothingElse) {
-  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
   std::vector<std::uint8_t> bytes;
   shell.write(bytes, 0);
   bytes.push_back(77);
@@ -284,7 +285,7 @@ TEST(PointShell, ReadsWhatItWroteAndNothingElse) {
 }
 
 TEST(PointShell, IsWithinTheStatedErrorOnceCoded) {
-  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.02)), {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.02)), {}, {}).surface;
   std::vector<std::uint8_t> bytes;
   shell.write(bytes, kPackingLevel);
   std::span<const std::uint8_t> rest(bytes);
@@ -317,7 +318,7 @@ TEST(PointShell, EveryNormalIsTheSameWhenCodedAgain) {
 }
 
 TEST(PointShell, RefusesNumbersOutOfRange) {
-  const PointShell good = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}).surface;
+  const PointShell good = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
   std::vector<std::uint8_t> bytes;
   good.write(bytes, 0);
   const auto is_read_with = [&](std::size_t at, std::uint8_t value) {
@@ -342,7 +343,7 @@ TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {
   for (const double distance_m : {700.0, 7e4}) {
     geometry::ContactMesh mesh{geometry::tessellated_box(Vec3::Constant(0.005)), geometry::SurfaceKind::kSolid, {}};
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
-    const PointShells shells = sample_surface(mesh, {});
+    const PointShells shells = sample_surface(mesh, {}, {});
     for (const ShellPoint& point : shells.surface.points) ASSERT_TRUE(point.p_S.allFinite());
     EXPECT_LE(shells.surface.points.size(), 500'000U);
   }
