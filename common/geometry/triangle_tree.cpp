@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common/geometry/closest_on_triangle.hpp"
+#include "common/geometry/mesh_edges.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -272,10 +273,7 @@ struct TriangleTree::Builder {
 
   void lay_disk(Eigen::Index i, std::span<const std::uint32_t> triangles, Node& node) const {
     Vec3 normal = Vec3::Zero();
-    for (const std::uint32_t triangle : triangles) {
-      const auto& [a, b, c] = mesh.triangles[triangle];
-      normal += (vertex(b) - vertex(a)).cross(vertex(c) - vertex(a));
-    }
+    for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
     // So that it is not shorter than 1, whatever is rounded.
     normal *= (1 + kRounding / 8) / normal.norm();
@@ -286,8 +284,8 @@ struct TriangleTree::Builder {
     }
     double radius_m2 = 0, half_thickness_m = 0;
     for (const std::uint32_t triangle : triangles) {
-      for (const int corner : mesh.triangles[triangle]) {
-        const Vec3 from_middle = vertex(corner) - middle;
+      for (const Vec3& corner : corners_of(mesh, triangle)) {
+        const Vec3 from_middle = corner - middle;
         const double along_m = from_middle.dot(normal);
         half_thickness_m = std::max(half_thickness_m, std::abs(along_m));
         radius_m2 = std::max(radius_m2, (from_middle - along_m * normal).squaredNorm());
@@ -297,8 +295,6 @@ struct TriangleTree::Builder {
     node.half_thickness[i] = static_cast<float>(half_thickness_m + rounding_m);
     node.radius[i] = static_cast<float>(std::sqrt(radius_m2) + rounding_m);
   }
-
-  const Vec3& vertex(int index) const { return mesh.vertices[static_cast<std::size_t>(index)]; }
 };
 
 TriangleTree::TriangleTree(TriangleTree&& other) noexcept = default;
