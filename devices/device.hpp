@@ -63,6 +63,7 @@ struct DeviceSample {
   Pose X_DH;
   Twist V_DH;
   std::uint32_t buttons = 0;  ///< bits of Button
+  Duration path_time{0};      ///< of a simulated or recorded hand: time on its path, negative before its start; else 0
 };
 
 /// "ready"; "lost: it was unplugged; plug it in again"; "ready, but gives no usable samples: its …".
@@ -81,6 +82,9 @@ class Device {
   /// What to display on the hand, in D, torque about the handle's origin. Called only by DeviceWriter, which clamps.
   /// False: the command was not delivered.
   virtual bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept = 0;
+  /// A simulated or recorded hand rests where its path begins until `start`, which may be called again until then with
+  /// another time. A hand of a person ignores it. Without a call, the path begins at the first read().
+  virtual void begin_path_at(LocalTime /*start*/) noexcept {}
   /// Since the last call the hand was let go, whatever was written: a watchdog said zero while this program stood still.
   virtual bool has_let_go() noexcept { return false; }
 };

@@ -29,6 +29,10 @@ const std::vector<DeviceKind>& device_kinds() {
   return kinds;
 }
 
+HandPath hand_path_of(const DeviceOptions& options) {
+  return find_hand_path(options.hand).shifted(options.hand_shift);
+}
+
 const DeviceKind& find_device_kind(std::string_view name) {
   const auto found = std::ranges::find(device_kinds(), name, &DeviceKind::name);
   if (found != device_kinds().end()) return *found;

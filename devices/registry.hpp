@@ -13,6 +13,7 @@
 #include "devices/device_profile.hpp"
 #include "devices/hand_parameters.hpp"
 #include "devices/pointer.hpp"
+#include "devices/sim/hand_path.hpp"
 
 namespace tandem::devices {
 
@@ -21,6 +22,7 @@ struct DeviceOptions {
   std::string name = "sim";        ///< which device, of device_kinds()
   DeviceProfile profile;           ///< limits, encoder and mass: which real device the simulated hand holds
   std::string hand = "rest";       ///< what a simulated hand intends: find_hand_path()
+  Duration hand_shift{0};          ///< later than its path says
   HandParameters hand_parameters;  ///< of a simulated hand, without the device
   std::uint64_t seed = 1;          ///< of a simulated hand's tremor
   std::filesystem::path motors;    ///< of a simulated hand: where its commands go as well; empty: nowhere
@@ -36,6 +38,10 @@ struct DeviceOptions {
   std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< of replay: where the hand was, at least once
   int realtime_priority = 0;  ///< of the device's thread, where it has one; 0: normal scheduler
 };
+
+/// What a simulated hand of these options intends.
+/// Fails   as find_hand_path()
+HandPath hand_path_of(const DeviceOptions& options);
 
 /// One that is there.
 struct FoundDevice {

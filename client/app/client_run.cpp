@@ -44,16 +44,6 @@ std::string joined_lines(const std::vector<std::string>& lines) {
   return text;
 }
 
-std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings) {
-  std::string text;
-  for (const haptics::StabilityFinding& finding : findings) {
-    const bool is_refused = finding.verdict == haptics::StabilityVerdict::kUnstable;
-    text +=
-        std::string("tandem-client: ") + (is_refused ? "no force is displayed: " : "warning: ") + finding.text + "\n";
-  }
-  return text;
-}
-
 std::string stage_line(const StageSettings& stage) {
   return "stage " + stage.name + ", predictor " + stage.predictor + ", passivity " + (stage.passivity ? "on" : "off");
 }
@@ -96,7 +86,7 @@ class ClientRun {
   void pause();
   void end_by_itself(const ClientIoSnapshot& io);
   bool join();
-  void watch_first_graspable(const std::shared_ptr<const wire::Joined>& joined);
+  void watch_body(const std::shared_ptr<const wire::Joined>& joined);
   void start_loop();
   void keep_going();
   void drain_records();
@@ -106,6 +96,7 @@ class ClientRun {
   void switch_recording();
   std::string recording_state() const;
   void record_link(const ClientIoSnapshot& io, LocalTime now);
+  void give_up_waiting(const ClientIoSnapshot& io, LocalTime now);
   void set_what_is_due();
   void follow_session(const ClientIoSnapshot& io);
   void explain_coupling(const CouplingCheck& check);
@@ -143,9 +134,11 @@ class ClientRun {
   std::uint64_t explained_check_ = 0;
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
+  bool has_begun_ = false;       ///< the hand follows its path
+  bool waited_in_vain_ = false;  ///< for the room to begin
+  LocalTime waiting_since_{};
   LocalTime next_status_{};
   LocalTime picture_due_{};
-  std::optional<LocalTime> first_tick_;
   TickRecord newest_;
   bool is_over_ = false;
   std::optional<HapticLoop> loop_;      ///< gone before what it uses
@@ -157,7 +150,7 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
     : options_(with_pointer(options)),
       output_(output),
       device_(devices::open_device(options_.device)),
-      hand_path_(devices::find_hand_path(options.device.hand)),
+      hand_path_(devices::hand_path_of(options.device)),
       io_(io_settings(options, safety_), *device_),
       report_(hand_path_.phases(), safety_.silence_zero) {
   if (!options_.record.empty()) begin_recording(options_.record);
@@ -293,7 +286,7 @@ bool ClientRun::join() {
       for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
       const std::string missing = missing_of(device_->spec());
       if (has_tool(io.joined->role()) && !missing.empty()) say(missing);
-      watch_first_graspable(io.joined);
+      watch_body(io.joined);
       return true;
     }
     if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
@@ -307,9 +300,9 @@ bool ClientRun::join() {
 }
 
 /// Anew in each scene.
-void ClientRun::watch_first_graspable(const std::shared_ptr<const wire::Joined>& joined) {
+void ClientRun::watch_body(const std::shared_ptr<const wire::Joined>& joined) {
   watched_in_ = joined;
-  watched_ = first_graspable(*joined);
+  watched_ = watched_body(*joined);
   io_.haptics().watch(watched_);
   if (!watched_.is_valid()) return;
   watched_name_ = joined->scene().bodies(static_cast<int>(watched_.value) - 1).name();
@@ -335,8 +328,9 @@ void ClientRun::start_loop() {
     loop_->request_stop();
     if (second_) second_->request_stop();
   });
-  next_status_ = SteadyClock().now() + kStatusPeriod;
-  picture_due_ = SteadyClock().now() + options_.window.after;
+  waiting_since_ = SteadyClock().now();
+  next_status_ = waiting_since_ + kStatusPeriod;
+  picture_due_ = waiting_since_ + options_.window.after;
 }
 
 void ClientRun::keep_going() {
@@ -348,11 +342,22 @@ void ClientRun::keep_going() {
   if (second_) second_->poll(io);
   follow_session(io);
   const LocalTime now = SteadyClock().now();
+  give_up_waiting(io, now);
   record_link(io, now);
   if (!options_.prints_json && now >= next_status_) {
     next_status_ += kStatusPeriod;
     print_status(io);
   }
+}
+
+/// Ends a run of a stated length whose room does not begin.
+void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
+  if (io.hand_start.kind != HandStart::Kind::kAwaited || has_begun_) waiting_since_ = now;
+  if (!options_.duration || now - waiting_since_ < options_.start_timeout) return;
+  waited_in_vain_ = is_over_ = true;
+  char line[96];
+  std::snprintf(line, sizeof line, "the room did not begin within %g s: ", to_seconds(options_.start_timeout));
+  say(line + io.news);
 }
 
 void ClientRun::set_what_is_due() {
@@ -372,9 +377,8 @@ void ClientRun::drain_records() {
 }
 
 void ClientRun::take_record(const TickRecord& record) {
-  // The simulated hand's path starts at its first read, which is the first tick.
-  if (!first_tick_) first_tick_ = record.at;
-  const int phase = hand_path_.phase_at(record.at - *first_tick_);
+  const int phase = hand_path_.phase_at(record.sample.path_time);
+  has_begun_ = has_begun_ || record.has_begun;
   report_.add(record, phase);
   if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
@@ -386,7 +390,7 @@ void ClientRun::take_record(const TickRecord& record) {
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {
   const SessionStatus& status = io.status;
-  if (io.joined != nullptr && io.joined != watched_in_) watch_first_graspable(io.joined);
+  if (io.joined != nullptr && io.joined != watched_in_) watch_body(io.joined);
   if (report_.is_silent()) {
     report_.explain_silence(status.why.empty() ? "no state came, though the connection stands" : status.why);
   }
@@ -462,7 +466,7 @@ int ClientRun::finish() {
   explain_coupling(io.coupling_check);
   end_recording();
   if (options_.prints_json) print_json(io);
-  bool is_good = true;
+  bool is_good = !waited_in_vain_;
   if (second_ && !second_->is_good()) {
     say("the second device's session was lost and not regained");
     is_good = false;

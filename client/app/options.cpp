@@ -8,65 +8,27 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
-#include <iostream>
 #include <map>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 #include <vector>
 
+#include "client/app/device_options.hpp"
+#include "client/app/option_types.hpp"
 #include "client/app/room_parameter.hpp"
 #include "client/app/security_options.hpp"
-#include "client/recording/recorded_hand.hpp"
 #include "client/session/asset_store.hpp"
 #include "client/view/window.hpp"
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
 #include "common/net/socket_rules.hpp"
-#include "devices/sim/hand_path.hpp"
 
 namespace tandem::client {
 namespace {
 
-/// Registers an option of text that `take` turns into a setting; what it throws names the option.
-void add_text(CLI::App& app, const std::string& name, const std::string& help, const std::string& type,
-              const std::function<void(const std::string&)>& take) {
-  app.add_option_function<std::string>(
-         name,
-         [name, take](const std::string& text) {
-           try {
-             take(text);
-           } catch (const std::invalid_argument& error) {
-             throw CLI::ValidationError(name, error.what());
-           }
-         },
-         help)
-      ->type_name(type);
-}
-
 std::vector<std::string> owned(const std::vector<std::string_view>& names) {
   return {names.begin(), names.end()};
-}
-
-/// Registers a number from `least` to `largest`, both of which a mistake is answered with.
-void add_number(CLI::App& app, const std::string& name, double& value, double least, double largest,
-                const std::string& help, const std::string& type) {
-  const auto in_range = [least, largest](const std::string& text) {
-    double number = 0;
-    // Written so that a NaN fails the comparison.
-    if (CLI::detail::lexical_cast(text, number) && number >= least && number <= largest) return std::string();
-    std::ostringstream remedy;
-    remedy << "'" << text << "' must be a number from " << least << " to " << largest;
-    return remedy.str();
-  };
-  app.add_option(name, value, help)->capture_default_str()->type_name(type)->check(in_range);
-}
-
-std::string listed(const std::vector<std::string_view>& names) {
-  std::string text;
-  for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
-  return text;
 }
 
 template <class T>
@@ -107,63 +69,6 @@ void add_deadband_option(CLI::App& app, ClientOptions& options) {
       });
 }
 
-std::string listed_devices() {
-  std::string text;
-  for (const devices::DeviceKind& kind : devices::device_kinds()) {
-    text.append(text.empty() ? "" : "; ").append(kind.name).append(": ").append(kind.description);
-  }
-  return text;
-}
-
-void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::string& profile) {
-  device.name = "auto";
-  app.add_option("--device", device.name,
-                 "what the hand holds: " + listed_devices() +
-                     "; auto: the first real one that is plugged in; when there is none, mouse in the window, sim with "
-                     "--headless or --hand")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--profile", profile,
-                 "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of "
-                 "the one that "
-                 "the simulated hand holds; a profile of devices/README.md or FILE.json; default: the device's own")
-      ->type_name("NAME|FILE.json");
-  app.add_option("--hand", device.hand,
-                 "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))
-      ->capture_default_str();
-  app.add_option("--motors", device.motors,
-                 "of a simulated hand: a file or pipe that is told each force, three doubles [N], as motors are; a "
-                 "watchdog says zero there when this program is stopped or killed")
-      ->type_name("FILE");
-  app.add_option("--control", device.control, "what the cap of a spacemouse sets: rate or pose of the handle")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"rate", "pose"}).description(""))
-      ->type_name("rate|pose");
-  app.add_option("--firmware", device.firmware, "of a falcon: the file of its maker's, loaded when it has none yet")
-      ->type_name("FILE");
-  add_number(app, "--motor-counts", device.motor_counts_per_n_m, 100, 20000,
-             "of a falcon: what its motors are sent for a torque [counts/(N*m)]; calibrate with a weight", "COUNTS");
-  app.add_option("--service", device.service, "of an inverse3: where its maker's service listens")
-      ->capture_default_str()
-      ->type_name("ADDRESS:PORT");
-  app.add_option("--library", device.library,
-                 "of forcedimension and openhaptics: the maker's shared library; default: as the system finds it")
-      ->type_name("FILE");
-  app.add_option("--rumble", device.rumble,
-                 "of a mouse: the game pad whose rumble shows the force; auto: the first that there is")
-      ->capture_default_str()
-      ->type_name("auto|off|/dev/input/eventN");
-  devices::HandParameters& hand = device.hand_parameters;
-  // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
-  add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
-  add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000,
-             "arm stiffness, towards the intended trajectory [N/m]", "N/M");
-  add_number(app, "--hand-damping", hand.damping_n_s_per_m, 0, 1000, "arm damping [N·s/m]", "N*S/M");
-  add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
-  add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
-             "quantisation of the reported position, where coarser than the device's; 0: none [m]", "M");
-}
-
 void add_workspace_options(CLI::App& app, ClientOptions& options) {
   WorkspaceSettings& workspace = options.io.client.session.workspace;
   add_number(app, "--workspace-scale", workspace.scale, 0.1, 10,
@@ -183,28 +88,6 @@ void add_workspace_options(CLI::App& app, ClientOptions& options) {
            [&options](const std::string& text) {
              options.io.client.haptics.has_border = chosen<bool>(text, {{"on", true}, {"off", false}});
            });
-}
-
-void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
-  app.add_option(
-         "--second-device", second.name,
-         "what your other hand holds: it has a tool of its own, as a second user of the room; --join lets both in")
-      ->type_name("NAME");
-  app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
-}
-
-/// The second device takes what the options say of its kind.
-devices::DeviceOptions second_device(const devices::DeviceOptions& first, const devices::DeviceOptions& named) {
-  if (named.name == first.name && named.name == "inverse3") {
-    throw std::invalid_argument(
-        "--second-device inverse3: its service would give both hands the same device; only one inverse3 a program");
-  }
-  devices::DeviceOptions second = first;
-  second.name = named.name;
-  second.recorded = named.recorded;
-  second.hand = named.hand;
-  second.profile = devices::find_device_profile(devices::find_device_kind(named.name).profile);
-  return second;
 }
 
 void add_stage_options(CLI::App& app, StageSettings& stage) {
@@ -322,11 +205,18 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
   app.add_option("--seed", options.seed, "of the simulated hand and links")
       ->check(CLI::NonNegativeNumber.description(""))
       ->capture_default_str();
-  add_text(app, "--duration", "how long to run after joining, e.g. 10s; default: until Ctrl-C", "TIME",
-           [&options](const std::string& text) {
+  add_text(app, "--duration",
+           "how long to run after joining, or after the start of a room whose hands begin together, e.g. 10s; default: "
+           "until "
+           "Ctrl-C",
+           "TIME", [&options](const std::string& text) {
              options.duration = parse_duration(text, "s");
              if (*options.duration <= Duration{0}) throw std::invalid_argument("'" + text + "' must be above 0");
            });
+  add_text(
+      app, "--start-timeout",
+      "with --duration: end with exit code 1 where a room whose hands begin together does not begin for so long [60s]",
+      "TIME", [&options](const std::string& text) { options.start_timeout = parse_duration(text, "s"); });
   app.add_option("--rt-priority", options.realtime_priority,
                  "SCHED_FIFO priority of the haptic thread, 1 to 99; 0: normal scheduler")
       ->capture_default_str()
@@ -382,31 +272,6 @@ void check_links(const ClientOptions& options, const net::LinkParameters& link) 
   }
 }
 
-/// Not before the command line is parsed: help and version need no file.
-void complete(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool is_headless) {
-  const char* option = "--device: ";
-  try {
-    if (device.name == "auto") {
-      const auto tell = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
-      device.name = devices::choose_device(!has_hand && profile.empty(), tell);
-      if (device.name == "sim" && !is_headless && !has_hand) device.name = "mouse";
-    }
-    const devices::DeviceKind& kind = devices::find_device_kind(device.name);
-    option = "--profile: ";
-    device.profile = devices::find_device_profile(profile.empty() ? kind.profile : profile);
-  } catch (const std::exception& error) {
-    throw std::invalid_argument(option + std::string(error.what()) + "; see --help");
-  }
-}
-
-/// "replay:FILE" is the device "replay" with what is in the file.
-void take_recorded(devices::DeviceOptions& device) {
-  constexpr std::string_view kReplay = "replay:";
-  if (!device.name.starts_with(kReplay)) return;
-  device.recorded = read_recorded_hand(device.name.substr(kReplay.size()));
-  device.name = "replay";
-}
-
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -432,19 +297,15 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
-  std::string profile;
   net::LinkParameters link;
   SecurityOptions security;
   bool has_link = false;
   bool is_headless = false;
-  options.device.name.clear();
-  devices::DeviceOptions second;
-  second.name.clear();
+  DeviceCommandLine devices;
   add_session_options(app, options);
   add_security_options(app, security);
   add_deadband_option(app, options);
-  add_device_options(app, options.device, profile);
-  add_second_device_options(app, second);
+  devices.declare(app, options.device);
   add_workspace_options(app, options);
   add_stage_options(app, options.stage);
   add_set_option(app, options.sets);
@@ -467,16 +328,9 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   if (is_headless && !options.window.screenshot.empty()) {
     throw std::invalid_argument("--screenshot is of the window: leave out --headless");
   }
-  take_recorded(options.device);
-  complete(options.device, profile, app.count("--hand") > 0, is_headless);
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
-  try {
-    take_recorded(second);
-    if (!second.name.empty()) options.second_device = second_device(options.device, second);
-  } catch (const std::exception& error) {
-    throw std::invalid_argument("--second-device: " + std::string(error.what()) + "; see --help");
-  }
+  options.second_device = devices.complete(app, options.device, is_headless);
   apply_security(security, app.count("--role") > 0, options.io);
   if (has_link) {
     check_links(options, link);

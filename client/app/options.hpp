@@ -33,8 +33,9 @@ struct ClientOptions {
   StageSettings stage;                                  ///< what the hand is shown, predictor and passivity controller
   /// Of the room, by its operator: each so long after joining, the first first.
   std::vector<std::pair<Duration, wire::SetParameter>> sets;
-  std::uint64_t seed = 1;            ///< of the links, and as device.seed of the hand
-  std::optional<Duration> duration;  ///< none: until a signal
+  std::uint64_t seed = 1;                            ///< of the links, and as device.seed of the hand
+  std::optional<Duration> duration;                  ///< none: until a signal
+  Duration start_timeout{std::chrono::seconds(60)};  ///< with a duration: how long to wait for the room to begin
   int realtime_priority = 70;
   int cpu = -1;
   std::optional<bool> keeps_awake;  ///< as HapticLoopSettings has it

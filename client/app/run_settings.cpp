@@ -59,4 +59,14 @@ void check_screenshot(const std::filesystem::path& file) {
   }
 }
 
+std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings) {
+  std::string text;
+  for (const haptics::StabilityFinding& finding : findings) {
+    const bool is_refused = finding.verdict == haptics::StabilityVerdict::kUnstable;
+    text +=
+        std::string("tandem-client: ") + (is_refused ? "no force is displayed: " : "warning: ") + finding.text + "\n";
+  }
+  return text;
+}
+
 }  // namespace tandem::client

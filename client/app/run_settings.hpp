@@ -2,8 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "client/app/options.hpp"
+#include "client/haptics/coupling_check.hpp"
 #include "common/haptics/safety.hpp"
 #include "devices/device.hpp"
 
@@ -17,5 +20,7 @@ std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_han
 /// So that nobody waits in vain.
 /// Fails   std::invalid_argument: it cannot be written
 void check_screenshot(const std::filesystem::path& file);
+/// What a check of the coupling found, for the terminal: a line each.
+std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings);
 
 }  // namespace tandem::client

@@ -229,7 +229,13 @@ std::string missing_of(const devices::DeviceSpec& device) {
   return name + " shows no torque: you feel forces in three directions, and your tool " + turning;
 }
 
-BodyId first_graspable(const wire::Joined& joined) {
+BodyId watched_body(const wire::Joined& joined) {
+  const wire::Scene& scene = joined.scene();
+  const bool may_hold = has_tool(joined.role()) && joined.tool() < static_cast<std::uint32_t>(scene.tools_size());
+  const std::string held = may_hold ? scene.tools(static_cast<int>(joined.tool())).holds() : std::string();
+  for (int i = 0; i < scene.bodies_size() && !held.empty(); ++i) {
+    if (scene.bodies(i).name() == held) return body_id_at(static_cast<std::size_t>(i));
+  }
   for (int i = 0; i < joined.scene().bodies_size(); ++i) {
     if (joined.scene().bodies(i).graspable()) return body_id_at(static_cast<std::size_t>(i));
   }

@@ -13,8 +13,9 @@
 
 namespace tandem::client {
 
-/// The body that a run watches; the invalid id when nothing can be grasped.
-BodyId first_graspable(const wire::Joined& joined);
+/// The body that a run watches: the one that the user's tool holds from the start, else the first that can be grasped;
+/// the invalid id when there is none.
+BodyId watched_body(const wire::Joined& joined);
 /// What the server says of the scene's files, fit for a terminal and bounded.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 

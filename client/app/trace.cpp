@@ -100,6 +100,7 @@ void fill(Row& row, const TickRecord& r, LocalTime start, int phase) {
   row.whole("newest_step", r.newest_step.value);
   row.whole("server_tick_faults", r.server_tick_faults);
   row.whole("held_body", r.held_body.value);
+  row.number("field_energy_kj_per_mol", r.field_energy_kj_per_mol, has_state);
   row.rigid_state("body", r.watched_body_W.X, r.watched_body_W.V, r.has_watched_body);
   row.whole("is_local", static_cast<int>(r.is_local));
   row.rigid_state("local_tool", r.local_tool_W.X, r.local_tool_W.V, r.is_local);

@@ -60,7 +60,8 @@ Rendering::Rendering() = default;
 Rendering::~Rendering() = default;
 
 HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, ClientMailboxes& mailboxes)
-    : reader_(device),
+    : device_(device),
+      reader_(device),
       writer_(device),
       mailboxes_(mailboxes),
       coupling_(settings.coupling_bounds),
@@ -91,13 +92,15 @@ bool HapticCore::offer(std::unique_ptr<Rendering>& rendering) {
 }
 
 void HapticCore::tick(LocalTime now) noexcept {
-  const devices::DeviceSample sample = reader_.read(now);
   ++record_.tick.value;
   record_.at = now;
-  record_.sample = sample;
   advance_time(now);
-  const double speed_m_per_s = handle_speed(sample);
   take_mail();
+  follow_start(now);
+  record_.has_begun = began_at_ <= now;
+  const devices::DeviceSample sample = reader_.read(now);
+  record_.sample = sample;
+  const double speed_m_per_s = handle_speed(sample);
   coupling_.advance(period_s_);
   move_handle(sample);
   record_.state_age = newest() != nullptr ? age_of(*newest(), now) : Duration{-1};
@@ -164,6 +167,20 @@ void HapticCore::take_mail() noexcept {
   state_is_new_ = has_new_state && has_state_;
   if (!state_is_new_) return;
   take_state(mailboxes_.inbox.front());
+}
+
+// The start is on the server's clock. Its local time is estimated anew until it has come: the clock offset settles in
+// the first second.
+void HapticCore::follow_start(LocalTime now) noexcept {
+  if (began_at_ <= now) return;
+  if (scene_.hand_start.kind == HandStart::Kind::kAtOnce) {
+    began_at_ = now;
+    return;
+  }
+  const bool is_known = scene_.hand_start.kind == HandStart::Kind::kAt && newest() != nullptr;
+  const Duration since_epoch = scene_.hand_start.at.time_since_epoch();
+  began_at_ = is_known ? std::max(now, LocalTime(since_epoch - newest()->clock_offset)) : LocalTime::max();
+  device_.begin_path_at(began_at_);
 }
 
 void HapticCore::enter_rendering(std::uint32_t number) noexcept {
@@ -241,6 +258,7 @@ void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
   record_.newest_step = update.step;
   record_.server_tick_faults = update.tick_faults;
   record_.held_body = update.held_body;
+  record_.field_energy_kj_per_mol = update.field_energy_kj_per_mol;
   note_watched_body(update);
   if (view_ != nullptr) view_->take(update);
   passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,

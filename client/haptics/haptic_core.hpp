@@ -1,8 +1,8 @@
 // One haptic tick, from device sample to device command. The live loop (haptic_loop.hpp) and the lab call
 // the same tick(); neither time nor thread is known here.
 //
-//   1 read the device once                       6 to the device base D
-//   2 newest scene and server state              7 ramp and decay, slew limit, finite check  (common/haptics/safety.hpp)
+//   1 newest scene and server state              6 to the device base D
+//   2 read the device once                       7 ramp and decay, slew limit, finite check  (common/haptics/safety.hpp)
 //   3 workspace mapping, clutch                  8 clamp and write  (devices/device_writer.hpp)
 //   4 stage: wrench on the hand in W             9 stage and passivity controller get what was displayed
 //   5 passivity controller                      10 publish the client update
@@ -87,6 +87,11 @@ class HapticCore {
   /// Thread  any
   void control_passivity(bool is_on) noexcept { wants_passivity_.store(is_on, std::memory_order_relaxed); }
 
+  /// When the hand began to follow its path: the first tick, or the start of a room whose hands begin together. A time
+  /// in the future until then; LocalTime::max(): not known yet. A hand that has begun does not begin again.
+  /// Thread  haptic
+  LocalTime began_at() const noexcept { return began_at_; }
+
   /// The last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
@@ -103,6 +108,7 @@ class HapticCore {
   double handle_speed(const devices::DeviceSample& sample) const noexcept;
   void advance_time(LocalTime now) noexcept;
   void take_mail() noexcept;
+  void follow_start(LocalTime now) noexcept;
   void enter_rendering(std::uint32_t number) noexcept;
   Rendering& rendering() const noexcept { return *renderings_.get(); }
   bool is_of_this_scene() const noexcept { return rendering().generation == scene_.generation; }
@@ -137,6 +143,7 @@ class HapticCore {
   /// Null: none in this scene yet.
   const ReceivedUpdate* newest() const noexcept { return has_state_ ? &mailboxes_.inbox.front() : nullptr; }
 
+  devices::Device& device_;
   devices::DeviceReader reader_;
   devices::DeviceWriter writer_;
   ClientMailboxes& mailboxes_;
@@ -164,6 +171,7 @@ class HapticCore {
   bool scene_is_usable_ = false;
   bool has_state_ = false;
   bool state_is_new_ = false;
+  LocalTime began_at_ = LocalTime::max();
   LocalTime ticked_at_{};
   double period_s_ = 0.001;
   Pose X_DH_path_;  ///< of the hand: what it does work along, between the steps of its encoders

@@ -45,9 +45,8 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
   const LocalTime start = clock.now();
   // Without priority it would take from others what it does not get itself.
   realtime::PeriodicTimer timer(settings_.period, start, is_realtime ? kMaxSpin : Duration{0});
-  const LocalTime end = settings_.duration ? start + *settings_.duration : LocalTime::max();
   LocalTime deadline = start;
-  while (!should_stop_.load(std::memory_order_relaxed) && deadline < end) {
+  while (!should_stop_.load(std::memory_order_relaxed) && !is_due(deadline)) {
     deadline = timer.wait();
     tick(clock);
   }
@@ -60,6 +59,11 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
   report_.missed = timer.missed();
   report_.throttle_suspects = is_realtime ? timer.throttle_suspects() : 0;
   is_over_.store(true, std::memory_order_release);
+}
+
+bool HapticLoop::is_due(LocalTime deadline) const noexcept {
+  const LocalTime began = core_.began_at();
+  return settings_.duration && deadline >= began && deadline - began >= *settings_.duration;
 }
 
 void HapticLoop::tick(const Clock& clock) noexcept {

@@ -29,7 +29,7 @@ struct HapticLoopSettings {
   int cpu = -1;               ///< likewise
   /// Whether realtime::keep_awake(); none: where realtime::should_keep_awake().
   std::optional<bool> keeps_awake = std::nullopt;
-  std::optional<Duration> duration = std::nullopt;  ///< since the start; none: until it is told to stop
+  std::optional<Duration> duration = std::nullopt;  ///< since HapticCore::began_at(); none: until request_stop()
   /// Records that the reader may fall behind by before they are lost (and counted): 4 s at 1 kHz.
   std::size_t trace_capacity = 4096;
 };
@@ -81,6 +81,7 @@ class HapticLoop {
 
  private:
   void run(const std::function<void(std::vector<std::string>)>& on_ready);
+  bool is_due(LocalTime deadline) const noexcept;
   void tick(const Clock& clock) noexcept;
   LocalTime show_out(realtime::PeriodicTimer& timer, const Clock& clock);
 

@@ -21,6 +21,13 @@ struct ReceivedUpdate {
   Duration clock_offset{0};  ///< server − local at that instant
 };
 
+/// When this user's hand begins to follow its path, where it has one.
+struct HandStart {
+  enum class Kind : std::uint8_t { kAtOnce, kAwaited, kAt };
+  Kind kind = Kind::kAtOnce;  ///< kAwaited: the room waits for other users
+  ServerTime at{};            ///< kAt
+};
+
 /// What the haptic path needs of the scene; published when the session joins, and when a parameter changes.
 struct HapticScene {
   std::uint32_t generation = 0;  ///< one more for each join; a new one resets stages and restarts the ramp
@@ -31,8 +38,9 @@ struct HapticScene {
   std::size_t law = 0;                   ///< index into coupling_laws()
   haptics::CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
   std::uint32_t tool = 0;                ///< this user's, index into the scene's
-  std::uint32_t places_shown = 0;        ///< one more for each place that somebody else points at …
-  Vec3 shown_W = Vec3::Zero();           ///< … which is the last
+  HandStart hand_start;
+  std::uint32_t places_shown = 0;  ///< one more for each place that somebody else points at …
+  Vec3 shown_W = Vec3::Zero();     ///< … which is the last
   /// Of the coupling, that the users' devices bear, by tool; in the world.
   std::array<haptics::CouplingParameters, proto::kMaxUsers> coupling_bounds = [] {
     std::array<haptics::CouplingParameters, proto::kMaxUsers> bounds;

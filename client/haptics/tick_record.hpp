@@ -15,6 +15,7 @@ namespace tandem::client {
 struct TickRecord {
   Tick tick;
   LocalTime at{};
+  bool has_begun = false;  ///< HapticCore::began_at() is not in the future
   devices::DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< newest of the server
@@ -24,6 +25,7 @@ struct TickRecord {
   Duration state_age{0};  ///< since the newest server state arrived; negative: none yet
   Step newest_step;
   std::uint32_t server_tick_faults = 0;  ///< bits of TickFaults, of the newest state
+  double field_energy_kj_per_mol = 0;    ///< of the newest state
   BodyId held_body;
   bool has_watched_body = false;    ///< the server has sent the watched body in this scene
   RigidState watched_body_W;        ///< newest of the server

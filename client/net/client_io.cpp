@@ -158,6 +158,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.beside = beside;
   snapshot.room = session.room();
   snapshot.rooms = session.rooms();
+  snapshot.hand_start = session.hand_start();
   snapshot.news = session.news();
   snapshot.coupling = session.coupling();
   snapshot.law = session.law().name;

@@ -45,6 +45,7 @@ struct ClientIoSnapshot {
   std::shared_ptr<const Credentials> beside;                           ///< ClientSession::credentials_beside()
   std::string room;                                                    ///< joined; "" before the first welcome
   std::vector<std::string> rooms;                                      ///< of the server
+  HandStart hand_start;                                                ///< ClientSession::hand_start()
   std::string news;                                                    ///< ClientSession::news()
   haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
   std::string_view law;                                                ///< ClientSession::law()

@@ -62,6 +62,14 @@ void JoinedScene::show(const Vec3& place_W) {
   publish();
 }
 
+bool JoinedScene::set_start(const wire::RoomStart& start) {
+  const std::optional<HandStart> read = read_start(start);
+  if (!read) return false;
+  scene_.hand_start = *read;
+  publish();
+  return true;
+}
+
 void JoinedScene::hold(BodyId body, LocalTime now) {
   held_ = body;
   watch_.note_change(now);

@@ -33,6 +33,8 @@ class JoinedScene {
   void meet(const wire::UserJoined& user);
   /// Somebody else points at a place, which the hand is nudged towards.
   void show(const Vec3& place_W);
+  /// When the hands of the room begin. False: a message that makes no sense; nothing changes.
+  bool set_start(const wire::RoomStart& start);
   /// The server says what this user's tool holds, and what a coefficient is for it.
   void hold(BodyId body, LocalTime now);
   /// Where the tool is on the body that it holds.
@@ -51,6 +53,7 @@ class JoinedScene {
   const wire::Joined* joined() const { return joined_.get(); }
   /// Of a body, for people; "body 7" where the scene has none of that number.
   std::string name_of(BodyId body) const;
+  const HandStart& hand_start() const { return scene_.hand_start; }
   std::uint32_t generation() const { return scene_.generation; }
   /// The server's, checked or not.
   const haptics::CouplingParameters& coupling() const { return told_; }

@@ -36,6 +36,16 @@ std::string role_name(wire::Role role) {
   return role == wire::ROLE_OPERATOR ? "operator" : "manipulator";
 }
 
+std::optional<HandStart> read_start(const wire::RoomStart& start) {
+  const bool is_awaited = start.awaited() > 0;
+  const bool is_sound = start.awaited() <= proto::kMaxUsers && is_awaited == (start.starts_server_ns() == 0) &&
+                        start.starts_server_ns() <= static_cast<std::uint64_t>(proto::kMaxTimestamp.count());
+  if (!is_sound) return std::nullopt;
+  if (is_awaited) return HandStart{.kind = HandStart::Kind::kAwaited};
+  return HandStart{.kind = HandStart::Kind::kAt,
+                   .at = ServerTime(Duration(static_cast<Duration::rep>(start.starts_server_ns())))};
+}
+
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
   const wire::Scene& scene = joined.scene();
   if (joined.user() == 0) return "user is 0; it must be 1 or more";
@@ -48,6 +58,9 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
            std::to_string(proto::kMaxUsers);
   }
   if (std::string problem = fill_coupling(scene.coupling(), out); !problem.empty()) return problem;
+  const auto start = joined.has_start() ? read_start(joined.start()) : HandStart{};
+  if (!start) return "start must have either users who are awaited, 1 to 16, or a time of the server";
+  out.hand_start = *start;
   out.may_drive = out.may_display = has_tool(joined.role());
   if (!out.may_drive) return {};
   if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) {

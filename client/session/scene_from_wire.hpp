@@ -1,6 +1,7 @@
 // What the server says about the scene, checked before it can reach the haptic path.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "client/haptics/mailboxes.hpp"
@@ -14,6 +15,9 @@ inline bool has_tool(wire::Role role) {
 }
 /// As --role has it.
 std::string role_name(wire::Role role);
+
+/// When the hands of a room begin. Nothing: users are awaited and the time is set, or neither, or more than a room has.
+std::optional<HandStart> read_start(const wire::RoomStart& start);
 
 /// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
 /// `may_display` tell a manipulator from an observer.

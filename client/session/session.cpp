@@ -207,6 +207,9 @@ const std::shared_ptr<const std::vector<wire::KeptPose>>& ClientSession::kept_po
 const std::vector<std::shared_ptr<const std::vector<Vec3>>>& ClientSession::soft_offsets() const {
   return impl_->soft_offsets;
 }
+const HandStart& ClientSession::hand_start() const {
+  return impl_->scene.hand_start();
+}
 const std::string& ClientSession::news() const {
   return impl_->news;
 }

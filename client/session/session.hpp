@@ -174,6 +174,8 @@ class ClientSession {
   static constexpr Duration kPointed = std::chrono::seconds(5);
   /// Of the room's two molecules, sound, by their numbers; null: none was told.
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept_poses() const;
+  /// When the hand of this user begins, in the scene of the last join.
+  const HandStart& hand_start() const;
   /// What the server refused last, or the last news of the room, for people; "" before the first.
   const std::string& news() const;
   /// That let in a second device of the user; null: without them it joins as anybody does.

@@ -135,6 +135,9 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     case wire::ServerControl::kPointed:
       take_pointed(message.pointed(), now);
       return true;
+    case wire::ServerControl::kRoomStart:
+      take_start(message.room_start());
+      return true;
     case wire::ServerControl::kPoseTaken:
       news = printable(message.pose_taken().text());
       log(news);
@@ -186,6 +189,14 @@ void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now)
   news = printable(who->name()) + " points at " + at;
   log(news);
   scene.show({point.place_w(0), point.place_w(1), point.place_w(2)});
+}
+
+void ClientSession::Impl::take_start(const wire::RoomStart& start) {
+  if (!scene.set_start(start)) return log("ignored a start of the room that is neither awaited nor at a time");
+  news = start.awaited() == 0   ? "all users are here: the hands begin together"
+         : start.awaited() == 1 ? "the hands begin when 1 more user is here"
+                                : "the hands begin when " + std::to_string(start.awaited()) + " more users are here";
+  log(news);
 }
 
 void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
@@ -254,6 +265,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   const wire::Joined& joined = *scene.joined();
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
+  if (joined.start().awaited() > 0) take_start(joined.start());
   users.clear();
   asset_level = AssetLevel::kNone;
   fetch_rate.reset();

@@ -50,6 +50,7 @@ struct ClientSession::Impl {
   void take_asset_chunk(const wire::ServerControl& message, LocalTime now);
   void take_soft_shape(const wire::SoftShape& told);
   void take_kept_pose(const wire::KeptPose& told);
+  void take_start(const wire::RoomStart& start);
   void take_pointed(const wire::Pointed& told, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);

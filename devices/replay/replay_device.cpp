@@ -1,5 +1,6 @@
 #include "devices/replay/replay_device.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace tandem::devices {
@@ -8,9 +9,10 @@ ReplayDevice::ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<De
     : spec_(std::move(spec)), samples_(std::move(samples)) {}
 
 DeviceSample ReplayDevice::read(LocalTime now) noexcept {
-  if (!std::exchange(has_started_, true)) started_ = now;
+  if (!std::exchange(is_start_set_, true)) started_ = now;
   const std::vector<DeviceSample>& samples = *samples_;
-  const LocalTime due = samples.front().taken + (now - started_);
+  const Duration path_time = now - started_;
+  const LocalTime due = samples.front().taken + std::max(path_time, Duration(0));
   while (at_ + 1 < samples.size() && samples[at_ + 1].taken <= due) ++at_;
   DeviceSample sample = samples[at_];
   const bool is_over = at_ + 1 == samples.size() && due > sample.taken;
@@ -26,6 +28,7 @@ DeviceSample ReplayDevice::read(LocalTime now) noexcept {
     }
   }
   sample.taken = now;
+  sample.path_time = path_time;
   sample.reason = sample.is_valid ? "" : "as it was when it was recorded";
   if (is_over) {
     sample.state = DeviceState::kLost;
@@ -33,6 +36,11 @@ DeviceSample ReplayDevice::read(LocalTime now) noexcept {
     sample.reason = "the recording is over";
   }
   return sample;
+}
+
+void ReplayDevice::begin_path_at(LocalTime start) noexcept {
+  is_start_set_ = true;
+  started_ = start;
 }
 
 bool ReplayDevice::write(LocalTime /*now*/, const Wrench& /*wrench_on_hand_D*/) noexcept {

@@ -21,15 +21,16 @@ class ReplayDevice final : public Device {
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
-  /// The first read is where the recording begins.
+  /// The recording begins at the first read, unless begin_path_at() has set another time.
   DeviceSample read(LocalTime now) noexcept override;
+  void begin_path_at(LocalTime start) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
 
  private:
   DeviceSpec spec_;
   std::shared_ptr<const std::vector<DeviceSample>> samples_;
   std::size_t at_ = 0;  ///< the last that was due
-  bool has_started_ = false;
+  bool is_start_set_ = false;
   LocalTime started_{};
 };
 

@@ -184,6 +184,15 @@ Duration HandPath::length() const {
   return multisine_.components.empty() ? last : std::max(last, multisine_.to);
 }
 
+HandPath HandPath::shifted(Duration later) const {
+  std::vector<WayPoint> points = points_;
+  for (WayPoint& point : points) point.at += later;
+  Multisine multisine = multisine_;
+  multisine.from += later;
+  multisine.to += later;
+  return HandPath(std::move(points), std::move(multisine));
+}
+
 Pose HandPath::pose_at(Duration time) const noexcept {
   Pose X = way_pose_at(time);
   X.p += sway_at(multisine_, time).p;

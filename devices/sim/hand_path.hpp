@@ -54,6 +54,8 @@ class HandPath {
   const std::vector<WayPoint>& points() const { return points_; }
   const Multisine& multisine() const { return multisine_; }
   Duration length() const;
+  /// The same, later by that much.
+  HandPath shifted(Duration later) const;
 
  private:
   std::size_t segment_of(Duration time) const noexcept;

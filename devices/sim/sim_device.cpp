@@ -60,7 +60,9 @@ DeviceSpec SimDevice::default_spec() {
 DeviceSample SimDevice::read(LocalTime now) noexcept {
   if (!has_started_) {
     has_started_ = true;
-    started_ = last_read_ = now;
+    last_read_ = now;
+    if (!is_start_set_) started_ = now;
+    path_time_ = path_time_at(now);
   }
   if (now > last_read_) {
     const Duration span = std::min(now - last_read_, kMaxAdvance);
@@ -79,19 +81,15 @@ DeviceSample SimDevice::read(LocalTime now) noexcept {
   sample.is_valid = true;
   sample.X_DH = quantised(hand_motion_.pose());
   sample.V_DH = reported_twist(now, sample.X_DH);
-  sample.buttons = path_.buttons_at(path_time_);
+  sample.buttons = path_.buttons_at(place_on_path());
+  sample.path_time = path_time_;
   return sample;
 }
 
-void SimDevice::start_path(LocalTime now) noexcept {
-  read(now);
-  is_path_held_ = false;
-  started_ = now;
-  path_time_ = Duration(0);
-}
-
-Duration SimDevice::path_time_at(LocalTime time) const noexcept {
-  return is_path_held_ ? Duration(0) : time - started_;
+void SimDevice::begin_path_at(LocalTime start) noexcept {
+  is_start_set_ = true;
+  started_ = start;
+  if (has_started_) path_time_ = path_time_at(last_read_);
 }
 
 bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
@@ -112,14 +110,15 @@ void SimDevice::steer(const Vec3& offset_m, double scale) noexcept {
   offset_rate_m_per_s_ = (offset_m - offset_m_) / kTick_s;
   offset_m_ = offset_m;
   scale_ = scale;
-  const Vec3 missing = path_.pose_at(path_time_).p / scale_ - offset_m_ - hand_motion_.pose().p;
+  const Vec3 missing = path_.pose_at(place_on_path()).p / scale_ - offset_m_ - hand_motion_.pose().p;
   made_up_m_ = clamped_to_length(made_up_m_ + kTick_s / kEye_s * missing, kMaxMadeUp_m);
 }
 
 RigidState SimDevice::intended(double dt_s) const noexcept {
   // Where HandDynamics will have its spring's end in this sub-step: the spring has no force at all.
-  if (path_.is_relaxed_at(path_time_)) return {integrate(hand_motion_.pose(), hand_motion_.twist(), dt_s / 2), Twist{}};
-  RigidState aim{path_.pose_at(path_time_), path_.twist_at(path_time_)};
+  if (path_.is_relaxed_at(place_on_path()))
+    return {integrate(hand_motion_.pose(), hand_motion_.twist(), dt_s / 2), Twist{}};
+  RigidState aim{path_.pose_at(place_on_path()), path_.twist_at(place_on_path())};
   aim.X.p = aim.X.p / scale_ - offset_m_ + made_up_m_;
   aim.V.v = aim.V.v / scale_ - offset_rate_m_per_s_;
   const Vec3 half = spec_.workspace_m / 2;

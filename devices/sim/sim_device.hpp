@@ -1,6 +1,7 @@
 // A simulated hand on a simulated device: the project's device for tests, the lab, and laptops without one.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "common/base/random.hpp"
@@ -15,7 +16,8 @@ namespace tandem::devices {
 /// last written. Where DeviceSpec::workspace_m is set the device has stops there.
 class SimDevice final : public Device {
  public:
-  /// The hand starts at rest at the path's first pose; path time starts at the first read.
+  /// The hand starts at rest at the path's first pose; path time starts at the first read, unless begin_path_at() has
+  /// set another time.
   SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path, std::uint64_t seed);
   /// The spec of `sim`: 6 axes, limits of a mid-range desktop device, sources named; that of the profile of this name.
   static DeviceSpec default_spec();
@@ -28,13 +30,11 @@ class SimDevice final : public Device {
   /// path / scale − offset, as far as the device reaches, and what the eye sees missing is made up for within 0.2 s, by at
   /// most 10 mm.
   void steer(const Vec3& offset_m, double scale) noexcept;
-  /// Keeps the hand at the path's first way point until start_path(); for hands that shall start together.
-  void hold_path() noexcept { is_path_held_ = true; }
-  /// Path time is 0 at `now` and runs from there.
-  void start_path(LocalTime now) noexcept;
+  /// LocalTime::max(): the hand rests until it is called again.
+  void begin_path_at(LocalTime start) noexcept override;
 
   const HandPath& path() const { return path_; }
-  /// Path time of the last read.
+  /// Path time of the last read; negative before the start.
   Duration path_time() const noexcept { return path_time_; }
   /// The true (not quantised) state of the hand, in D.
   const Pose& hand_pose() const { return hand_motion_.pose(); }
@@ -44,7 +44,9 @@ class SimDevice final : public Device {
   void advance(double dt_s) noexcept;
   RigidState intended(double dt_s) const noexcept;
   Vec3 stop_force() const noexcept;
-  Duration path_time_at(LocalTime time) const noexcept;
+  Duration path_time_at(LocalTime time) const noexcept { return time - started_; }
+  /// Where the path is evaluated: before its start, at its beginning.
+  Duration place_on_path() const noexcept { return std::max(path_time_, Duration(0)); }
   Vec3 tremor_force(double dt_s) noexcept;
   Twist reported_twist(LocalTime now, const Pose& reported) noexcept;
   Pose quantised(const Pose& X) const noexcept;
@@ -57,7 +59,7 @@ class SimDevice final : public Device {
   LocalTime started_{};
   LocalTime last_read_{};
   bool has_started_ = false;
-  bool is_path_held_ = false;
+  bool is_start_set_ = false;
   Duration path_time_{0};
   HandDynamics hand_motion_;
   Wrench force_on_hand_D_;

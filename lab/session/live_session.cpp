@@ -202,7 +202,7 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
       device_(description.device.spec, devices::holding(description.hand_parameters, description.device),
               description.hand, hand_seed),
       io_(std::move(io), device_) {
-  device_.hold_path();
+  device_.begin_path_at(LocalTime::max());
 }
 
 std::vector<std::string> LiveUser::start_loop() {
@@ -223,7 +223,7 @@ void LiveUser::after_tick() noexcept {
   const Duration::rep start = hands_start_ns_.load(std::memory_order_acquire);
   if (is_hand_moving_ || start == kNotYet || tick.record.at.time_since_epoch().count() < start) return;
   is_hand_moving_ = true;
-  device_.start_path(LocalTime(Duration(start)));
+  device_.begin_path_at(LocalTime(Duration(start)));
   at_start_ = io_.haptics().counters();
   passivity_dissipated_at_start_j_ = passivity_dissipated_j(io_.haptics(), user_.pipeline);
 }

@@ -55,7 +55,7 @@ struct VirtualUser {
                description.hand, seed),
         client(settings, device, transport),
         seed_of_hand(seed) {
-    device.hold_path();
+    device.begin_path_at(LocalTime::max());
   }
 
   /// Looks where the tool's handle is, and steers it along the path.
@@ -223,7 +223,8 @@ void VirtualSession::start_hands() {
   are_hands_moving = true;
   trace.joined_after = hands_started.time_since_epoch();
   for (const auto& user : users) {
-    user->device.start_path(hands_started);
+    user->device.read(hands_started);
+    user->device.begin_path_at(hands_started);
     user->at_start = user->client.haptics().counters();
     user->traffic_at_start = user->transport.traffic();
     user->passivity_dissipated_at_start_j = passivity_dissipated_j(user->client.haptics(), user->user.pipeline);

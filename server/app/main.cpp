@@ -36,6 +36,7 @@ struct Options {
   std::string cache = default_cache_directory().string();
   int realtime_priority = 60;
   bool controls_tool_passivity = true;
+  server::RoomStartSettings start;
   bool writes_json = false;
   bool is_insecure = false;
   server::SecurityOptions security;
@@ -158,6 +159,18 @@ void declare(CLI::App& app, Options& options) {
          "limit the energy that a tool puts into the world to what its user's hand put in [on]")
       ->check(CLI::IsMember({"on", "off"}).description(""))
       ->type_name("on|off");
+  app.add_option("--begin-with", options.start.users,
+                 "simulated and recorded hands of a room begin together, once so many users with a tool are there; 0: "
+                 "each by itself")
+      ->check(CLI::Range(std::size_t{0}, proto::kMaxUsers).description(""))
+      ->type_name("N")
+      ->capture_default_str();
+  add_duration(app, "--countdown", "with --begin-with: from the last user's arrival to the start, 0s to 60s [3s]",
+               [&options](Duration countdown) {
+                 if (countdown < Duration{0} || countdown > std::chrono::seconds(60))
+                   throw std::invalid_argument("it must be 0s to 60s");
+                 options.start.countdown = countdown;
+               });
   app.add_option("--cache", options.cache,
                  "folder that keeps what was built of meshes for contact (\"\": none, build at every start) and the "
                  "scenes of --receptor")
@@ -212,9 +225,16 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, re
         throw std::invalid_argument("two rooms are called \"" + name + "\"; name them with --room");
       }
     }
-    rooms.push_back(std::make_unique<server::Room>(
-        RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
-        server::RoomOptions{.steps_soft_aside = true, .controls_tool_passivity = options.controls_tool_passivity}));
+    if (options.start.users > scene->world.tools.size()) {
+      throw std::invalid_argument("--begin-with " + std::to_string(options.start.users) + ": room " + name + " has " +
+                                  counted(scene->world.tools.size(), "tool", "tools") +
+                                  " and would never begin; give at most as many");
+    }
+    rooms.push_back(
+        std::make_unique<server::Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
+                                       server::RoomOptions{.steps_soft_aside = true,
+                                                           .controls_tool_passivity = options.controls_tool_passivity,
+                                                           .start = options.start}));
   }
   return rooms;
 }

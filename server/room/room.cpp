@@ -55,6 +55,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       scene_(std::move(scene)),
       options_(options),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
+      start_settings_(options.start),
       moving_bodies_(moving_bodies_of(*scene_)),
       world_(make_server_world(scene_, options.steps_soft_aside)),
       soft_lattices_(scene_->soft_bodies),

@@ -85,9 +85,16 @@ inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 /// For so long a tool waits, with what it held, for the user who had it before the room was resumed.
 inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 
+/// Whether the hands of a room begin together.
+struct RoomStartSettings {
+  std::size_t users = 0;                        ///< manipulators that must be there; 0: each hand begins by itself
+  Duration countdown{std::chrono::seconds(3)};  ///< from the last one's arrival to the start
+};
+
 struct RoomOptions {
   bool steps_soft_aside = false;        ///< soft bodies by a thread of their own; the same bits
   bool controls_tool_passivity = true;  ///< a tool puts no more into the world than its user's hand put in
+  RoomStartSettings start{};            ///< for RoomSeats
 };
 
 /// Where everything is, for a room that goes on from there: after a crash of the server, say.
@@ -131,6 +138,7 @@ class Room {
   const LoadedScene& scene() const { return *scene_; }
   const std::shared_ptr<const LoadedScene>& shared_scene() const { return scene_; }
   Duration period() const { return period_; }
+  const RoomStartSettings& start_settings() const { return start_settings_; }
 
   // io side
   /// False when 256 commands are waiting: the room is stuck or flooded.
@@ -217,6 +225,7 @@ class Room {
   std::shared_ptr<const LoadedScene> scene_;
   RoomOptions options_;
   Duration period_;
+  RoomStartSettings start_settings_;
   std::vector<BodyId> moving_bodies_;  ///< those that updates tell of
   physics::World world_;
   realtime::Ring<RoomCommand> commands_{256};

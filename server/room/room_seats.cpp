@@ -10,7 +10,7 @@ constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
 
-RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().world.coupling) {}
+RoomSeats::RoomSeats(Room& room) : room_(room), start_(room.start_settings()), coupling_(room.scene().world.coupling) {}
 
 std::size_t RoomSeats::count(UserRole role) const {
   return static_cast<std::size_t>(std::count_if(seats_.begin(), seats_.end(), [role](const auto& seat) {

@@ -9,6 +9,7 @@
 #include "common/base/ids.hpp"
 #include "common/net/token_bucket.hpp"
 #include "server/room/room.hpp"
+#include "server/room/room_start.hpp"
 
 namespace tandem::server {
 
@@ -28,6 +29,8 @@ class RoomSeats {
   explicit RoomSeats(Room& room);
 
   Room& room() const { return room_; }
+  RoomStart& start() { return start_; }
+  const RoomStart& start() const { return start_; }
   /// As the scene's file or the operator has set it.
   const physics::SceneCoupling& coupling() const { return coupling_; }
   /// What this is for the seat's tool and what it holds (common/physics/coupling_in_force.hpp).
@@ -74,6 +77,7 @@ class RoomSeats {
   bool post_request(const RoomCommand& command);
 
   Room& room_;
+  RoomStart start_;
   physics::SceneCoupling coupling_;
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< by the seat's tool

@@ -141,6 +141,7 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
     (joined.mutable_scene()->mutable_coupling()->*field.set)(coupling.*field.value);
   }
   joined.set_tool(seat.tool);
+  if (seats.start().is_used()) *joined.mutable_start() = seats.start().message();
   return answer;
 }
 
@@ -150,6 +151,12 @@ std::size_t joined_answer_bound(const LoadedScene& scene) {
   wire::Joined joined;
   fill(scene, joined);
   return joined.ByteSizeLong() + kBesides;
+}
+
+wire::ServerControl room_start(const RoomStart& start) {
+  wire::ServerControl message;
+  *message.mutable_room_start() = start.message();
+  return message;
 }
 
 wire::ServerControl user_joined(const Seat& seat, const std::string& name) {

@@ -27,6 +27,7 @@ wire::ServerControl welcome_answer(std::uint32_t request, const HubSettings& set
 
 /// Everything that a newcomer needs: the scene with the coupling now in force for it, its tool, the assets.
 wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat);
+wire::ServerControl room_start(const RoomStart& start);
 wire::ServerControl user_joined(const Seat& seat, const std::string& name);
 wire::ServerControl user_left(const Seat& seat, wire::DisconnectReason reason);
 

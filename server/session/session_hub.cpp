@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/base/units.hpp"
 #include "proto/placement.hpp"
 #include "server/session/session_hub_impl.hpp"
 #include "server/session/user_name.hpp"
@@ -111,7 +112,19 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
   const auto round_trip = is_state ? connection.stream->round_trip() : std::nullopt;
   if (round_trip && *round_trip >= Duration{0}) counters.round_trip.record(*round_trip);
   if (!is_state) accepted.path_answer = path_answer;
+  if (connection.stream->has_hand()) note_start(connection, &RoomStart::add);
   return proto::DropReason::kNone;
+}
+
+/// The user's hand has arrived, or the user has left: whether and when the room's hands begin may change.
+void SessionHub::Impl::note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime)) {
+  RoomSeats& seats = *connection.seats;
+  if (!(seats.start().*change)(connection.seat.user, server_time_of_own_clock(called_at))) return;
+  const wire::ServerControl message = room_start(seats.start());
+  const std::uint32_t awaited = message.room_start().awaited();
+  log("start", "room " + seats.room().name() +
+                   (awaited > 0 ? " waits for " + counted(awaited, "more user", "more users") : " begins now"));
+  broadcast(seats, message);
 }
 
 void SessionHub::Impl::deliver_events(RoomSeats& seats) {
@@ -306,6 +319,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     admission->note_lost(*connection.credential, called_at);
   }
   change_coupling(*connection.seats, [&connection] { connection.seats->leave(connection.seat); });
+  note_start(connection, &RoomStart::remove);
   announce_presence(connection, user_left(connection.seat, reason));
 }
 

@@ -119,6 +119,7 @@ struct SessionHub::Impl {
   void send_update(Connection& connection, const RoomUpdate& told, LocalTime now);
   void collect(Connection& connection);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
+  void note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime));
   void deliver_events(RoomSeats& seats);
   void tell_poses();
   void tell_soft_shapes(RoomSeats& seats);

@@ -26,6 +26,7 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   if (reason != proto::DropReason::kNone) return reason;
   mode_ = input.mode;
   ++taken_;
+  has_hand_ = has_hand_ || input.handle_valid;  // an observer's is never valid
   if (input.acknowledged_sent != ServerTime{}) {
     round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
   }

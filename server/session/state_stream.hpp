@@ -23,6 +23,8 @@ class StateStream {
   bool is_for(const proto::DatagramHeader& header) const { return channel_.is_for(header); }
   /// Client updates that were taken, so far.
   std::uint64_t taken() const { return taken_; }
+  /// A valid handle of a user with a tool has been taken.
+  bool has_hand() const { return has_hand_; }
   /// Gives the client update in the datagram to the room, or says why it is dropped.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
   /// From the send of a state to the input that says it has come, less what the client had it for; none: it has said
@@ -53,6 +55,7 @@ class StateStream {
   proto::DatagramChannel channel_;
   proto::ServerUpdateEncoder encoder_;
   std::uint64_t taken_ = 0;
+  bool has_hand_ = false;
   std::optional<Duration> round_trip_;
   proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< of the newest client update
   TickFaults unsent_faults_ = 0;                         ///< of steps that nothing was sent of

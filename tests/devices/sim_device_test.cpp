@@ -311,13 +311,13 @@ TEST(SimDevice, GivesTheButtonsOfThePath) {
   EXPECT_EQ(device.read(LocalTime(seconds(52))).buttons, 1U);
 }
 
-TEST(SimDevice, AHeldPathStartsWhenItIsTold) {
+TEST(SimDevice, APathBeginsAtTheTimeThatIsSet) {
   SimDevice device(SimDevice::default_spec(), {}, named_hand_path("press-down"), 1);
-  device.hold_path();
+  device.begin_path_at(LocalTime::max());
   for (int i = 0; i < 30; ++i) device.read(LocalTime(milliseconds(100) * i));
   EXPECT_EQ(device.hand_pose().p, Vec3::Zero());
-  device.start_path(LocalTime(seconds(3)));
-  EXPECT_EQ(device.path_time(), Duration(0));
+  device.begin_path_at(LocalTime(seconds(3)));
+  EXPECT_EQ(device.path_time(), Duration(milliseconds(-100))) << "time to its start";
   for (int i = 30; i <= 70; ++i) device.read(LocalTime(milliseconds(100) * i));
   EXPECT_EQ(device.path_time(), Duration(seconds(4)));
   EXPECT_LT((device.hand_pose().p - Vec3(0, 0, -0.05)).norm(), 1e-6);

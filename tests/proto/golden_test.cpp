@@ -92,6 +92,7 @@ TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
   EXPECT_EQ(control_in<wire::ClientControl>("ask_pose"), ask_pose().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("kept_pose"), kept_pose().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("pointed"), pointed().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("room_start"), room_start().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("room_reset"), room_reset().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("soft_shape"), soft_shape().DebugString());
 }

@@ -142,6 +142,12 @@ wire::ClientControl ask_pose() {
   return message;
 }
 
+wire::ServerControl room_start() {
+  wire::ServerControl message;
+  message.mutable_room_start()->set_starts_server_ns(7'000'000'000);
+  return message;
+}
+
 wire::ServerControl pointed() {
   wire::ServerControl message;
   message.set_request(8);
@@ -351,6 +357,7 @@ std::vector<GoldenMessage> golden_messages() {
           {"ask_pose", Packing::kClientControlFrame, framed(ask_pose())},
           {"kept_pose", Packing::kServerControlFrame, framed(kept_pose())},
           {"pointed", Packing::kServerControlFrame, framed(pointed())},
+          {"room_start", Packing::kServerControlFrame, framed(room_start())},
           {"client_update", Packing::kClientDatagram, client_datagram()},
           {"server_update", Packing::kServerDatagram, server_datagram()}};
 }

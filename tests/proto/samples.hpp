@@ -28,6 +28,7 @@ wire::ClientControl reset_room();
 wire::ClientControl ask_pose();
 wire::ServerControl kept_pose();
 wire::ServerControl pointed();
+wire::ServerControl room_start();
 wire::ServerControl welcome();
 /// With a scene that has every kind of shape, and numbers that defaults would not give.
 wire::ServerControl joined();

@@ -90,11 +90,12 @@ struct BenchClient {
 
 class HubBench {
  public:
-  explicit HubBench(server::HubSettings settings = {}, std::vector<std::string> scenes = {two_hands_scene()}) {
+  explicit HubBench(server::HubSettings settings = {}, std::vector<std::string> scenes = {two_hands_scene()},
+                    const server::RoomOptions& options = {}) {
     for (const std::string& json : scenes) {
       const auto scene = scene_of(json);
       rooms.push_back(std::make_unique<server::Room>(RoomId{static_cast<std::uint32_t>(rooms.size() + 1)},
-                                                     scene->description.name(), scene));
+                                                     scene->description.name(), scene, options));
     }
     std::vector<server::Room*> pointers;
     for (const auto& room : rooms) pointers.push_back(room.get());

@@ -138,7 +138,7 @@ BenchSession::BenchSession(const Experiment& experiment, const std::shared_ptr<c
       device_(user_.device.spec, devices::holding(user_.hand_parameters, user_.device), user_.hand, experiment.seed),
       client_(client_settings(user_, assets_of(*scene)), hand_, transport_),
       fits_(user_.pipeline.predictor) {
-  device_.hold_path();
+  device_.begin_path_at(LocalTime::max());
 }
 
 void BenchSession::run_slot() {
@@ -194,7 +194,8 @@ void BenchSession::join() {
 }
 
 ClientBenchRun BenchSession::run() {
-  device_.start_path(virtual_clock_.now());
+  device_.read(virtual_clock_.now());
+  device_.begin_path_at(virtual_clock_.now());
   is_measuring_ = true;
   const LocalTime end = virtual_clock_.now() + experiment_.duration;
   while (virtual_clock_.now() < end) run_slot();

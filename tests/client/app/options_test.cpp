@@ -206,14 +206,22 @@ TEST(ClientOptions, AWindowsSizeIsTwoNumbersThatAScreenCanHave) {
   }
 }
 
-TEST(Summary, WatchesTheFirstGraspableBody) {
+TEST(Summary, WatchesTheBodyOfItsToolElseTheFirstGraspableOne) {
   wire::Joined joined;
-  EXPECT_FALSE(first_graspable(joined).is_valid());
+  EXPECT_FALSE(watched_body(joined).is_valid());
   joined.mutable_scene()->add_bodies()->set_name("table");
   wire::Body* peg = joined.mutable_scene()->add_bodies();
   peg->set_name("peg");
   peg->set_graspable(true);
-  EXPECT_EQ(first_graspable(joined), BodyId{2});
+  EXPECT_EQ(watched_body(joined), BodyId{2});
+  joined.mutable_scene()->add_bodies()->set_name("helix_b");
+  joined.mutable_scene()->add_tools()->set_holds("helix_b");
+  joined.set_role(wire::ROLE_OBSERVER);
+  EXPECT_EQ(watched_body(joined), BodyId{2});
+  joined.set_role(wire::ROLE_MANIPULATOR);
+  EXPECT_EQ(watched_body(joined), BodyId{3});
+  joined.set_tool(7);
+  EXPECT_EQ(watched_body(joined), BodyId{2}) << "a tool that the scene does not have";
 }
 
 RunSummary empty_summary() {

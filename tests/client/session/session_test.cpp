@@ -327,6 +327,47 @@ TEST(ClientSession, KeepsTheShapesOfItsSoftBodiesAndNoOthers) {
   EXPECT_NEAR((*bench.session.soft_offsets()[0])[7].z(), 0.01, 5e-5);
 }
 
+TEST(ClientSession, TakesAStartOfTheRoomThatIsEitherAwaitedOrAtATime) {
+  test::SessionBench bench;
+  greet(bench);
+  wire::Joined joined = test::minimal_joined();
+  joined.mutable_start()->set_awaited(2);
+  bench.say_joined(joined);
+  EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited);
+  EXPECT_THAT(bench.session.news(), HasSubstr("2 more users"));
+  const auto say = [&](std::uint32_t awaited, std::uint64_t starts_ns) {
+    wire::ServerControl message;
+    message.mutable_room_start()->set_awaited(awaited);
+    message.mutable_room_start()->set_starts_server_ns(starts_ns);
+    bench.say(message);
+  };
+  say(0, 0);
+  say(1, 5);
+  say(17, 0);
+  say(0, std::uint64_t{1} << 63U);
+  say(0, ~std::uint64_t{0});
+  EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited) << "what makes no sense changes nothing";
+  say(0, 7'000'000'000);
+  EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAt);
+  EXPECT_EQ(bench.session.hand_start().at, ServerTime(std::chrono::seconds(7)));
+  bench.mailboxes.scene.poll();
+  EXPECT_EQ(bench.mailboxes.scene.front().hand_start.kind, HandStart::Kind::kAt);
+  say(1, 0);
+  EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited) << "withdrawn";
+  EXPECT_EQ(bench.state(), "active");
+}
+
+TEST(ClientSession, RefusesASceneWhoseStartIsBoth) {
+  test::SessionBench bench;
+  greet(bench);
+  wire::Joined joined = test::minimal_joined();
+  joined.mutable_start()->set_awaited(1);
+  joined.mutable_start()->set_starts_server_ns(1);
+  bench.say_joined(joined);
+  EXPECT_EQ(bench.state(), "ended");
+  EXPECT_THAT(bench.session.status().why, HasSubstr("start"));
+}
+
 TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   test::SessionBench bench;
   greet(bench);

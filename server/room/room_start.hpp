@@ -1,0 +1,42 @@
+// When the hands of a room begin: together, once enough users are there.
+#pragma once
+
+#include <boost/container/static_vector.hpp>
+#include <optional>
+
+#include "common/base/ids.hpp"
+#include "common/base/time.hpp"
+#include "proto/state.hpp"
+#include "server/room/room.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem::server {
+
+/// Counts the users whose hands have arrived, and sets the time of the common start.
+///
+/// Model   With RoomStartSettings::users hands present, the start is set to now + countdown. If a user leaves before that
+///         time and too few remain, the start is withdrawn. A start that has passed stays until the last user leaves.
+/// Thread  io
+class RoomStart {
+ public:
+  explicit RoomStart(const RoomStartSettings& settings) : settings_(settings) {}
+
+  /// False: hands begin when their own clients do, and nothing below has an effect.
+  bool is_used() const { return settings_.users > 0; }
+  /// The first valid handle of a manipulator has arrived; again for the same user, nothing happens.
+  /// Out     whether message() has changed
+  bool add(UserId user, ServerTime now);
+  /// A user has left.
+  /// Out     whether message() has changed
+  bool remove(UserId user, ServerTime now);
+  /// None: users are awaited.
+  std::optional<ServerTime> starts_at() const { return starts_at_; }
+  wire::RoomStart message() const;
+
+ private:
+  RoomStartSettings settings_;
+  boost::container::static_vector<UserId, proto::kMaxUsers> present_;
+  std::optional<ServerTime> starts_at_;
+};
+
+}  // namespace tandem::server
