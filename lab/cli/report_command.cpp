@@ -14,12 +14,14 @@
 #include "lab/report/session_checks.hpp"
 #include "lab/report/session_data.hpp"
 #include "lab/report/session_report.hpp"
+#include "lab/report/session_task.hpp"
 
 namespace tandem::lab {
 namespace {
 
 struct ReportOptions {
   std::vector<std::string> sessions;  ///< NAME=DIR
+  std::string tasks;                  ///< file; empty: none
   std::string out;
   bool wants_json = false;
 };
@@ -44,6 +46,23 @@ std::vector<Session> load_sessions(const std::vector<std::string>& options) {
   return sessions;
 }
 
+/// Task checks first: a session that felt right and did nothing has failed.
+std::vector<Check> all_checks(const std::vector<Session>& sessions, const SessionTasks& tasks) {
+  for (const auto& [name, task] : tasks) {
+    if (std::ranges::find(sessions, name, &Session::name) == sessions.end()) {
+      throw std::invalid_argument("--tasks: there is a task for session " + name + ", but no --session of that name");
+    }
+  }
+  std::vector<Check> checks;
+  for (const Session& session : sessions) {
+    const auto task = tasks.find(session.name);
+    if (task == tasks.end()) continue;
+    for (Check& check : check_task(session, task->second)) checks.push_back(std::move(check));
+  }
+  for (Check& check : check_sessions(sessions)) checks.push_back(std::move(check));
+  return checks;
+}
+
 void write_file(const std::filesystem::path& file, const std::string& text) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
@@ -54,7 +73,8 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
 
 int run_report(const ReportOptions& options) {
   const std::vector<Session> sessions = load_sessions(options.sessions);
-  const std::vector<Check> checks = check_sessions(sessions);
+  const SessionTasks tasks = options.tasks.empty() ? SessionTasks{} : load_session_tasks(options.tasks);
+  const std::vector<Check> checks = all_checks(sessions, tasks);
   write_file(options.out, session_report_html(sessions, checks));
   const bool holds = all_hold(checks);
   if (options.wants_json) {
@@ -78,6 +98,12 @@ void add_report_command(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(1)
       ->take_all();
+  command
+      ->add_option(
+          "--tasks", options->tasks,
+          "what the hands were to achieve, checked too: by session, where a body is in the phase \"hold\" [m], "
+          "whether it rests [m], the energy of the molecular field [kJ/mol] (lab/report/session_task.hpp)")
+      ->type_name("FILE.json");
   command->add_option("--out", options->out, "the HTML file to write")->required();
   command->add_flag("--json", options->wants_json, "print the checks as JSON instead of as a table");
   command->footer("Exit code: 0 every check holds, 1 one does not, 2 bad input.");

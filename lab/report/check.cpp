@@ -86,6 +86,14 @@ void print_checks(std::ostream& out, std::span<const Check> checks) {
         << std::string(claim_width - text_width(check.claim) + 2 + value_width - text_width(value), ' ') << value
         << "  " << check.bound_text() << '\n';
   }
+  const auto failed = std::ranges::find_if_not(checks, &Check::holds);
+  if (failed == checks.end()) {
+    out << "All " << checks.size() << " checks hold.\n";
+  } else {
+    out << std::ranges::count_if(checks, [](const Check& check) { return !check.holds(); }) << " of " << checks.size()
+        << " checks do not hold. The first: " << printable(failed->scope) << ": " << failed->claim << " is "
+        << failed->value_text() << " instead of " << failed->bound_text() << ".\n";
+  }
 }
 
 }  // namespace tandem::lab

@@ -36,7 +36,8 @@ bool all_hold(std::span<const Check> checks);
 /// that is not finite is null.
 boost::json::array to_json(std::span<const Check> checks);
 
-/// A table for a terminal: under each scope its checks, "ok" or "FAILED" first, values aligned.
+/// A table for a terminal: under each scope its checks, "ok" or "FAILED" first, values aligned; then how many do
+/// not hold, and the first of them in a sentence.
 void print_checks(std::ostream& out, std::span<const Check> checks);
 
 }  // namespace tandem::lab

@@ -8,7 +8,6 @@
 namespace tandem::lab {
 namespace {
 
-constexpr std::string_view kHoldPhase = "hold";
 /// The trace is decimal text: a force that is exactly at the limit may read a little above it.
 constexpr double kTraceRounding = 1e-4;
 constexpr double kInPercent = 100;

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "lab/report/check.hpp"
 #include "lab/report/session_data.hpp"
 
 namespace tandem::lab {
+
+/// In which hands rest, and the checks look.
+inline constexpr std::string_view kHoldPhase = "hold";
 
 /// All checks of every user of every session, in that order.
 ///

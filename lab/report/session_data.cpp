@@ -226,6 +226,10 @@ Trace make_trace(const CsvTable& table, const ClientRun& summary) {
   trace.tool_m = take_axes(table, "tool_");
   trace.body_m = take_axes(table, "body_");
   trace.state_age_s = table.column("state_age_s");
+  // Traces of older clients lack it: it is then not known.
+  const std::vector<double>* const energy = table.find("field_energy_kj_per_mol");
+  trace.energy_kj_per_mol =
+      energy != nullptr ? *energy : std::vector(table.row_count(), std::numeric_limits<double>::quiet_NaN());
   return trace;
 }
 

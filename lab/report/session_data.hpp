@@ -40,7 +40,8 @@ struct Trace {
   Axes tool_m;  ///< p_WT
   Axes body_m;  ///< origin of the watched body
   std::vector<double> state_age_s;
-  std::vector<Band> phases;  ///< when those of ClientRun::phases ran [s]
+  std::vector<double> energy_kj_per_mol;  ///< of the molecular field; 0 where the scene has none
+  std::vector<Band> phases;               ///< when those of ClientRun::phases ran [s]
 };
 
 /// What a client left: its JSON summary, NaN where that says null, which is: not known; and its trace.

@@ -1,10 +1,12 @@
 """The README's first command does what it says, and its verdict can fail."""
 
+import json
 import os
 import subprocess
+import time
 import unittest
 
-from support import BIN, SOURCE, ProgramTest
+from support import BIN, SOURCE, ProgramTest, Server, finish, run, start_client
 
 # Claims about the machine, not about the programs: a test does not fail where another load takes the processor.
 MACHINE_CLAIMS = ("haptic ticks run", "mean tick rate")
@@ -35,7 +37,59 @@ class Demo(ProgramTest):
             report = file.read()
         for word in ("peg_in_hole", "docking_helices", "<svg"):
             self.assertIn(word, report)
+        for task in ("peg at (60.0, 0.0, 30.0) mm", "molecules in contact"):
+            self.assertIn(task, report)
         self.assertNotIn("http://", report.replace("http://www.w3.org/", ""), "readable without network")
+
+    def failed_tasks(self, *arguments):
+        demo = run_demo("--out", self.folder, *arguments)
+        self.assertEqual(demo.returncode, 1, demo.stdout + demo.stderr)
+        return [claim for claim in failed_claims(demo) if claim.startswith("task:")]
+
+    def test_fails_where_one_hand_is_a_second_late(self):
+        failed = self.failed_tasks("--shift", "1s")
+        self.assertTrue(any("peg at" in claim for claim in failed), failed)
+
+    def test_fails_where_the_peg_is_too_wide_for_the_hole(self):
+        with open(os.path.join(SOURCE, "server/scenes/peg_in_hole.json")) as file:
+            scene = json.load(file)
+        peg = next(body for body in scene["bodies"] if body["name"] == "peg")
+        peg["shapes"][0]["box"]["size_m"][0] = 0.023
+        with open(self.path("wide_peg.json"), "w") as file:
+            json.dump(scene, file)
+        failed = self.failed_tasks("--scene", self.path("wide_peg.json"))
+        self.assertEqual(len(failed), 2, failed)
+        for claim in failed:
+            self.assertIn("peg at", claim)
+
+    def test_a_client_that_starts_late_only_delays_the_common_start(self):
+        def user(name, hand):
+            return start_client(server.port, "--name", name, "--hand", hand, "--duration", "10s", "--json")
+        with Server("--scene", "peg_in_hole", "--begin-with", "2", "--countdown", "1s") as server:
+            anna = user("anna", "peg-left")
+            server.wait_for_log("anna.* joined")
+            time.sleep(4)
+            ben = user("ben", "peg-right")
+            runs = [finish(process) for process in (anna, ben)]
+        for code, _, err in runs:
+            self.assertEqual(code, 0, err)
+        self.assertIn("the hands begin when 1 more user is here", runs[0][2])
+        reports = [json.loads(out) for _, out, _ in runs]
+        for report in reports:
+            hold = next(phase for phase in report["phases"] if phase["name"] == "hold")
+            self.assertAlmostEqual(hold["duration_s"], 3.5, delta=0.1)
+            self.assertGreater(report["watched_body"]["displacement_m"], 0.1, "together they move the peg")
+        self.assertGreater(reports[0]["duration_s"] - reports[1]["duration_s"], 3, "anna waits for ben")
+
+    def test_a_run_of_a_stated_length_ends_where_the_room_does_not_begin(self):
+        with Server("--scene", "peg_in_hole", "--begin-with", "2") as server:
+            code, _, err = finish(start_client(server.port, "--duration", "1s", "--start-timeout", "2s"))
+        self.assertEqual(code, 1, err)
+        self.assertIn("did not begin within 2 s: the hands begin when 1 more user is here", err)
+
+    def test_a_room_that_can_never_begin_is_refused(self):
+        self.assert_setup_error(run("tandem-server", "--insecure", "--scene", "wall", "--begin-with", "2"),
+                                "--begin-with 2", "1 tool", "at most")
 
     def test_fails_with_the_stage_that_rings_at_this_delay(self):
         # The passivity controllers would leave only some of the hands above the bound: 23 to 43 mm/s against 90 to 520 without it.

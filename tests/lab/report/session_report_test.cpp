@@ -55,10 +55,10 @@ std::string trace_csv(const std::vector<std::string>& forces_n, double start_s =
   std::ostringstream out;
   out << "local_ns,phase,handle_p_x_m,handle_p_y_m,handle_p_z_m,tool_p_x_m,tool_p_y_m,tool_p_z_m,body_p_x_m,body_p_y_m,"
          "body_p_z_m,displayed_force_x_n,displayed_force_y_n,displayed_force_z_n,displayed_torque_x_n_m,"
-         "displayed_torque_y_n_m,displayed_torque_z_n_m,state_age_s\n";
+         "displayed_torque_y_n_m,displayed_torque_z_n_m,state_age_s,field_energy_kj_per_mol\n";
   for (std::size_t i = 0; i < forces_n.size(); ++i) {
     out << static_cast<std::int64_t>((start_s + static_cast<double>(i)) * 1e9) << (i == 0 ? ",0" : ",1")
-        << ",0,0,0.1,0,0,0.1,,,," << forces_n[i] << ",0,0,0,0,0,0.001\n";
+        << ",0,0,0.1,0,0,0.1,,,," << forces_n[i] << ",0,0,0,0,0,0.001,-1\n";
   }
   return out.str();
 }
