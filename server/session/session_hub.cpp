@@ -122,8 +122,10 @@ void SessionHub::Impl::note_start(const Connection& connection, bool (RoomStart:
   if (!(seats.start().*change)(connection.seat.user, server_time_of_own_clock(called_at))) return;
   const wire::ServerControl message = room_start(seats.start());
   const std::uint32_t awaited = message.room_start().awaited();
+  const auto countdown_ms = seats.room().start_settings().countdown / std::chrono::milliseconds(1);
   log("start", "room " + seats.room().name() +
-                   (awaited > 0 ? " waits for " + counted(awaited, "more user", "more users") : " begins now"));
+                   (awaited > 0 ? " waits for " + counted(awaited, "more user", "more users")
+                                : " begins in " + std::to_string(countdown_ms) + " ms"));
   broadcast(seats, message);
 }
 
