@@ -310,9 +310,8 @@ std::string key_text(const secure::KeyId& id) {
 }
 
 /// Null: nothing is recorded.
-std::unique_ptr<server::ServerRecorder> start_recording(const Options& options, const server::LiveServer& server,
-                                                        const server::ServerCheckpoint* checkpoint,
-                                                        realtime::Output& output) {
+server::ServerRecorder* start_recording(const Options& options, server::LiveServer& server,
+                                        const server::ServerCheckpoint* checkpoint, realtime::Output& output) {
   if (options.record.empty()) return nullptr;
   std::vector<server::RoomRecording> settings(server.rooms().size());
   const Duration unix_offset =
@@ -325,8 +324,8 @@ std::unique_ptr<server::ServerRecorder> start_recording(const Options& options, 
     settings[i].rotation = options.rotation;
     if (checkpoint != nullptr) settings[i].restored = checkpoint->restored(i);
   }
-  return std::make_unique<server::ServerRecorder>(options.record, server.rooms(), settings,
-                                                  [&output](const std::string& news) { output.log("record", news); });
+  return server.add(std::make_unique<server::ServerRecorder>(
+      options.record, server.rooms(), settings, [&output](const std::string& news) { output.log("record", news); }));
 }
 
 int serve(const Options& options, realtime::Output& output) {
@@ -350,18 +349,19 @@ int serve(const Options& options, realtime::Output& output) {
     settings.tls = server::tls_of(*keys);
     settings.hub.admission = server::admission_of(*keys, options.security);
   }
-  std::vector<std::unique_ptr<server::Room>> rooms = open_rooms(options, output);
-  std::unique_ptr<server::ServerCheckpoint> checkpoint;  // outlives the rooms, which it watches
+  server::ServerRooms rooms(open_rooms(options, output));
+  server::ServerCheckpoint* checkpoint = nullptr;
   if (options.resumes) {
-    checkpoint = std::make_unique<server::ServerCheckpoint>(
-        options.security.state, rooms, keys ? key_text(keys->identity.id()) : "", server::unix_ms_now,
-        [&output](const std::string& news) { output.log("checkpoint", news); });
+    checkpoint = rooms.add(std::make_unique<server::ServerCheckpoint>(
+        options.security.state, rooms.rooms(), keys ? key_text(keys->identity.id()) : "", server::unix_ms_now,
+        [&output](const std::string& news) { output.log("checkpoint", news); }));
     if (keys) settings.hub.admission->resumed = checkpoint->admission();
   }
-  server::PoseKeeper poses(options.keep.value_or(options.security.state.empty() ? std::filesystem::path()
-                                                                                : options.security.state / "poses"),
-                           rooms, server::unix_ms_now);
-  settings.hub.poses = &poses;
+  const std::filesystem::path keep = options.keep.value_or(
+      options.security.state.empty() ? std::filesystem::path() : options.security.state / "poses");
+  server::PoseKeeper* const poses =
+      rooms.add(std::make_unique<server::PoseKeeper>(keep, rooms.rooms(), server::unix_ms_now));
+  settings.hub.poses = poses;
   server::LiveServer server(settings, std::move(rooms));
   std::vector<std::string> machine_notes;
   for (const auto& room : server.rooms()) {
@@ -372,20 +372,19 @@ int serve(const Options& options, realtime::Output& output) {
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
   }
-  const auto recorder = start_recording(options, server, checkpoint.get(), output);
-  const auto watched = monitor.watch(server, recorder.get(), checkpoint.get());
+  const server::ServerRecorder* const recorder = start_recording(options, server, checkpoint, output);
+  monitor.watch(server, recorder, checkpoint);
   if (!monitor.address().empty()) output.log("metrics", "metrics at http://" + monitor.address() + "/metrics");
-  if (checkpoint) server.on_admission = [&checkpoint](const wire::AdmissionState& state) { checkpoint->note(state); };
+  if (checkpoint != nullptr)
+    server.on_admission = [checkpoint](const wire::AdmissionState& state) { checkpoint->note(state); };
   server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
   // With --json stdout is one object and nothing else.
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
-  poses.start();
+  poses->start();
   const int code = run(server, output);
-  if (recorder) recorder->finish();
-  if (checkpoint) checkpoint->finish();
-  if (options.writes_json) output.out(boost::json::serialize(server::report_json(server, recorder.get())) + "\n");
+  if (options.writes_json) output.out(boost::json::serialize(server::report_json(server, recorder)) + "\n");
   return code;
 }
 

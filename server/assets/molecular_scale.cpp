@@ -15,6 +15,7 @@
 #include "common/docking/molecular_field.hpp"
 #include "common/physics/world_description.hpp"
 #include "proto/scene_ranges.hpp"
+#include "server/assets/pose_minimiser.hpp"
 
 namespace tandem::server {
 namespace {
@@ -267,46 +268,11 @@ double contact_distance_angstrom(const Molecule& a, const Molecule& b, const Fie
 }
 
 std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const FieldModel& model,
-                                     const Pose& X_AB_angstrom, const std::function<bool()>& goes_on) {
-  constexpr int kSteps = 200;
-  constexpr double kLongest_angstrom = 0.5, kGain_kj_per_mol = 1e-6 * kKilojoulesPerKilocalorie;
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
-  const double radius = std::max(1.0, extent_angstrom(b));
-  Pose X = X_AB_angstrom;
-  docking::Matrix6 gradient;
-  docking::FieldResult here = docking::exact_field(a, b, X, model, {nullptr, nullptr, &gradient});
-  double damping = 1;
-  for (int i = 0; i < kSteps && damping < 1e12 && goes_on(); ++i) {
-    Vector6 push;
-    push << here.force_on_b, here.torque_on_b;
-    // Turns in units of the way of the farthest atom.
-    Vector6 scale;
-    scale << 1, 1, 1, radius, radius, radius;
-    docking::Matrix6 stiffness = -0.5 * (gradient + gradient.transpose());
-    stiffness.diagonal() += damping * scale.cwiseAbs2();
-    Vector6 step = stiffness.ldlt().solve(push);
-    if (!step.allFinite() || step.dot(push) <= 0) {
-      damping *= 4;
-      continue;
-    }
-    const double way = step.cwiseProduct(scale).norm();
-    if (way > kLongest_angstrom) step *= kLongest_angstrom / way;
-    const Pose next = moved(X, step);
-    docking::Matrix6 gradient_there;
-    const docking::FieldResult there = docking::exact_field(a, b, next, model, {nullptr, nullptr, &gradient_there});
-    const double gain = here.energy_kj_per_mol() - there.energy_kj_per_mol();
-    if (!(gain > 0)) {
-      damping *= 4;
-      if (way < 1e-7) break;
-      continue;
-    }
-    X = next;
-    here = there;
-    gradient = gradient_there;
-    damping = std::max(1e-6, damping / 3);
-    if (gain < kGain_kj_per_mol) break;
+                                     const Pose& X_AB_angstrom) {
+  PoseMinimiser minimiser(a, b, model, X_AB_angstrom);
+  while (minimiser.step()) {
   }
-  return {X, here.energy_kj_per_mol() / kKilojoulesPerKilocalorie};
+  return {minimiser.pose(), minimiser.energy_kj_per_mol() / kKilojoulesPerKilocalorie};
 }
 
 namespace {

@@ -1,7 +1,6 @@
 // How large a scene makes what acts between its molecules, where its author leaves that open: found by a probe of them.
 #pragma once
 
-#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,15 +18,9 @@ namespace tandem::server {
 double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b,
                                  const docking::FieldModel& model, const Vec3& direction_A);
 
-/// The pose of least energy near `X_AB_angstrom`, downhill all the way.
-///
-/// Model   Levenberg's steps by the 6×6 gradient of exact_field(), at most 0.5 Å and as much at the farthest atom, until no
-///         step gains 1e-6 kcal/mol
-/// In      goes_on  asked before each step: false, and it is as far as it came
-/// Out     the pose, and its energy [kcal/mol]
-std::pair<Pose, double> minimum_near(
-    const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model, const Pose& X_AB_angstrom,
-    const std::function<bool()>& goes_on = [] { return true; });
+/// The pose of least energy near `X_AB_angstrom` by all steps of a PoseMinimiser, and its energy [kcal/mol].
+std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::Molecule& b,
+                                     const docking::FieldModel& model, const Pose& X_AB_angstrom);
 
 /// Fills in the numbers of `field` that are 0 for "found": newtons_per_kcal_per_mol_angstrom, knee_kcal_per_mol and, with a
 /// zero area, minimum_kcal_per_mol. Each two molecules are brought together along their centres, as their files have them,

@@ -11,6 +11,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <csignal>
+#include <exception>
 #include <stdexcept>
 #include <system_error>
 
@@ -30,8 +31,8 @@ constexpr Duration kTellMetricsEvery = std::chrono::milliseconds(100);
 /// To read what a few users have sent takes as long: it waits where new states are about to come, and begins at most so long after
 /// they were expected.
 constexpr Duration kReading = std::chrono::microseconds(25);
-/// How long stop() waits for goodbyes to be read.
-constexpr Duration kStopWithin = std::chrono::seconds(1);
+/// How long stop() waits for answers to requests of poses, and then for goodbyes to be read.
+constexpr Duration kAnswerWithin = std::chrono::milliseconds(400), kStopWithin = std::chrono::seconds(1);
 
 int open_eventfd() {
   const int descriptor = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
@@ -48,11 +49,13 @@ bool is_ignored(int signal) {
 }  // namespace
 
 struct LiveServer::Impl {
-  Impl(LiveServer& server, LiveServerSettings server_settings, std::vector<std::unique_ptr<Room>> server_rooms);
+  Impl(LiveServer& server, LiveServerSettings server_settings, ServerRooms server_rooms);
 
   std::vector<Room*> room_pointers() const;
   void run();
+  void serve();
   void begin_stop(const std::string& why);
+  void say_goodbye_when_answered(LocalTime deadline);
   void finish_when_closed(LocalTime deadline);
   void wake();
   void go_round();
@@ -67,7 +70,8 @@ struct LiveServer::Impl {
 
   LiveServer& owner;
   LiveServerSettings settings;
-  std::vector<std::unique_ptr<Room>> rooms;
+  ServerRooms served;
+  const std::vector<std::unique_ptr<Room>>& rooms = served.rooms();
   SteadyClock clock;
   asio::io_context io{1};
   AsioServerTransport transport;
@@ -91,11 +95,10 @@ struct LiveServer::Impl {
   LocalTime ended{};
 };
 
-LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
-                       std::vector<std::unique_ptr<Room>> server_rooms)
+LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, ServerRooms server_rooms)
     : owner(server),
       settings(std::move(server_settings)),
-      rooms(std::move(server_rooms)),
+      served(std::move(server_rooms)),
       transport(io, settings.bind_address, settings.port, clock, settings.tls.get()),
       hub(
           [this] {
@@ -137,8 +140,26 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
   return pointers;
 }
 
+/// However serve() ends, the rooms do not step any more when the services finish: those read them.
 void LiveServer::Impl::run() {
+  std::exception_ptr fault;
   started = clock.now();
+  try {
+    serve();
+  } catch (...) {
+    fault = std::current_exception();
+  }
+  scheduler.stop();
+  ended = clock.now();
+  try {
+    served.finish();
+  } catch (...) {
+    if (fault == nullptr) fault = std::current_exception();
+  }
+  if (fault != nullptr) std::rethrow_exception(fault);
+}
+
+void LiveServer::Impl::serve() {
   io_went_round.store(started, std::memory_order_relaxed);
   for (const std::string& line : scheduler.start()) log(line);
   transport.serve(hub);
@@ -157,8 +178,6 @@ void LiveServer::Impl::run() {
     });
   }
   go_round();
-  scheduler.stop();
-  ended = clock.now();
 }
 
 /// Who is awake looks for new states before it sleeps. Thread  any
@@ -240,8 +259,19 @@ void LiveServer::Impl::begin_stop(const std::string& why) {
   if (is_stopping.exchange(true)) return;
   log(why);
   transport.stop_accepting();
-  hub.stop(clock.now());
-  finish_when_closed(clock.now() + kStopWithin);
+  hub.begin_stop();
+  say_goodbye_when_answered(clock.now() + kAnswerWithin);
+}
+
+void LiveServer::Impl::say_goodbye_when_answered(LocalTime deadline) {
+  hub.poll(clock);
+  if (!hub.owes_answers() || clock.now() >= deadline) {
+    hub.stop(clock.now());
+    finish_when_closed(clock.now() + kStopWithin);
+    return;
+  }
+  stop_timer.expires_after(kPollPeriod);
+  stop_timer.async_wait([this, deadline](const error_code&) { say_goodbye_when_answered(deadline); });
 }
 
 void LiveServer::Impl::finish_when_closed(LocalTime deadline) {
@@ -253,7 +283,7 @@ void LiveServer::Impl::finish_when_closed(LocalTime deadline) {
   stop_timer.async_wait([this, deadline](const error_code&) { finish_when_closed(deadline); });
 }
 
-LiveServer::LiveServer(LiveServerSettings settings, std::vector<std::unique_ptr<Room>> rooms)
+LiveServer::LiveServer(LiveServerSettings settings, ServerRooms rooms)
     : impl_(std::make_unique<Impl>(*this, std::move(settings), std::move(rooms))) {}
 
 LiveServer::~LiveServer() = default;
@@ -264,6 +294,10 @@ std::uint16_t LiveServer::port() const {
 
 const std::vector<std::unique_ptr<Room>>& LiveServer::rooms() const {
   return impl_->rooms;
+}
+
+ServerRooms& LiveServer::served() {
+  return impl_->served;
 }
 
 void LiveServer::run() {

@@ -17,6 +17,7 @@
 
 #include "common/base/time.hpp"
 #include "server/net/room_scheduler.hpp"
+#include "server/room/server_rooms.hpp"
 #include "server/session/session_hub.hpp"
 
 namespace tandem::server {
@@ -52,17 +53,24 @@ class LiveServer {
  public:
   /// Opens the port.
   /// Fails   std::invalid_argument, std::runtime_error: as AsioServerTransport; std::system_error: no descriptor
-  LiveServer(LiveServerSettings settings, std::vector<std::unique_ptr<Room>> rooms);
+  LiveServer(LiveServerSettings settings, ServerRooms rooms);
   ~LiveServer();
   LiveServer(const LiveServer&) = delete;
   LiveServer& operator=(const LiveServer&) = delete;
 
   std::uint16_t port() const;
   const std::vector<std::unique_ptr<Room>>& rooms() const;
+  /// A service of the rooms that is made after the server. Before run(). Null in, null out.
+  template <class Service>
+  Service* add(std::unique_ptr<Service> service) {
+    return served().add(std::move(service));
+  }
 
-  /// Serves until stopped; the calling thread is the io thread. Once only.
+  /// Serves until stopped; the calling thread is the io thread. Once only. When it returns or throws, no room steps any more,
+  /// and each service has finished.
+  /// Fails   what was thrown on the io thread, or else by a service that finished
   void run();
-  /// Says goodbye to everybody and lets run() return, within about a second.
+  /// Refuses requests that wait, says goodbye to everybody and lets run() return, within about a second and a half.
   /// Thread  any
   void stop();
   /// Lets run() return at once, without a goodbye, as a crash would.
@@ -92,6 +100,8 @@ class LiveServer {
   std::function<void(const Room&, LocalTime deadline)> on_step;
 
  private:
+  ServerRooms& served();
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

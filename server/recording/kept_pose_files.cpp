@@ -2,7 +2,10 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
+#include <array>
 #include <cctype>
+#include <charconv>
 #include <fstream>
 #include <iomanip>
 #include <iterator>
@@ -20,6 +23,9 @@ namespace {
 
 constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
 constexpr int kPoseNumbers = 7;
+/// More than a room can use up, and far from the end of the type.
+constexpr std::uint32_t kMaxNumber = 1'000'000'000;
+constexpr std::array kStructureEndings{".cif", ".pdb"};
 
 /// As a CSV field; names have no control characters.
 std::string csv_text(const std::string& text) {
@@ -45,7 +51,7 @@ std::string file_name(const std::string& room) {
   return name;
 }
 
-std::string csv(std::span<const wire::KeptPose> poses) {
+std::string csv(const std::vector<wire::KeptPose>& poses) {
   std::ostringstream text;
   text << "number,kept_unix_ms,name,user,lj_kj_mol,coulomb_kj_mol,total_kj_mol,rmsd_angstrom,contacts,hydrogen_bonds,"
           "x_angstrom,y_angstrom,z_angstrom,qw,qx,qy,qz\n"
@@ -59,6 +65,16 @@ std::string csv(std::span<const wire::KeptPose> poses) {
     text << '\n';
   }
   return text.str();
+}
+
+/// Of a name NUMBER.cif or NUMBER.pdb; 0: it is none.
+std::uint32_t number_of(const std::filesystem::path& file) {
+  const std::string stem = file.stem().string();
+  if (std::ranges::find(kStructureEndings, file.extension().string()) == kStructureEndings.end()) return 0;
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
+  const bool is_whole = error == std::errc{} && end == stem.data() + stem.size() && std::to_string(number) == stem;
+  return is_whole ? number : 0;
 }
 
 void replace_text(const std::filesystem::path& file, const std::string& text) {
@@ -80,40 +96,44 @@ std::optional<Pose> in_first(const wire::KeptPose& pose) {
   return X;
 }
 
-std::optional<std::vector<wire::KeptPose>> read_kept_poses(const std::filesystem::path& folder) {
-  std::vector<wire::KeptPose> poses;
+std::optional<KeptPoseList> read_kept_poses(const std::filesystem::path& folder) {
+  KeptPoseList list;
   const std::filesystem::path file = folder / "poses.json";
   std::error_code error;
-  if (folder.empty() || !std::filesystem::exists(file, error)) return poses;
+  if (folder.empty() || !std::filesystem::exists(file, error)) return list;
   if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  wire::KeptPoses list;
+  wire::KeptPoses written;
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;
-  if (!google::protobuf::util::JsonStringToMessage(text, &list, options).ok()) return std::nullopt;
-  for (const wire::KeptPose& pose : list.poses()) {
-    if (poses.size() == kMaxKeptPoses || pose.number() != poses.size() + 1 || !in_first(pose)) return std::nullopt;
-    poses.push_back(pose);
+  if (!google::protobuf::util::JsonStringToMessage(text, &written, options).ok()) return std::nullopt;
+  for (const wire::KeptPose& pose : written.poses()) {
+    const bool is_next = pose.number() >= list.next_number && pose.number() < kMaxNumber;
+    if (list.poses.size() == kMaxKeptPoses || !is_next || !in_first(pose)) return std::nullopt;
+    list.poses.push_back(pose);
+    list.next_number = pose.number() + 1;
   }
-  return poses;
+  if (written.next_number() > kMaxNumber) return std::nullopt;
+  list.next_number = std::max(list.next_number, written.next_number());
+  return list;
 }
 
-void write_kept_poses(const std::filesystem::path& folder, std::span<const wire::KeptPose> poses) {
-  wire::KeptPoses list;
-  list.mutable_poses()->Assign(poses.begin(), poses.end());
+void write_kept_poses(const std::filesystem::path& folder, const KeptPoseList& list) {
+  wire::KeptPoses written;
+  written.mutable_poses()->Assign(list.poses.begin(), list.poses.end());
+  written.set_next_number(list.next_number);
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
   std::string json;
-  if (!google::protobuf::util::MessageToJsonString(list, &json, options).ok())
+  if (!google::protobuf::util::MessageToJsonString(written, &json, options).ok())
     throw std::runtime_error("a name in them is no UTF-8");
-  replace_text(folder / "poses.csv", csv(poses));
+  replace_text(folder / "poses.csv", csv(list.poses));
   replace_text(folder / "poses.json", json);
 }
 
-void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& pose, const Room& room, BodyId first,
-                    BodyId second) {
-  const LoadedScene& scene = room.scene();
+void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& pose, const std::string& room,
+                    const LoadedScene& scene, BodyId first, BodyId second) {
   const std::size_t a = first.value - 1, b = second.value - 1;
   const Pose X_files = Pose{scene.molecule_centres_angstrom[a], Quat::Identity()} * in_first(pose).value() *
                        Pose{-scene.molecule_centres_angstrom[b], Quat::Identity()};
@@ -121,10 +141,10 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   result.lennard_jones_kj_per_mol = pose.lj_kj_per_mol();
   result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
   std::vector<std::string> remarks = energy_remarks(result, scene.world.field_model);
-  remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room.name());
+  remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room);
   // A file of that number is of a list that was lost, or of a server that was killed before it listed it.
   const auto file = [&](const char* ending) { return folder / (std::to_string(pose.number()) + ending); };
-  for (const char* ending : {".cif", ".pdb"}) {
+  for (const char* ending : kStructureEndings) {
     std::error_code error;
     std::filesystem::remove(file(ending), error);
   }
@@ -135,6 +155,18 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   } catch (const docking::MoleculeError&) {
     // What PDB cannot hold is in the other.
   }
+}
+
+void remove_deleted_poses(const std::filesystem::path& folder, const KeptPoseList& list) {
+  std::error_code error;
+  std::vector<std::filesystem::path> deleted;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::uint32_t number = number_of(entry->path());
+    const bool was_used = number > 0 && number < list.next_number;
+    const bool is_kept = std::ranges::find(list.poses, number, &wire::KeptPose::number) != list.poses.end();
+    if (was_used && !is_kept) deleted.push_back(entry->path());
+  }
+  for (const std::filesystem::path& file : deleted) std::filesystem::remove(file, error);
 }
 
 }  // namespace tandem::server

@@ -14,12 +14,13 @@
 
 #include "common/recording/recorder_thread.hpp"
 #include "server/recording/room_checkpoint.hpp"
+#include "server/room/server_rooms.hpp"
 #include "tandem/checkpoint.pb.h"
 
 namespace tandem::server {
 
 /// The file is written under another name, flushed to the disk and renamed: whoever reads it finds one whole state or the next.
-class ServerCheckpoint {
+class ServerCheckpoint final : public RoomService {
  public:
   /// In a folder that is this server's alone (lock_state() of server/app): lets the rooms go on from what it holds, and watches them from then on, as long as they
   /// step; they do not yet. What is older than a room's limits.reset_after_s, or of another scene, is left.
@@ -29,7 +30,7 @@ class ServerCheckpoint {
   ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                    std::string audience, std::function<std::uint64_t()> unix_ms,
                    std::function<void(const std::string&)> on_news);
-  ~ServerCheckpoint();
+  ~ServerCheckpoint() override;
   ServerCheckpoint(const ServerCheckpoint&) = delete;
   ServerCheckpoint& operator=(const ServerCheckpoint&) = delete;
 
@@ -39,8 +40,8 @@ class ServerCheckpoint {
   const std::optional<wire::RoomCheckpoint>& restored(std::size_t room) const { return restored_.at(room); }
   /// Thread  io
   void note(const wire::AdmissionState& admission);
-  /// While the rooms are there, after their last steps: writes how they are. Idempotent.
-  void finish();
+  /// Writes how the rooms are after their last steps.
+  void finish() override;
   /// How often it has been written, and how often it could not. Thread  any
   std::uint64_t writes() const { return writes_.load(std::memory_order_relaxed); }
   std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }

@@ -8,11 +8,12 @@
 
 #include "common/recording/recorder_thread.hpp"
 #include "server/recording/room_recorder.hpp"
+#include "server/room/server_rooms.hpp"
 
 namespace tandem::server {
 
 /// A file a room in a folder: ROOM-20261122T071500Z.mcap, and -002, … as it rotates.
-class ServerRecorder {
+class ServerRecorder final : public RoomService {
  public:
   /// Watches the rooms from now on; they outlive it, and do not step yet.
   /// In      scene_files  of each room, as it was named
@@ -20,12 +21,12 @@ class ServerRecorder {
   /// Fails   std::invalid_argument: the folder or a file cannot be made
   ServerRecorder(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                  const std::vector<RoomRecording>& settings, std::function<void(const std::string&)> on_news);
-  ~ServerRecorder();
+  ~ServerRecorder() override;
   ServerRecorder(const ServerRecorder&) = delete;
   ServerRecorder& operator=(const ServerRecorder&) = delete;
 
-  /// After the rooms' last steps: writes what waits, and the ends. Idempotent.
-  void finish();
+  /// Writes what waits, and the ends.
+  void finish() override;
   /// In the order of the rooms; after finish(), and what they count at any time.
   const std::vector<std::unique_ptr<RoomRecorder>>& rooms() const { return recorders_; }
 

@@ -15,8 +15,8 @@ namespace tandem::server {
 
 /// Of one room, that are granted.
 inline constexpr net::Rate kResetRate{1, 2};
-/// Likewise what all users ask of its molecules' poses.
-inline constexpr net::Rate kPoseRate{4, 8};
+/// Likewise requests of its molecules' poses, of all users and of one.
+inline constexpr net::Rate kPoseRate{16, 32}, kUserPoseRate{4, 8};
 
 /// Likewise what they point at.
 inline constexpr net::Rate kPointRate{4, 8};
@@ -53,7 +53,7 @@ class RoomSeats {
   /// All that moves back to its start (World::put_all_back()). False, and nothing is asked: the room does not keep up, or
   /// it was reset just now (kResetRate), for each reset tells everybody of every body that moves.
   bool reset(const Seat& seat, LocalTime now);
-  bool may_ask_pose(LocalTime now) { return poses_.take(1, now); }
+  bool may_ask_pose(LocalTime now) { return poses_.has_some(now) && poses_.take(1, now); }
   bool may_point(LocalTime now) { return points_.take(1, now); }
   /// In      placing  lacks the seat
   /// Out     false: the room does not keep up

@@ -438,6 +438,8 @@ void SessionHub::Impl::reset_room(Connection& connection, const wire::ClientCont
   } else if (!connection.seats->reset(connection.seat, called_at)) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
   } else {
+    if (settings.poses != nullptr)
+      settings.poses->cancel(connection.seats->room(), std::nullopt, "the operator has put everything back");
     log("reset", connection.label() + " reset room " + connection.seats->room().name());
     for (const auto& [handle, user] : connections) {
       if (!user->is_in(*connection.seats)) continue;

@@ -151,48 +151,6 @@ void Connection::note_changes(const haptics::CouplingParameters& before) {
   }
 }
 
-/// The answer comes later, by tell_poses().
-void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientControl& message) {
-  const Room& room = connection.seats->room();
-  const std::string& name = message.ask_pose().name();
-  const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
-  if (settings.poses == nullptr || !settings.poses->has_molecules(room)) {
-    refuse_with(wire::ERROR_NOT_ALLOWED,
-                "poses are kept in rooms of two molecules, of 300 million pairs of atoms at most; there are none here");
-  } else if (!connection.seat.is_manipulator()) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, "observers keep no poses; join as a manipulator");
-  } else if (!name.empty() && !is_acceptable_user_name(name)) {
-    refuse_with(wire::ERROR_BAD_NAME, "a pose's name is 1 to 64 bytes of printable UTF-8; choose another");
-  } else if (!connection.seats->may_ask_pose(called_at) ||
-             !settings.poses->ask(room, connection.seat.user, connection.user_name, message.request(),
-                                  message.ask_pose())) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
-  }
-}
-
-void SessionHub::Impl::tell_poses() {
-  if (settings.poses == nullptr) return;
-  settings.poses->deliver(
-      [this](const Room& room, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
-        const auto asker = std::ranges::find_if(connections, [&](const auto& entry) {
-          const Connection& connection = *entry.second;
-          return connection.state == ConnectionState::kActive && &connection.seats->room() == &room &&
-                 connection.seat.user == user;
-        });
-        if (asker == connections.end() && !answer.has_kept_pose()) return false;  // nobody's any more
-        if (placing != nullptr && !asker->second->seats->place(asker->second->seat, *placing)) {
-          send(*asker->second, error_answer(answer.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
-          return false;
-        }
-        if (answer.has_error()) {
-          send(*asker->second, answer);
-        } else {
-          tell_room(room, user, answer.request(), answer);
-        }
-        return true;
-      });
-}
-
 /// To all in the room: they see it, and their hands feel it.
 void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& message) {
   const wire::Point& point = message.point();
@@ -320,6 +278,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   } else if (connection.credential) {  // also before the same user's new connection has its seat: it may not get one
     admission->note_lost(*connection.credential, called_at);
   }
+  if (settings.poses != nullptr) settings.poses->forget(connection.seats->room(), connection.seat.user);
   change_coupling(*connection.seats, [&connection] { connection.seats->leave(connection.seat); });
   note_start(connection, &RoomStart::remove);
   announce_presence(connection, user_left(connection.seat, reason));
@@ -426,8 +385,17 @@ void SessionHub::poll(const Clock& clock) {
   impl_->tell_admission();
 }
 
+void SessionHub::begin_stop() {
+  if (impl_->settings.poses != nullptr) impl_->settings.poses->begin_stop();
+}
+
+bool SessionHub::owes_answers() const {
+  return impl_->settings.poses != nullptr && impl_->settings.poses->unanswered() > 0;
+}
+
 void SessionHub::stop(LocalTime now) {
   impl_->called_at = now;
+  impl_->refuse_unanswered_poses();
   for (const auto& [handle, connection] : impl_->connections) {
     impl_->end(*connection, wire::DISCONNECT_SERVER_STOPPING, "the server is stopping");
   }

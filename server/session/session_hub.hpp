@@ -64,7 +64,7 @@ struct HubSettings {
   std::function<std::uint64_t()> connection_ids{};
   /// Who may join; none: everybody (--insecure, trials).
   std::optional<AdmissionSettings> admission{};
-  /// Outlives the hub; null: no poses are kept.
+  /// Destroyed after the hub: a service of its rooms (ServerRooms); null: no poses are kept.
   PoseKeeper* poses = nullptr;
 };
 
@@ -109,7 +109,11 @@ class SessionHub {
   /// what is begun here: from no thread that may be held up.
   /// Thread  the room's
   void help(const Room& room);
-  /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
+  /// Refuses requests of poses that nobody has served yet, and those to come; poll() sends the answers.
+  void begin_stop();
+  /// Some request of poses is not answered yet.
+  bool owes_answers() const;
+  /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING). Requests of poses that are not answered yet are refused before.
   void stop(LocalTime now);
 
   /// Messages of that connection wait for a later turn: read no more of it until then.

@@ -1,7 +1,8 @@
-// Private to this folder: the connections of a SessionHub, and what its three sources do with them.
+// Private to this folder: the connections of a SessionHub, and what its four sources do with them.
 //   session_hub.cpp      connections as a whole: accept, send, state in, time-outs, end
 //   session_updates.cpp  state out
 //   session_control.cpp  what a client's control messages ask for
+//   session_poses.cpp    of those, what concerns poses of molecules
 #pragma once
 
 #include <bitset>
@@ -50,6 +51,7 @@ struct Connection {
   std::uint64_t bodies_thinned = 0;
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
+  net::TokenBucket poses{kUserPoseRate};
   bool wants_soft_shapes = false;
   std::map<std::uint32_t, std::string> soft_shapes_told;  ///< offsets, by soft body
   std::optional<Admission::Id> credential;                ///< by which the user may come back
@@ -99,6 +101,9 @@ struct SessionHub::Impl {
   void set_parameter(Connection& connection, const wire::ClientControl& message);
   void reset_room(Connection& connection, const wire::ClientControl& message);
   void ask_pose(Connection& connection, const wire::ClientControl& message);
+  std::string pose_edit_problem(const Connection& connection, const wire::AskPose& asked) const;
+  void cancel_minimising(Connection& connection, std::uint32_t request);
+  void refuse_unanswered_poses();
   void point(Connection& connection, const wire::ClientControl& message);
   void tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message);
   void set_law(Connection& connection, const wire::ClientControl& message);

@@ -49,6 +49,9 @@ class Session final : public server::ServerTransport, public client::ClientTrans
       if (ms == 18) point();
       if (ms == 22) ask_pose(wire::AskPose::MINIMISE);
       if (ms == 28) ask_pose(wire::AskPose::UNDO);
+      if (ms == 36) ask_pose(wire::AskPose::RENAME, 1, "renamed");
+      if (ms == 37) ask_pose(wire::AskPose::DELETE, 1);
+      if (ms == 38) ask_pose(wire::AskPose::CANCEL);
       room_.step(server_time_of_own_clock(now_));
       poses_.work();
       hub_.poll(VirtualClock(now_));
@@ -107,9 +110,11 @@ class Session final : public server::ServerTransport, public client::ClientTrans
     return settings;
   }
 
-  void ask_pose(wire::AskPose::Kind kind) {
+  void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "") {
     wire::AskPose asked;
     asked.set_kind(kind);
+    asked.set_number(number);
+    asked.set_name(name);
     client_.session().ask_pose(asked);
   }
 

@@ -91,6 +91,9 @@ TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
   EXPECT_EQ(control_in<wire::ClientControl>("reset_room"), reset_room().DebugString());
   EXPECT_EQ(control_in<wire::ClientControl>("ask_pose"), ask_pose().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("kept_pose"), kept_pose().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("rename_pose"), rename_pose().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("pose_deleted"), pose_deleted().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("pose_progress"), pose_progress().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("pointed"), pointed().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("room_start"), room_start().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("room_reset"), room_reset().DebugString());

@@ -179,6 +179,34 @@ wire::ServerControl kept_pose() {
   return message;
 }
 
+wire::ClientControl rename_pose() {
+  wire::ClientControl message;
+  message.set_request(14);
+  message.mutable_ask_pose()->set_kind(wire::AskPose::RENAME);
+  message.mutable_ask_pose()->set_number(7);
+  message.mutable_ask_pose()->set_name("bound");
+  return message;
+}
+
+wire::ServerControl pose_deleted() {
+  wire::ServerControl message;
+  message.set_request(13);
+  message.mutable_pose_deleted()->set_number(7);
+  message.mutable_pose_deleted()->set_user(2);
+  return message;
+}
+
+wire::ServerControl pose_progress() {
+  wire::ServerControl message;
+  wire::PoseProgress& progress = *message.mutable_pose_progress();
+  progress.set_user(2);
+  progress.set_steps(41);
+  progress.set_max_steps(201);
+  progress.set_energy_kj_per_mol(-310.25);
+  progress.set_is_over(true);
+  return message;
+}
+
 wire::ServerControl welcome() {
   wire::ServerControl message;
   message.set_request(1);
@@ -355,7 +383,10 @@ std::vector<GoldenMessage> golden_messages() {
           {"room_reset", Packing::kServerControlFrame, framed(room_reset())},
           {"soft_shape", Packing::kServerControlFrame, framed(soft_shape())},
           {"ask_pose", Packing::kClientControlFrame, framed(ask_pose())},
+          {"rename_pose", Packing::kClientControlFrame, framed(rename_pose())},
           {"kept_pose", Packing::kServerControlFrame, framed(kept_pose())},
+          {"pose_deleted", Packing::kServerControlFrame, framed(pose_deleted())},
+          {"pose_progress", Packing::kServerControlFrame, framed(pose_progress())},
           {"pointed", Packing::kServerControlFrame, framed(pointed())},
           {"room_start", Packing::kServerControlFrame, framed(room_start())},
           {"client_update", Packing::kClientDatagram, client_datagram()},

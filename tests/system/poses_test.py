@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import struct
 import threading
 import time
@@ -15,7 +16,7 @@ from support import ProgramTest, Server, finish, read_trace, run, start_client
 import wire  # of tests/attack, where support.py looks too
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
-KEEP, GO_TO, UNDO, REDO, MINIMISE = range(5)
+KEEP, GO_TO, UNDO, REDO, MINIMISE, DELETE, RENAME, CANCEL = range(8)
 
 
 class Holder:
@@ -33,7 +34,10 @@ class Holder:
 
     def hold(self):
         while not self.is_done:
-            self.client.send_state(self.place)
+            try:
+                self.client.send_state(self.place)
+            except OSError:
+                return  # the server has ended
             time.sleep(0.01)
 
     def close(self):
@@ -57,15 +61,34 @@ class Holder:
         return {"number": found.get(1, 0), "name": found[2].decode(), "energy": number_at(5) + number_at(6), "rmsd": number_at(7),
                 "contacts": found.get(8, 0)}
 
-    def ask(self, kind, number=0, name=""):
-        """The pose that was kept, or in words what was done, or why not."""
+    def send(self, kind, number=0, name=""):
         self.request += 1
         body = wire.whole(1, kind) + wire.whole(2, number) + wire.part(3, name.encode())
         self.client.stream.sendall(wire.control(wire.ASK_POSE, body, self.request))
-        answered, found = self.next(wire.KEPT_POSE, wire.POSE_TAKEN, wire.ERROR)
+        return self.request
+
+    def ask(self, kind, number=0, name=""):
+        """The pose that was kept or renamed, the number of one that was deleted, or in words what was done, or why not."""
+        self.send(kind, number, name)
+        answered, found = self.next(wire.KEPT_POSE, wire.POSE_TAKEN, wire.POSE_DELETED, wire.ERROR)
         if answered == wire.KEPT_POSE:
             return self.pose_of(found)
+        if answered == wire.POSE_DELETED:
+            return found[1]
         return found[3 if answered == wire.POSE_TAKEN else 2].decode()
+
+    def rest(self):
+        """Answers by their requests, until goodbye or the connection's end."""
+        answers = {}
+        while True:
+            try:
+                fields = dict(wire.fields(self.client.receive()))
+            except OSError:
+                return answers
+            if wire.GOODBYE in fields:
+                return answers
+            if fields.get(1):
+                answers[fields[1]] = {number: value for number, value in fields.items() if number != 1}
 
 
 @unittest.skipUnless(os.path.exists(HELICES), "needs the Debian package pymol-data")
@@ -159,6 +182,96 @@ class KeptPoses(ProgramTest):
     def check_playback(self, recording):
         code, out, err = run("tandem-replay", "play", str(recording), "--json")
         self.assertEqual(code, 0, out + err)
+
+    def test_poses_are_renamed_and_deleted_for_all_and_after_a_restart(self):
+        with self.server() as server:
+            holder = Holder(server.port, self.path("cache"))
+            try:
+                holder.kept(1)
+                time.sleep(0.3)
+                for number in (1, 2, 3):
+                    self.assertEqual(holder.ask(KEEP)["number"], number)
+                watcher = wire.RawClient(server.port)
+                watcher.join("otto", wire.OBSERVER)
+                self.assertEqual(holder.ask(RENAME, 2, "bound")["name"], "bound")
+                self.assertEqual(holder.ask(DELETE, 3), 3)
+                self.assertEqual(holder.ask(DELETE, 1), 1)
+                self.assertIn("no pose has that number", holder.ask(DELETE, 1))
+                self.assertIn("1 to 64 bytes", holder.ask(RENAME, 2, ""))
+                self.check_seen(watcher)
+                watcher.close()
+            finally:
+                holder.close()
+        (folder,) = pathlib.Path(self.path("kept")).iterdir()
+        self.assertEqual(sorted(file.name for file in folder.iterdir() if file.suffix in (".cif", ".pdb")), ["2.cif", "2.pdb"])
+        with open(folder / "poses.csv") as file:
+            self.assertEqual([(row["number"], row["name"]) for row in csv.DictReader(file)], [("2", "bound")])
+        with self.server() as again:
+            holder = Holder(again.port, self.path("cache"))
+            try:
+                self.assertEqual([(pose["number"], pose["name"]) for pose in holder.kept(2)], [(0, "as in the files"), (2, "bound")])
+                time.sleep(0.3)
+                self.assertEqual(holder.ask(KEEP)["number"], 4, "3 was used")
+            finally:
+                holder.close()
+
+    def check_seen(self, watcher):
+        """What another user of the room receives: all poses, the new name, and what is deleted."""
+        poses, names = [], {}
+        while poses[-1:] != [("deleted", 1)]:
+            for number, value in wire.fields(watcher.receive()):
+                found = dict(wire.fields(value)) if number in (wire.KEPT_POSE, wire.POSE_DELETED) else {}
+                if number == wire.KEPT_POSE:
+                    names[found.get(1, 0)] = found[2].decode()
+                elif number == wire.POSE_DELETED:
+                    poses.append(("deleted", found[1]))
+        self.assertEqual(names, {0: "as in the files", 1: "pose 1", 2: "bound", 3: "pose 3"})
+        self.assertEqual(poses, [("deleted", 3), ("deleted", 1)])
+
+    def test_a_minimisation_tells_how_far_it_is_and_is_cancelled(self):
+        with self.server() as server:
+            holder = Holder(server.port, self.path("cache"))
+            try:
+                holder.kept(1)
+                time.sleep(0.3)
+                before = self.energy_now(holder)
+                minimises = holder.send(MINIMISE)
+                _, progress = holder.next(wire.POSE_PROGRESS)
+                self.assertEqual((progress.get(1), progress[3], progress.get(5, 0)), (1, 201, 0), "user, most steps, over")
+                cancels = holder.send(CANCEL)
+                answers = {}
+                while not {minimises, cancels} <= set(answers):
+                    fields = dict(wire.fields(holder.client.receive()))
+                    answers[fields.get(1, 0)] = fields
+                self.assertIn(b"cancelled", dict(wire.fields(answers[minimises][wire.ERROR]))[2])
+                self.assertEqual(dict(wire.fields(answers[cancels][wire.POSE_PROGRESS]))[5], 1)
+                self.assertIn("no minimisation of yours", holder.ask(CANCEL))
+                self.assertAlmostEqual(self.energy_now(holder), before, delta=1, msg="they have not been moved")
+            finally:
+                holder.close()
+
+    def test_a_server_that_stops_answers_requests_that_wait(self):
+        for _ in range(3):
+            with self.server() as server:
+                holder = Holder(server.port, self.path("cache"))
+                try:
+                    holder.kept(1)
+                    time.sleep(0.3)
+                    self.assertEqual(holder.ask(KEEP)["number"], 1)
+                    requests = [holder.send(kind) for kind in (MINIMISE, KEEP, KEEP, KEEP)]
+                    holder.next(wire.POSE_PROGRESS)
+                    server.process.terminate()
+                    answers = holder.rest()
+                    self.assertEqual([request for request in requests if request not in answers], [], "without an answer")
+                    self.assertIn(b"the server is stopping", dict(wire.fields(answers[requests[0]][wire.ERROR]))[2])
+                finally:
+                    holder.close()
+                self.assertEqual(server.process.wait(20), 0)
+            for folder in pathlib.Path(self.path("kept")).iterdir():
+                listed = [pose["number"] for pose in json.loads((folder / "poses.json").read_text()).get("poses", [])]
+                written = {int(file.stem) for file in folder.glob("*.cif")}
+                self.assertEqual(written, set(listed))
+            shutil.rmtree(self.path("kept"))
 
     def test_observers_keep_none_and_other_rooms_have_none(self):
         with self.server() as server:

@@ -77,7 +77,7 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
   server.on_step = [&is_held](const Room& room, LocalTime) {
     while (room.name() == "stuck" && is_held) std::this_thread::sleep_for(milliseconds(1));
   };
-  auto watched = monitor.watch(server);
+  monitor.watch(server);
   std::thread thread([&server] { server.run(); });
   const auto says = [&monitor](const std::string& path, const std::string& status, const std::string& words) {
     return test::eventually([&] {
@@ -96,7 +96,6 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
   EXPECT_TRUE(says("/healthz", "200", "ok"));
   server.stop();
   thread.join();
-  watched.reset();
   EXPECT_THAT(get(monitor, "/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("ended")));
 }
 

@@ -3,122 +3,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
-#include "server/assets/docking_scene.hpp"
-#include "server/assets/scene_file.hpp"
-#include "tests/support/molecules.hpp"
+#include "tests/server/recording/pose_bench.hpp"
 
 namespace tandem::server {
 namespace {
 
 using testing::HasSubstr;
-
-/// Two helices apart, nobody holding them.
-std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& static_bodies) {
-  wire::Scene scene = docking_scene(molecule_source(std::string(test::k3al1File) + ":A", ""),
-                                    molecule_source(std::string(test::k3al1File) + ":B", ""), wire::MolecularField());
-  for (wire::Tool& tool : *scene.mutable_tools()) tool.clear_holds();
-  for (const int body : static_bodies) {
-    scene.mutable_bodies(body)->clear_mass_kg();
-    scene.mutable_bodies(body)->clear_graspable();
-  }
-  // Too weak to move them while nobody holds them.
-  scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
-  return load_scene_text(scene_text(scene), "helices", ".");
-}
-
-const std::shared_ptr<const LoadedScene>& helices() {
-  static const std::shared_ptr<const LoadedScene> kScene = load_helices({});
-  return kScene;
-}
-
-class PoseKeeperTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (!std::filesystem::exists(test::k3al1File) || !std::filesystem::exists(test::kOplsDirectory)) {
-      GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
-    }
-    start(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  /// Another room of the same scene, and its keeper.
-  void start(const std::filesystem::path& folder, const std::shared_ptr<const LoadedScene>& scene = helices()) {
-    keeper_.reset();
-    rooms_.clear();
-    rooms_.push_back(std::make_unique<Room>(RoomId{1}, "a room", scene));
-    keeper_ = std::make_unique<PoseKeeper>(folder, rooms_, [] { return 1'700'000'000'000ULL; });
-    ASSERT_TRUE(room().post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
-    step(1);
-  }
-
-  Room& room() { return *rooms_.front(); }
-
-  void step(int count) {
-    for (int i = 0; i < count; ++i) {
-      room().step(ServerTime(room().period() * static_cast<Duration::rep>(room().steps_done().value + 1)));
-    }
-    keeper_->work();
-  }
-
-  /// The second molecule is moved by so much, and left there for so long.
-  void move(const Vec3& by_angstrom, int rest_steps) {
-    RoomCommand command;
-    command.kind = RoomCommand::Kind::kPlace;
-    command.seat = {0, UserId{7}};
-    command.body = BodyId{2};
-    command.beside = BodyId{1};
-    command.X_SB = pose();
-    command.X_SB.p += helices()->world.metres_per_angstrom * by_angstrom;
-    ASSERT_TRUE(room().post(command));
-    for (int done = 0; done < rest_steps; done += 20) step(20);
-  }
-
-  Pose pose() { return room().world().body(BodyId{1}).X.inverse() * room().world().body(BodyId{2}).X; }
-
-  /// What is told to all, or to who asked; what the room is to do, it does.
-  wire::ServerControl ask(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
-    wire::AskPose asked;
-    asked.set_kind(kind);
-    asked.set_number(number);
-    asked.set_name(name);
-    EXPECT_TRUE(keeper_->ask(room(), UserId{7}, "ada", 31, asked));
-    keeper_->work();
-    return serve();
-  }
-
-  wire::ServerControl serve() {
-    wire::ServerControl told;
-    keeper_->deliver([&](const Room& of, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
-      EXPECT_EQ(&of, &room());
-      EXPECT_EQ(user, UserId{7});
-      told = answer;
-      if (placing == nullptr) return true;
-      RoomCommand command = *placing;
-      command.seat = {0, UserId{7}};
-      return !is_busy_ && room().post(command);
-    });
-    step(1);
-    return told;
-  }
-
-  double apart_angstrom(const Pose& one, const Pose& other) {
-    return (one.p - other.p).norm() / helices()->world.metres_per_angstrom;
-  }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("tandem_poses_" + std::to_string(::getpid()));
-  std::vector<std::unique_ptr<Room>> rooms_;
-  std::unique_ptr<PoseKeeper> keeper_;
-  bool is_busy_ = false;
-};
 
 TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   const Pose first = pose();
@@ -151,7 +47,7 @@ TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
   for (const auto kind : {wire::AskPose::UNDO, wire::AskPose::REDO}) {
     wire::AskPose asked;
     asked.set_kind(kind);
-    for (int i = 0; i < 2; ++i) EXPECT_TRUE(keeper_->ask(room(), UserId{7}, "ada", 31, asked));
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
     keeper_->work();
     // The room has not stepped: the second of them is not of where it still is.
     keeper_->work();
@@ -196,7 +92,7 @@ TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
   const auto ask_other = [&] {
     wire::AskPose asked;
     asked.set_kind(wire::AskPose::KEEP);
-    EXPECT_TRUE(other.ask(*rooms[0], UserId{7}, "ada", 31, asked));
+    EXPECT_EQ(other.ask(*rooms[0], UserId{7}, "ada", 31, asked), "");
     other.work();
     wire::ServerControl told;
     other.deliver([&told](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
@@ -287,14 +183,6 @@ TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
   ASSERT_EQ(keeper_->kept(room()).size(), 2U);
   EXPECT_EQ(keeper_->kept(room())[1].name(), "mine");
   EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 2U);
-}
-
-TEST_F(PoseKeeperTest, ThereIsAnEndToWhatIsKept) {
-  start("");
-  for (std::size_t i = 1; i <= kMaxKeptPoses; ++i) ASSERT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), i);
-  EXPECT_THAT(ask(wire::AskPose::KEEP).error().text(), HasSubstr("keeps no more"));
-  EXPECT_EQ(keeper_->kept(room()).size(), kMaxKeptPoses + 1);
-  EXPECT_EQ(ask(wire::AskPose::GO_TO, kMaxKeptPoses).message_case(), wire::ServerControl::kPoseTaken);
 }
 
 }  // namespace

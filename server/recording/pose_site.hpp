@@ -1,0 +1,182 @@
+// One room of two molecules: the poses that its users keep, where its molecules have rested, and the requests that are open.
+//
+//   room thread: on_command(), on_step() ──mailbox──▶ keeper's thread: watch(), serve_slice()
+//   io: requests ──ring──▶                                  └─▶ answers (PoseKeeper brings them to io)
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/realtime/mailbox.hpp"
+#include "common/realtime/ring.hpp"
+#include "server/assets/pose_minimiser.hpp"
+#include "server/recording/kept_pose_files.hpp"
+#include "server/room/room.hpp"
+
+namespace tandem::server {
+
+// What a user may ask of a room's poses (WIRE.md); rates: session/limits.hpp and room/room_seats.hpp.
+inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
+inline constexpr std::size_t kMaxPoseRequestsOfUser = 4, kMaxPoseRequestsOfRoom = 32;
+
+/// Pairs of atoms that are evaluated in one slice, so that other rooms need not wait for longer.
+inline constexpr std::size_t kMaxPairsInSlice = 10'000'000;
+/// Larger scenes have no kept poses: each of them is evaluated in double, all pairs of it.
+inline constexpr std::size_t kMaxPairsToKeep = 300'000'000;
+
+struct PoseRequest {
+  std::uint64_t id = 0;  ///< unique in the keeper
+  UserId user;
+  std::string user_name;
+  std::uint32_t number = 0;  ///< of the request on the wire
+  wire::AskPose asked;
+  /// A literal that says why the request is not to be served any more; null: it is. Set by io.
+  std::shared_ptr<std::atomic<const char*>> called_off;
+};
+
+class PoseSite;
+
+struct PoseAnswer {
+  PoseSite* site = nullptr;
+  std::uint64_t id = 0;  ///< of the request that is answered by this; 0: this tells of one that is under way
+  UserId user;
+  wire::ServerControl message;
+  std::optional<RoomCommand> placing;
+};
+
+class PoseSite final : public RoomWatcher {
+ public:
+  /// In      folder  of all rooms' poses; empty: nothing is written
+  ///         first, second  indices of the bodies with the molecules
+  PoseSite(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second);
+  ~PoseSite() override;
+  PoseSite(const PoseSite&) = delete;
+  PoseSite& operator=(const PoseSite&) = delete;
+
+  // The room's thread.
+  void on_command(const RoomCommand& command) noexcept override;
+  void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
+  void on_step(const Room& of, ServerTime now, TickFaults faults) noexcept override;
+
+  // The keeper's thread.
+  /// Takes where the molecules are.
+  void watch();
+  /// A request can be served. Not while the room has yet to place the molecules where the last answer sends them: what follows is
+  /// asked of there. A minimisation is computed meanwhile.
+  bool has_work();
+  /// Some work for a request, its answer if that is the end of it, and news of one that goes on. While has_work().
+  ///
+  /// Model   A minimisation and other requests take turns. One that brings the molecules elsewhere ends it
+  /// Out     the work, in pairs of atoms: about kMaxPairsInSlice at most
+  std::uint64_t serve_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
+  /// Answers each open request by that refusal.
+  void refuse_all(const std::string& why, std::deque<PoseAnswer>& answers);
+
+  // io
+  /// A request that was pushed, until its answer is delivered.
+  struct Asked {
+    std::uint64_t id;
+    UserId user;
+    std::uint32_t number;
+    wire::AskPose::Kind kind;
+    std::shared_ptr<std::atomic<const char*>> called_off;
+  };
+  const Room* const room;
+  std::vector<Asked> asked;
+  std::vector<wire::KeptPose> kept;  ///< number 0, and those that users keep, as far as io knows
+  realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
+  /// The room did not get what the last answer wanted placed.
+  void refuse_placing() { is_refused_ = true; }
+
+ private:
+  /// Two bodies, the step after which they were there, and how many placings the room had been sent before.
+  struct Sample {
+    Pose X_WA, X_WB;
+    Step step;
+    std::uint64_t placings = 0;
+  };
+  /// Poses that can be gone back to, and which of them is now's; those behind it can be gone forward to.
+  struct Trail {
+    std::vector<Pose> poses;
+    std::size_t at = 0;
+  };
+  /// The energy of a pose, atom after atom of the first molecule.
+  struct Evaluation {
+    Pose X_AB;
+    std::size_t atoms_done = 0;
+    double lj_kj_per_mol = 0, coulomb_kj_per_mol = 0;
+  };
+  struct Keeping {
+    PoseRequest request;
+    Evaluation evaluation;
+  };
+  struct Minimisation {
+    PoseRequest request;
+    PoseMinimiser minimiser;
+    std::size_t steps = 0, max_steps = 0;
+    std::uint64_t told_ms = 0;
+  };
+
+  std::uint64_t begin(PoseRequest request, std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
+  PoseAnswer move_on(const PoseRequest& request);
+  PoseAnswer delete_pose(const PoseRequest& request);
+  PoseAnswer rename_pose(const PoseRequest& request);
+  void begin_minimising(PoseRequest request, std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
+  std::uint64_t minimise_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
+  void end_minimising(const std::string& why, std::deque<PoseAnswer>& answers);
+  PoseAnswer progress(bool is_over);
+  std::string keeping_problem(const PoseRequest& request) const;
+  std::uint64_t keep_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
+  PoseAnswer keep(const Keeping& keeping, std::uint64_t unix_ms);
+
+  PoseAnswer answer_to(const PoseRequest& request);
+  PoseAnswer refusal(const PoseRequest& request, wire::ErrorCode code, const std::string& text);
+  PoseAnswer place(const Pose& X_AB, const std::string& text, const PoseRequest& request);
+  PoseAnswer leave_for(const Pose& X_AB, const std::string& text, const PoseRequest& request);
+
+  Pose as_in_files() const { return {centre_b_ - centre_a_, Quat::Identity()}; }
+  bool is_elsewhere() const;
+  void mark(const Pose& X_AB);
+  bool evaluate_slice(Evaluation& evaluation) const;
+  wire::KeptPose described(const Evaluation& evaluation) const;
+  const wire::KeptPose* find(std::uint32_t number) const;
+  std::string write_down(const KeptPoseList& list, const wire::KeptPose* added);
+
+  const std::string room_name_;
+  const BodyId first_, second_;
+  const std::shared_ptr<const LoadedScene> scene_;
+  const docking::Molecule& a_;
+  const docking::Molecule& b_;
+  const Vec3 centre_a_, centre_b_;
+  const bool moves_first_, moves_second_;
+  const Duration period_;
+  std::filesystem::path folder_;
+
+  std::uint64_t placings_ = 0, placings_told_ = 0;  ///< the room's own
+  realtime::Mailbox<Sample> samples_;
+  std::atomic<bool> is_refused_{false};
+
+  // The keeper's thread.
+  int lock_ = -1;
+  bool is_known_ = false;  ///< the file has the list below; with the lock it stays so
+  bool is_placing_ = false;
+  std::uint64_t placed_ = 0;  ///< by the newest sample
+  wire::KeptPose of_files_;
+  KeptPoseList list_;
+  std::deque<PoseRequest> waiting_;
+  std::optional<Keeping> keeping_;
+  std::optional<Minimisation> minimising_;
+  bool was_minimising_ = false;  ///< in the last slice
+  std::optional<Pose> placed_from_;
+  std::optional<Pose> X_AB_;   ///< newest [Å]
+  std::optional<Pose> still_;  ///< since then it has moved less than kStill_angstrom
+  Step still_since_{};
+  Trail trail_, before_placing_;
+};
+
+}  // namespace tandem::server
