@@ -59,7 +59,6 @@ struct ClientIo::Impl {
   asio::posix::stream_descriptor tick_event;
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
-  std::thread thread;
 
   std::shared_ptr<const wire::Joined> joined;  // io thread's copy
   std::shared_ptr<const Credentials> beside;   // likewise
@@ -67,6 +66,8 @@ struct ClientIo::Impl {
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published`; never taken by the haptic thread
   ClientIoSnapshot published;
+
+  std::thread thread;  // uses all of the above
 };
 
 ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device)
@@ -87,13 +88,13 @@ ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devi
 }
 
 void ClientIo::Impl::run() {
-  for (const std::string& line : realtime::request_realtime(settings.realtime_priority)) {
-    if (owner.on_log) owner.on_log(line);
-  }
-  session.start(clock.now());
-  await_ticks();
-  await_poll_time();
   try {
+    for (const std::string& line : realtime::request_realtime(settings.realtime_priority)) {
+      if (owner.on_log) owner.on_log(line);
+    }
+    session.start(clock.now());
+    await_ticks();
+    await_poll_time();
     io.run();
   } catch (const std::exception& error) {
     // Out of memory or threads: a program that ended here would leave the force on.
@@ -164,6 +165,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.law = session.law().name;
   snapshot.soft_offsets = session.soft_offsets();
   snapshot.kept_poses = session.kept_poses();
+  snapshot.pose_progress = session.pose_progress();
   snapshot.pointed = session.pointed();
   snapshot.coupling_check = session.coupling_check();
   snapshot.stage = client.stage();

@@ -50,6 +50,7 @@ struct ClientIoSnapshot {
   haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
   std::string_view law;                                                ///< ClientSession::law()
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< ClientSession::kept_poses()
+  std::optional<wire::PoseProgress> pose_progress;                     ///< ClientSession::pose_progress()
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< ClientSession::pointed()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
   CouplingCheck coupling_check;                                        ///< of the coupling in force

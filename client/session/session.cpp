@@ -204,6 +204,10 @@ const std::shared_ptr<const std::vector<wire::KeptPose>>& ClientSession::kept_po
   return impl_->kept_poses;
 }
 
+const std::optional<wire::PoseProgress>& ClientSession::pose_progress() const {
+  return impl_->pose_progress;
+}
+
 const std::vector<std::shared_ptr<const std::vector<Vec3>>>& ClientSession::soft_offsets() const {
   return impl_->soft_offsets;
 }

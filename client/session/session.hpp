@@ -136,7 +136,7 @@ class ClientSession {
   void kick(UserId user);
   /// Back to the start, all that moves; for the room's operator.
   void reset_room();
-  /// Keeps a pose of the room's two molecules, or goes to another one.
+  /// Keeps a pose of the room's two molecules, goes to another one, deletes or renames one, minimises, or cancels that.
   void ask_pose(const wire::AskPose& asked);
   /// Shows the others a place.
   void point(const wire::Point& place);
@@ -176,6 +176,8 @@ class ClientSession {
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept_poses() const;
   /// When the hand of this user begins, in the scene of the last join.
   const HandStart& hand_start() const;
+  /// Of the minimisation that is under way in the room; none: none is.
+  const std::optional<wire::PoseProgress>& pose_progress() const;
   /// What the server refused last, or the last news of the room, for people; "" before the first.
   const std::string& news() const;
   /// That let in a second device of the user; null: without them it joins as anybody does.

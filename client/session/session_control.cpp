@@ -132,6 +132,12 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     case wire::ServerControl::kKeptPose:
       take_kept_pose(message.kept_pose());
       return true;
+    case wire::ServerControl::kPoseDeleted:
+      take_pose_deleted(message.pose_deleted());
+      return true;
+    case wire::ServerControl::kPoseProgress:
+      take_pose_progress(message.pose_progress());
+      return true;
     case wire::ServerControl::kPointed:
       take_pointed(message.pointed(), now);
       return true;
@@ -152,17 +158,25 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   }
 }
 
-/// In their order from 0 on; one that cannot be is none.
+/// By ascending numbers from 0 on; one that is there gets another name. A pose that cannot be is dropped.
 void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
-  constexpr std::size_t kMaxTold = 256;
+  constexpr std::size_t kMaxPoses = 256;
   auto poses = kept_poses ? std::make_shared<std::vector<wire::KeptPose>>(*kept_poses)
                           : std::make_shared<std::vector<wire::KeptPose>>();
   const auto& numbers = told.in_first();
   const bool is_pose =
       numbers.size() == 7 && std::abs(Quat(numbers[3], numbers[4], numbers[5], numbers[6]).norm() - 1) < 1e-6;
-  if (!is_pose || told.number() != poses->size() || poses->size() == kMaxTold) return;
-  poses->push_back(told);
-  wire::KeptPose& pose = poses->back();
+  if (!is_pose) return;
+  const auto known = std::ranges::find(*poses, told.number(), &wire::KeptPose::number);
+  if (known != poses->end()) {
+    if (told.number() == 0) return;
+    known->set_name(printable(told.name()));
+    kept_poses = std::move(poses);
+    return;
+  }
+  const bool is_next = poses->empty() ? told.number() == 0 : told.number() > poses->back().number();
+  if (!is_next || poses->size() == kMaxPoses) return;
+  wire::KeptPose& pose = poses->emplace_back(told);
   pose.set_name(printable(told.name()));
   pose.set_user_name(printable(told.user_name()));
   if (told.is_news()) {
@@ -170,6 +184,23 @@ void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
     log(news);
   }
   kept_poses = std::move(poses);
+}
+
+/// The pose of the files stays.
+void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& told) {
+  if (!kept_poses || told.number() == 0) return;
+  auto poses = std::make_shared<std::vector<wire::KeptPose>>(*kept_poses);
+  const auto deleted = std::ranges::find(*poses, told.number(), &wire::KeptPose::number);
+  if (deleted == poses->end()) return;
+  news = "\"" + deleted->name() + "\" was deleted";
+  log(news);
+  poses->erase(deleted);
+  kept_poses = std::move(poses);
+}
+
+void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& told) {
+  if (told.is_over() || told.max_steps() == 0 || !std::isfinite(told.energy_kj_per_mol())) return pose_progress.reset();
+  pose_progress = told;
 }
 
 /// Of a user who is here, and a place that is one.
@@ -254,6 +285,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   has_joined = true;
   room_left.reset();
   kept_poses.reset();
+  pose_progress.reset();
   pointed.clear();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);

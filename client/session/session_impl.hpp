@@ -51,6 +51,8 @@ struct ClientSession::Impl {
   void take_soft_shape(const wire::SoftShape& told);
   void take_kept_pose(const wire::KeptPose& told);
   void take_start(const wire::RoomStart& start);
+  void take_pose_deleted(const wire::PoseDeleted& told);
+  void take_pose_progress(const wire::PoseProgress& told);
   void take_pointed(const wire::Pointed& told, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
@@ -104,6 +106,7 @@ struct ClientSession::Impl {
   AssetInfos felt_fine;                        // … and for these, which come after
   std::vector<wire::UserJoined> users;
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
+  std::optional<wire::PoseProgress> pose_progress;
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;
 
   ConnectionId connection;

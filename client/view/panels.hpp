@@ -25,7 +25,8 @@ struct WindowSwitches {
   MoleculeStyle molecules{};
   /// Of the panels' parts: session, network, touch, stage, view, molecules, hand.
   std::array<bool, 7> is_open{true, true, true, true, true, true, false};
-  std::array<char, 65> pose_name{};  ///< being typed, of a pose to be kept; not remembered
+  std::array<char, 65> pose_name{};      ///< being typed, of a pose to be kept; not remembered
+  std::array<char, 65> new_pose_name{};  ///< likewise, of one that is kept
 };
 
 struct PanelContent {

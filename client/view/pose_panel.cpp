@@ -1,6 +1,7 @@
 // The part of the panels for scenes of two molecules: how they are to each other, and the poses that users keep.
 #include <imgui.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -19,13 +20,48 @@ std::string counted(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-void draw_kept(const PanelContent& content, const std::vector<wire::KeptPose>& poses) {
+/// A popup of the row: another name, or deletion.
+void draw_edit(const PanelContent& content, WindowSwitches& switches, const wire::KeptPose& pose) {
+  if (pose.number() == 0) return ImGui::TextUnformatted("");
+  if (ImGui::SmallButton("...")) {
+    switches.new_pose_name = {};
+    pose.name().copy(switches.new_pose_name.data(), switches.new_pose_name.size() - 1);
+    ImGui::OpenPopup("edit");
+  }
+  if (!ImGui::BeginPopup("edit")) return;
+  ImGui::SetNextItemWidth(12 * ImGui::GetFontSize());
+  const bool is_entered = ImGui::InputText("##rename", switches.new_pose_name.data(), switches.new_pose_name.size(),
+                                           ImGuiInputTextFlags_EnterReturnsTrue);
+  ImGui::SameLine();
+  const bool renames = ImGui::Button("rename") || is_entered;
+  ImGui::SameLine();
+  const bool deletes = ImGui::Button("delete");
+  if (renames) ask_pose(content.client, wire::AskPose::RENAME, pose.number(), switches.new_pose_name.data());
+  if (deletes) ask_pose(content.client, wire::AskPose::DELETE, pose.number());
+  if (renames || deletes) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+}
+
+/// The button, or while a minimisation is under way how far it is, and a button that cancels it.
+void draw_minimising(const PanelContent& content) {
+  const auto& progress = content.io->pose_progress;
+  if (!progress) {
+    if (ImGui::Button("minimise")) ask_pose(content.client, wire::AskPose::MINIMISE);
+    return;
+  }
+  if (ImGui::Button("cancel")) ask_pose(content.client, wire::AskPose::CANCEL);
+  const float done = static_cast<float>(progress->steps()) / static_cast<float>(progress->max_steps());
+  ImGui::ProgressBar(std::min(1.0F, done), ImVec2(-1, 0),
+                     text_of("minimising: %.0f kJ/mol", progress->energy_kj_per_mol()).c_str());
+}
+
+void draw_kept(const PanelContent& content, WindowSwitches& switches, const std::vector<wire::KeptPose>& poses) {
   const float row = ImGui::GetTextLineHeightWithSpacing();
   const float height = row * static_cast<float>(1 + std::min<std::size_t>(kRowsShown, poses.size()));
-  if (!ImGui::BeginTable("poses", 4, ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg, ImVec2(0, height))) return;
+  if (!ImGui::BeginTable("poses", 5, ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg, ImVec2(0, height))) return;
   ImGui::TableSetupScrollFreeze(0, 1);
   ImGui::TableSetupColumn("pose", ImGuiTableColumnFlags_WidthStretch);
-  for (const char* name : {"kJ/mol", "RMSD", "H-bonds"}) {
+  for (const char* name : {"kJ/mol", "RMSD", "H-bonds", " ... "}) {
     ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, ImGui::CalcTextSize(name).x);
   }
   ImGui::TableHeadersRow();
@@ -33,16 +69,19 @@ void draw_kept(const PanelContent& content, const std::vector<wire::KeptPose>& p
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
     ImGui::PushID(static_cast<int>(pose.number()));
-    if (ImGui::Selectable(pose.name().c_str(), false, ImGuiSelectableFlags_SpanAllColumns)) {
+    const int flags = ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowItemOverlap;
+    if (ImGui::Selectable(pose.name().c_str(), false, flags)) {
       ask_pose(content.client, wire::AskPose::GO_TO, pose.number());
     }
     if (ImGui::IsItemHovered() && !pose.user_name().empty()) ImGui::SetTooltip("kept by %s", pose.user_name().c_str());
-    ImGui::PopID();
     for (const std::string& text : {text_of("%.0f", pose.lj_kj_per_mol() + pose.coulomb_kj_per_mol()),
                                     text_of("%.2f", pose.rmsd_angstrom()), std::to_string(pose.hydrogen_bonds())}) {
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(text.c_str());
     }
+    ImGui::TableNextColumn();
+    draw_edit(content, switches, pose);
+    ImGui::PopID();
   }
   ImGui::EndTable();
 }
@@ -85,8 +124,8 @@ void draw_poses(const PanelContent& content, WindowSwitches& switches) {
   ImGui::SameLine();
   if (ImGui::Button("redo (Y)")) ask_pose(content.client, wire::AskPose::REDO);
   ImGui::SameLine();
-  if (ImGui::Button("minimise")) ask_pose(content.client, wire::AskPose::MINIMISE);
-  draw_kept(content, *content.io->kept_poses);
+  draw_minimising(content);
+  draw_kept(content, switches, *content.io->kept_poses);
 }
 
 }  // namespace tandem::client

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "client/session/credentials.hpp"
 #include "proto/join_token.hpp"
@@ -393,6 +395,68 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   EXPECT_EQ(bench.session.kept_poses()->front().name().find('\x1b'), std::string::npos);
   for (std::uint32_t number = 1; number < 1000; ++number) say(number, {1, 2, 3, 1, 0, 0, 0});
   EXPECT_EQ(bench.session.kept_poses()->size(), 256U) << "a server cannot fill a client";
+  EXPECT_EQ(bench.state(), "active");
+}
+
+TEST(ClientSession, KeptPosesAreRenamedAndDeletedAndNoMessageLeavesAHole) {
+  test::SessionBench bench;
+  greet(bench);
+  bench.say_joined(test::minimal_joined());
+  const auto say = [&bench](std::uint32_t number, const std::string& name) {
+    wire::ServerControl message;
+    message.mutable_kept_pose()->set_number(number);
+    message.mutable_kept_pose()->set_name(name);
+    for (const double each : {1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0}) message.mutable_kept_pose()->add_in_first(each);
+    bench.say(message);
+  };
+  const auto say_deleted = [&bench](std::uint32_t number) {
+    wire::ServerControl message;
+    message.mutable_pose_deleted()->set_number(number);
+    bench.say(message);
+  };
+  const auto names = [&bench] {
+    std::string text;
+    for (const wire::KeptPose& pose : *bench.session.kept_poses())
+      text += std::to_string(pose.number()) + " " + pose.name() + ", ";
+    return text;
+  };
+  say_deleted(1);
+  EXPECT_EQ(bench.session.kept_poses(), nullptr);
+  for (const std::uint32_t number : {0U, 1U, 4U, 9U}) say(number, "pose");
+  say(4, "bound \x1b[31m");
+  say(0, "not the files'");
+  say(3, "too late");
+  EXPECT_EQ(names().find('\x1b'), std::string::npos);
+  say(4, "bound");
+  EXPECT_EQ(names(), "0 pose, 1 pose, 4 bound, 9 pose, ");
+  for (const std::uint32_t number : {0U, 1U, 1U, 9U, 4'000'000'000U}) say_deleted(number);
+  EXPECT_EQ(names(), "0 pose, 4 bound, ");
+  say(12, "another");
+  EXPECT_EQ(names(), "0 pose, 4 bound, 12 another, ");
+  EXPECT_EQ(bench.state(), "active");
+}
+
+TEST(ClientSession, TheProgressOfAMinimisationIsThereUntilItIsOver) {
+  test::SessionBench bench;
+  greet(bench);
+  bench.say_joined(test::minimal_joined());
+  const auto say = [&bench](std::uint32_t max_steps, double energy, bool is_over) {
+    wire::ServerControl message;
+    message.mutable_pose_progress()->set_steps(3);
+    message.mutable_pose_progress()->set_max_steps(max_steps);
+    message.mutable_pose_progress()->set_energy_kj_per_mol(energy);
+    message.mutable_pose_progress()->set_is_over(is_over);
+    bench.say(message);
+  };
+  say(201, -3, false);
+  ASSERT_TRUE(bench.session.pose_progress());
+  EXPECT_EQ(bench.session.pose_progress()->steps(), 3U);
+  for (const auto& [max_steps, energy, is_over] :
+       {std::tuple(201U, -3.0, true), {0U, -3.0, false}, {201U, std::nan(""), false}}) {
+    say(201, -3, false);
+    say(max_steps, energy, is_over);
+    EXPECT_FALSE(bench.session.pose_progress());
+  }
   EXPECT_EQ(bench.state(), "active");
 }
 
