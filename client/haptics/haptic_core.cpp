@@ -429,6 +429,7 @@ void HapticCore::record_stage() noexcept {
   record_.has_local_body = stage_output_.has_watched_body;
   record_.local_body_W = stage_output_.watched_body;
   record_.is_predicting = stage_output_.is_predicting;
+  record_.stage_samples = stage_output_.samples;
   record_.passivity_gain = 1 + passivity_share_ * (passivity_.gain() - 1);
   record_.passivity_withheld_j = passivity_.withheld_j();
 }

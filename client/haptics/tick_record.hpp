@@ -34,6 +34,7 @@ struct TickRecord {
   bool has_local_body = false;      ///< the stage has a copy of the watched body
   RigidState local_body_W;          ///< that copy
   bool is_predicting = false;       ///< the wrench has a predicted part
+  std::uint64_t stage_samples = 0;  ///< StageOutput::samples
   double passivity_gain = 1;        ///< share of the stage's wrench that the passivity controller let through
   double passivity_withheld_j = 0;  ///< world joules, running sum
   std::uint32_t scene_generation = 0;

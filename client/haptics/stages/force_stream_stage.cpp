@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <chrono>
+
 #include "client/haptics/stages/makers.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
 
@@ -8,9 +11,17 @@ namespace {
 constexpr double kTouching_n = 0.10, kFree_n = 0.05;
 constexpr double kTouching_n_m = 0.005, kFree_n_m = 0.0025;
 
-/// When what the server says of step `update.stepped` was true, on this machine's clock.
+/// A wrench that is older than this counts as this old; the safety chain displays none of that age.
+constexpr Duration kMaxSampleAge = std::chrono::seconds(1);
+
+/// When the wrench of step `update.stepped` was true, on this machine's clock.
+///
+/// The server's stamp and the estimated offset of its clock are bounded by what is certain: a wrench is not newer than
+/// the datagram that carried it. Before the first exchange of time stamps, and after a wrong one, the offset may be off by
+/// years; a sample from the future would make the stream reject all later ones.
 LocalTime stepped_at(const ReceivedUpdate& received) {
-  return LocalTime(received.update.stepped.time_since_epoch() - received.clock_offset);
+  const LocalTime by_server(received.update.stepped.time_since_epoch() - received.clock_offset);
+  return std::clamp(by_server, received.received - kMaxSampleAge, received.received);
 }
 
 class ForceStreamStage final : public Stage {
@@ -25,7 +36,9 @@ class ForceStreamStage final : public Stage {
       const Wrench& wrench = input.newest->update.wrench_on_hand_W;
       const bool was_contact = is_contact_;
       is_contact_ = is_contact(wrench, was_contact);
+      const std::uint64_t samples_before = stream_.figures().resampled;
       stream_.push(stepped_at(*input.newest), wrench, is_contact_ != was_contact);
+      output.samples = stream_.figures().resampled - samples_before;
     }
     output.wrench_on_hand_W = stream_.at(input.now);
     output.is_predicting = true;

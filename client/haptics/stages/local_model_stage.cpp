@@ -123,6 +123,7 @@ class LocalModelStage final : public Stage {
 
  private:
   bool is_predicting() const noexcept { return residual_ != nullptr || is_scored_; }
+  std::uint64_t samples() const noexcept { return residual_ != nullptr ? residual_->figures().resampled : 0; }
   Wrench predicted_residual(const StageInput& input) noexcept;
 
   std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none" or scored
@@ -143,7 +144,9 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     LocalModelInput for_model = model_input(input);
     for_model.foresees_partners = is_predicting();
     output.local_wrench_on_hand_W = model->step(for_model);
+    const std::uint64_t samples_before = samples();
     const Wrench residual = predicted_residual(input);
+    output.samples = samples() - samples_before;
     output.wrench_on_hand_W = output.local_wrench_on_hand_W + residual;
     output.is_predicting = is_predicting();
     output.mode = proto::ClientMode::kLocalModel;

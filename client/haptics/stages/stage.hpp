@@ -27,6 +27,9 @@ class ProxyWorld;
 /// The predictor that shows of a residual what came true lately.
 inline constexpr std::string_view kScoredPredictor = "scored";
 
+/// What the server's time stamps can make a stage process in one tick, whatever they say.
+inline constexpr std::uint64_t kMaxStageSamples = 512;
+
 /// Which stage, with which parts. The same names on the command line, in experiment files and in reports.
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
@@ -70,6 +73,8 @@ struct StageOutput {
   /// Cumulative: what the stage's own store of energy (local bodies, fields) has given the coupling so far, less what
   /// it got; the passivity controller lets the hand have its rise, as it does what the server drew from the world.
   double energy_from_local_j = 0;
+  /// Samples that the server's time stamps made a force stream append in this tick: at most kMaxStageSamples.
+  std::uint64_t samples = 0;
 };
 
 /// One way of showing the hand the scene.

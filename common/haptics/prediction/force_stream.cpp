@@ -239,15 +239,21 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.forget_model();
   }
 
+  /// Resamples the line from the newest sample to this one. A gap longer than the window leaves nothing of it: the series
+  /// begins anew, so that no gap, whatever its stamps say, appends more than `window` samples.
   void extend_series(LocalTime sampled_at, const Vec6& value) noexcept {
-    if (series.count() == 0) {
+    const bool is_beyond_window = sampled_at - series_at > static_cast<Duration::rep>(settings.window) * period;
+    if (series.count() == 0 || is_beyond_window) {
+      series.clear();
       series.append(value, settings.window);
+      ++figures.resampled;
       series_at = sampled_at;
       return;
     }
     const LocalTime before = history.newest_at();
     const double span = to_seconds(sampled_at - before);
     for (; series_at + period <= sampled_at; ++since_fit) {
+      ++figures.resampled;
       series_at += period;
       const double u = std::clamp(to_seconds(series_at - before) / span, 0.0, 1.0);
       series.append(history.newest() + u * (value - history.newest()), settings.window);

@@ -60,6 +60,7 @@ using ArModels = std::array<ArModel, 6>;
 /// Running figures of a stream, for traces and reports.
 struct ForceStreamFigures {
   std::uint64_t samples = 0;
+  std::uint64_t resampled = 0;           ///< of the even series, appended
   std::uint64_t fits = 0;                ///< coefficients taken over
   std::uint64_t resets = 0;              ///< by contact changes, jumps and gaps
   std::uint64_t rejected = 0;            ///< samples that were not finite, or not newer than the newest
@@ -70,8 +71,8 @@ struct ForceStreamFigures {
 ///
 /// Fails   at() before the first sample gives zero; a sample that is not finite or not newer is dropped and counted;
 ///         the output is finite always and within the recent range widened by range_factor
-/// Cost    push and at: O(p) for each axis, no allocation, no lock; fit: see `tandem-lab
-///         reproduce prediction`
+/// Cost    push and at: O(p) for each axis, and of push after a gap at most `window` samples, however long the gap is; no
+///         allocation, no lock; fit: see `tandem-lab reproduce prediction`
 /// Thread  push, at, reset, adopt, figures: haptic. fit_pending, fit: io (one thread).
 class ForceStream {
  public:

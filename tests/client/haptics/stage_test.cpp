@@ -11,6 +11,7 @@
 #include "client/haptics/stages/makers.hpp"
 #include "common/base/random.hpp"
 #include "common/haptics/coupling/laws.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem::client {
 namespace {
@@ -126,6 +127,7 @@ struct LateForce {
     if (rig.input.is_new) {
       const LocalTime stepped = now - age;
       rig.newest.stepped = ServerTime(stepped.time_since_epoch() + kOffset);
+      rig.received.received = now;
       rig.newest.wrench_on_hand_W.f.x() = force(to_seconds(stepped.time_since_epoch()));
     }
     rig.input.newest = k < 5 ? nullptr : &rig.received;
@@ -163,6 +165,26 @@ TEST(ForceStreamStage, ArFollowsASineBetterThanTheLastSample) {
     held_error += std::pow(hold - truth, 2);
   }
   EXPECT_LT(std::sqrt(late_error), 0.25 * std::sqrt(held_error));
+}
+
+TEST(ForceStreamStage, FollowsTheNewestWrenchWhateverTheClockOffsetSaysAtFirst) {
+  Random random(test::test_seed(59));
+  for (const char* const name : {"linear", "ar", "ar-spline"}) {
+    for (int trial = 0; trial < 100; ++trial) {
+      LateForce late(name);
+      // Off by up to a year, either way, for ten states: what a wrong exchange, or none over TCP yet, leaves.
+      const double off_s = std::exp(random.uniform(std::log(1e-3), std::log(3.15e7)));
+      late.rig.received.clock_offset += from_seconds(random.uniform() < 0.5 ? off_s : -off_s);
+      for (int k = 0; k < 50; ++k) late.tick([](double) { return 1.0; });
+      late.rig.received.clock_offset = LateForce::kOffset;
+      double shown = 0;
+      for (int k = 0; k < 200; ++k) {
+        shown = late.tick([](double) { return 3.0; });
+        ASSERT_TRUE(std::isfinite(shown));
+      }
+      ASSERT_NEAR(shown, 3, 0.01) << name << ", off by " << off_s << " s";
+    }
+  }
 }
 
 TEST(ForceStreamStage, ForgetsOnReset) {

@@ -11,6 +11,7 @@
 
 #include "common/base/random.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem::haptics {
 namespace {
@@ -364,6 +365,32 @@ TEST(ForceStream, SettingsOutOfRangeAreNamed) {
   EXPECT_THAT(complaint([](ForceStreamSettings& s) { s.window = 5000; }), HasSubstr("window"));
   EXPECT_THAT(complaint([](ForceStreamSettings& s) { s.series_rate_hz = std::nan(""); }), HasSubstr("series_rate_hz"));
   EXPECT_THAT(complaint([](ForceStreamSettings& s) { s.blend = -milliseconds(1); }), HasSubstr("blend"));
+}
+
+/// From a nanosecond to a year, even in its logarithm; a tenth of them go back.
+Duration random_gap(Random& random) {
+  const auto size = static_cast<Duration::rep>(std::exp(random.uniform(0, std::log(3.2e16))));
+  return Duration(random.uniform() < 0.1 ? -size : size);
+}
+
+TEST(ForceStream, NoGapCostsMoreThanAWindowOrLeavesTheRange) {
+  Random random(test::test_seed(59));
+  for (const std::string_view name : force_stream_names()) {
+    ForceStream stream(of(name));
+    LocalTime sampled{};
+    for (int k = 0; k < 5000; ++k) {
+      // Half of the time an even stream, so that there are models and running errors to spoil.
+      sampled += random.uniform() < 0.5 ? kForceStreamPeriod : random_gap(random);
+      const std::uint64_t before = stream.figures().resampled;
+      stream.push(sampled, all_axes(random.uniform(-5, 5)), random.uniform() < 0.1);
+      ASSERT_LE(stream.figures().resampled - before, stream.settings().window) << name << ", sample " << k;
+      stream.fit();
+      const Wrench shown = stream.at(sampled + random_gap(random));
+      // −10 … 10 N are the range of the largest axis; the output may leave it by as much as it is wide.
+      ASSERT_TRUE(is_finite(shown)) << name << ", sample " << k;
+      ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), 30 + 1e-9) << name << ", sample " << k;
+    }
+  }
 }
 
 }  // namespace
