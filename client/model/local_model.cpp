@@ -180,7 +180,7 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
                                    [&copy](const proto::BodyState& body) { return body.id == copy.id; });
     if (told == update.bodies.end()) continue;
     if (!std::exchange(copy.is_known, true)) world_.set_body(copy.id, told->state);
-    copy.track.add(stepped, told->state, update.step.value);
+    copy.track.add(stepped, told->state);
     if (then == nullptr) continue;
     const BodyThen& body_then =
         history_.bodies(update.answered_input)[static_cast<std::size_t>(&copy - copies_.data())];

@@ -130,9 +130,9 @@ void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate&
     return;
   }
   const Duration stepped = update.stepped.time_since_epoch();
-  handle_.add(stepped, told.handle, update.step.value);
-  force_.add(stepped, as_position(told.on_hand_W.f), update.step.value);
-  torque_.add(stepped, as_position(told.on_hand_W.t), update.step.value);
+  handle_.add(stepped, told.handle);
+  force_.add(stepped, as_position(told.on_hand_W.f));
+  torque_.add(stepped, as_position(told.on_hand_W.t));
 }
 
 void Partner::follow_grip(const PartnerSurroundings& around, double period_s) noexcept {

@@ -9,7 +9,7 @@ namespace {
 constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
 /// A gap counts with at most this length, so that a long silence does not fill the window.
-constexpr Duration kMaxGap{std::chrono::milliseconds(100)};
+constexpr Duration kMaxCountedGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
   return static_cast<std::uint32_t>(duration / std::chrono::microseconds(1));
@@ -48,7 +48,7 @@ void PlayoutDelay::add(Duration sampled, Duration arrived) noexcept {
   const Duration transit = arrived - sampled;
   half.base = half.is_used ? std::min(half.base, transit) : transit;
   half.is_used = true;
-  const Duration gap = std::clamp(sampled - last_sampled_, Duration{0}, kMaxGap);
+  const Duration gap = std::clamp(sampled - last_sampled_, Duration{0}, kMaxCountedGap);
   const Duration waiting = std::max(Duration{0}, arrived - last_sampled_ - base());
   const auto bin = std::min(static_cast<std::size_t>(waiting / kBin), kBins - 1);
   half.weight_us[bin] += microseconds(gap);
@@ -88,16 +88,18 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  return has_played_ ? std::max(Duration{0}, offset_ - base()) : Duration{0};
+  // Stamps that ran back by hours lower the base before the next play_at() follows it.
+  return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 
-void RigidTrack::add(Duration sampled, const RigidState& state, std::uint64_t tag) noexcept {
+void RigidTrack::add(Duration sampled, const RigidState& state) noexcept {
   if (count_ > 0 && sampled <= newest_time()) return;
+  if (count_ > 0 && sampled - newest_time() > kMaxGap) count_ = 0;
   if (count_ == kSamples) {
     first_ = (first_ + 1) % kSamples;
     --count_;
   }
-  samples_[(first_ + count_) % kSamples] = {sampled, state, tag};
+  samples_[(first_ + count_) % kSamples] = {sampled, state};
   ++count_;
 }
 
@@ -129,17 +131,6 @@ RigidState RigidTrack::at(Duration time) const noexcept {
   state.V.v = (1 - u) * a.state.V.v + u * b.state.V.v;
   state.V.w = (1 - u) * a.state.V.w + u * b.state.V.w;
   return state;
-}
-
-std::uint64_t RigidTrack::tag_at(Duration time) const noexcept {
-  if (count_ == 0) return 0;
-  const std::size_t next = after(time);
-  if (next == count_) return sample(count_ - 1).tag;
-  if (next == 0) return sample(0).tag;
-  const Sample& a = sample(next - 1);
-  const Sample& b = sample(next);
-  const double u = to_seconds(time - a.time) / to_seconds(b.time - a.time);
-  return a.tag + static_cast<std::uint64_t>(std::llround(u * static_cast<double>(b.tag - a.tag)));
 }
 
 }  // namespace tandem::net

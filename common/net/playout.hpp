@@ -70,19 +70,21 @@ class PlayoutDelay {
 ///
 /// Model   between two samples: cubic Hermite for the position, with the samples' velocities; shortest turn for the
 ///         rotation; linear for the twist. After the newest: on with its twist, which fades to zero within kRunOut.
+///         A gap longer than kMaxGap is not interpolated: the samples before it are discarded. So no stamp moves a
+///         thing farther than its speed does in kMaxGap.
 /// Thread  one; no allocation
 class RigidTrack {
  public:
   static constexpr std::size_t kSamples = 128;
   /// What a thing may run on without news.
   static constexpr Duration kRunOut{std::chrono::milliseconds(20)};
+  /// Of what one sender samples; thinned items come within 0.4 s (proto/WIRE.md, Thinning).
+  static constexpr Duration kMaxGap{std::chrono::seconds(1)};
 
-  /// Older than the newest: ignored. `tag` names the sample (the tick or step that it is of).
-  void add(Duration sampled, const RigidState& state, std::uint64_t tag) noexcept;
+  /// A sample that is not newer than the newest is ignored.
+  void add(Duration sampled, const RigidState& state) noexcept;
   bool is_empty() const { return count_ == 0; }
   RigidState at(Duration time) const noexcept;
-  /// Of the moment `time`, in tags that count evenly between samples; that of the newest sample after it.
-  std::uint64_t tag_at(Duration time) const noexcept;
   const RigidState& newest() const { return sample(count_ - 1).state; }
   Duration newest_time() const { return sample(count_ - 1).time; }
   void reset() noexcept { count_ = 0; }
@@ -91,7 +93,6 @@ class RigidTrack {
   struct Sample {
     Duration time{0};
     RigidState state;
-    std::uint64_t tag = 0;
   };
   /// 0 is the oldest kept.
   const Sample& sample(std::size_t index) const { return samples_[(first_ + index) % kSamples]; }

@@ -7,6 +7,7 @@
 
 #include "common/base/random.hpp"
 #include "common/net/playout.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem::net {
 namespace {
@@ -63,8 +64,7 @@ Played played(const std::vector<Packet>& packets, const PlayoutSettings& setting
     const Duration now = ms(k);
     for (; next < packets.size() && packets[next].arrived <= now; ++next) {
       delay.add(packets[next].sampled, now);
-      track.add(packets[next].sampled, swing(to_seconds(packets[next].sampled)),
-                static_cast<std::uint64_t>(packets[next].sampled / ms(1)));
+      track.add(packets[next].sampled, swing(to_seconds(packets[next].sampled)));
     }
     if (!delay.has_started()) continue;
     const Duration at = delay.play_at(now);
@@ -99,7 +99,7 @@ TEST(RigidTrack, FillsAGapAsTheCubicDoes) {
   constexpr double kGap_s = 0.06;
   const double bound_m = 0.010 * std::pow(4 * 3.14159265358979, 4) * std::pow(kGap_s, 4) / 384;
   RigidTrack track;
-  for (int k = 0; k < 20; ++k) track.add(from_seconds(k * kGap_s), swing(k * kGap_s), 0);
+  for (int k = 0; k < 20; ++k) track.add(from_seconds(k * kGap_s), swing(k * kGap_s));
   double worst_m = 0;
   for (int k = 0; k < 1000; ++k) {
     worst_m = std::max(worst_m, std::abs(track.at(ms(k)).X.p.x() - swing(k * 1e-3).X.p.x()));
@@ -132,27 +132,24 @@ TEST(PlayoutDelay, IgnoresSamplesOutOfOrder) {
   EXPECT_EQ(delay.play_at(ms(100)), before);
 }
 
-TEST(RigidTrack, InterpolatesPositionTurnAndTag) {
+TEST(RigidTrack, InterpolatesPositionAndTurn) {
   RigidTrack track;
   RigidState a, b;
   b.X.p.x() = 0.010;
   a.V.v.x() = b.V.v.x() = 1.0;
   b.X.q = quaternion_of(Vec3(0, 0, 0.2));
-  track.add(ms(100), a, 40);
-  track.add(ms(110), b, 50);
+  track.add(ms(100), a);
+  track.add(ms(110), b);
   const RigidState middle = track.at(ms(105));
   EXPECT_NEAR(middle.X.p.x(), 0.005, 1e-12);
   EXPECT_NEAR(rotation_vector(middle.X.q).z(), 0.1, 1e-12);
-  EXPECT_EQ(track.tag_at(ms(103)), 43u);
-  EXPECT_EQ(track.tag_at(ms(90)), 40u);
-  EXPECT_EQ(track.tag_at(ms(190)), 50u);
 }
 
 TEST(RigidTrack, BrakesToRestWithoutNews) {
   RigidTrack track;
   RigidState state;
   state.V.v.x() = 0.1;
-  track.add(ms(0), state, 1);
+  track.add(ms(0), state);
   // Even braking from 0.1 m/s in 20 ms: 1 mm.
   EXPECT_NEAR(track.at(ms(20)).X.p.x(), 0.001, 1e-12);
   EXPECT_NEAR(track.at(ms(500)).X.p.x(), 0.001, 1e-12);
@@ -165,13 +162,56 @@ TEST(RigidTrack, KeepsTheNewestWhenItIsFull) {
   for (std::size_t k = 0; k < 3 * RigidTrack::kSamples; ++k) {
     RigidState state;
     state.X.p.x() = static_cast<double>(k);
-    track.add(ms(static_cast<double>(k)), state, k);
+    track.add(ms(static_cast<double>(k)), state);
   }
   const double last = static_cast<double>(3 * RigidTrack::kSamples - 1);
   EXPECT_EQ(track.newest().X.p.x(), last);
   EXPECT_NEAR(track.at(ms(last - 1.5)).X.p.x(), last - 1.5, 1e-9);
   // Long before what is kept: the oldest.
   EXPECT_EQ(track.at(ms(0)).X.p.x(), last + 1 - static_cast<double>(RigidTrack::kSamples));
+}
+
+/// From a nanosecond to 70 years, even in its logarithm.
+Duration random_gap(Random& random) {
+  return Duration(static_cast<Duration::rep>(std::exp(random.uniform(0, std::log(2.2e18)))));
+}
+
+TEST(RigidTrack, NoStampMovesAThingFartherThanItsSpeedInTheLongestGap) {
+  constexpr double kPlace_m = 1000, kSpeed_m_per_s = 1000;
+  Random random(test::test_seed(59));
+  for (int trial = 0; trial < 2000; ++trial) {
+    RigidTrack track;
+    Duration sampled{0};
+    for (int k = 0; k < 10; ++k) {
+      RigidState state;
+      state.X.p.x() = random.uniform(-kPlace_m, kPlace_m);
+      state.V.v.x() = random.uniform(-kSpeed_m_per_s, kSpeed_m_per_s);
+      sampled = std::min(sampled + random_gap(random), Duration(std::int64_t{1} << 61U));
+      track.add(sampled, state);
+      const RigidState at = track.at(sampled - random_gap(random) / 2);
+      ASSERT_LE(std::abs(at.X.p.x()), kPlace_m + kSpeed_m_per_s * to_seconds(RigidTrack::kMaxGap))
+          << "trial " << trial << ", sample " << k;
+    }
+  }
+}
+
+TEST(PlayoutDelay, NoStampMakesTheDelayLongerThanItsLimit) {
+  constexpr PlayoutSettings kSettings{};
+  Random random(test::test_seed(59));
+  for (int trial = 0; trial < 500; ++trial) {
+    PlayoutDelay delay(kSettings);
+    Duration sampled{0}, now = std::chrono::seconds(10);
+    for (int k = 0; k < 50; ++k) {
+      now += ms(random.uniform(0, 500));
+      sampled = std::min(sampled + random_gap(random), Duration(std::int64_t{1} << 61U));
+      delay.add(sampled, now);
+      // Asked between add() and play_at(), too.
+      ASSERT_LE(delay.delay(), kSettings.longest + ms(200)) << "trial " << trial << ", sample " << k;
+      ASSERT_GE(delay.delay(), Duration{0});
+      delay.play_at(now);
+      ASSERT_LE(delay.delay(), kSettings.longest + ms(200)) << "trial " << trial << ", sample " << k;
+    }
+  }
 }
 
 }  // namespace
