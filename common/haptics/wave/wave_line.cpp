@@ -43,6 +43,10 @@ void WavePlayer::receive(Duration sender_time, const Wave& sum) noexcept {
 }
 
 void WavePlayer::append(const Stretch& stretch) noexcept {
+  if (waiting_s_ + stretch.left_s > kMaxWaiting_s) {
+    count_ = 0;
+    waiting_s_ = 0;
+  }
   waiting_s_ += stretch.left_s;
   if (count_ < kMaxStretches) {
     stretches_[(first_ + count_++) % kMaxStretches] = stretch;

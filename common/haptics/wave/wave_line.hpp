@@ -31,6 +31,8 @@ Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 ///         at most its energy (Cauchy–Schwarz), and y_k = (1 − a) y_{k−1} + a u_k gives Σ y² ≤ Σ u² (convexity).
 ///         While more waits than was needed in the last second, a twentieth of it is skipped: the wave keeps its height
 ///         and loses some of its integral, which the tool's end makes up for (WaveToolPort, drift).
+/// Limits  At most kMaxWaiting_s waits: a sender whose clock runs so far ahead of what is played starts anew, and what
+///         waited is discarded. That takes energy away and gives none.
 /// Source  integrals: Niemeyer, Slotine, "Telemanipulation with time delays", Int. J. Robotics Research 23(9), 2004;
 ///         playing and skipping are ours
 /// In      arrivals with stamps of the sender's clock; one that is not newer, or not finite, is ignored. A sum that
@@ -51,6 +53,9 @@ class WavePlayer {
   /// The wave of the coming period.
   Wave play(double period_s) noexcept;
   void reset() noexcept { *this = WavePlayer(settings_); }
+
+  /// Twice what the longest gap that is played can let wait.
+  static constexpr double kMaxWaiting_s = 2.0;
 
   const Settings& settings() const noexcept { return settings_; }
   /// How much of the sender's time has come and not been played.

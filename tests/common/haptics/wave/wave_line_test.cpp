@@ -169,5 +169,23 @@ TEST(WavePlayer, PlaysNothingOfASumThatStartedAnew) {
   for (int k = 0; k < 20; ++k) ASSERT_LT(std::sqrt(squared(player.play(0.001))), 1e-6);
 }
 
+TEST(WavePlayer, NoSendersClockMakesMoreWaitThanItsLimit) {
+  Random random(test::test_seed(59));
+  for (int trial = 0; trial < 50; ++trial) {
+    WavePlayer player({});
+    Wave sum;
+    Duration sent{0};
+    for (int k = 0; k < 2000; ++k) {
+      // A clock that runs up to a thousand times as fast as ours.
+      const double gap_s = std::exp(random.uniform(std::log(1e-6), std::log(1.5)));
+      sent += from_seconds(gap_s);
+      sum = wave_sum(sum, wave_x(random.uniform(-1, 1)), gap_s);
+      player.receive(sent, sum);
+      ASSERT_LE(player.waiting_s(), WavePlayer::kMaxWaiting_s) << "trial " << trial << ", sample " << k;
+      ASSERT_TRUE(is_finite(player.play(0.001)));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tandem::haptics
