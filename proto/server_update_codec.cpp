@@ -205,7 +205,9 @@ DropReason read_own_part(const wire::ServerUpdate& in, ServerUpdate& out) {
   const bool has_energies = is_cumulative_energy(out.energy_into_world_j) &&
                             is_cumulative_energy(out.energy_from_world_j) &&
                             std::abs(out.field_energy_kj_per_mol) <= kMaxFieldEnergyKjPerMol;
-  if (!has_times || !has_energies) return DropReason::kNotFinite;
+  // A step from after the datagram that reports it would always pass for a fresh one.
+  const bool is_in_order = has_times && out.stepped <= out.sent && out.received <= out.sent;
+  if (!is_in_order || !has_energies) return DropReason::kNotFinite;
   if (const DropReason drop = read_rigid(in.tool(), out.tool); drop != DropReason::kNone) return drop;
   if (const DropReason drop = read_wrench(in.wrench_on_hand(), out.wrench_on_hand_W); drop != DropReason::kNone) {
     return drop;

@@ -416,6 +416,21 @@ TEST(ServerUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
   EXPECT_EQ(answer_to([&](Server& m) { m.set_sent_server_ns(late); }), DropReason::kNotFinite);
 }
 
+TEST(ServerUpdateCodec, AStepOrAnEchoFromAfterItsDatagramIsRefused) {
+  const auto answer_at = [](std::uint64_t stepped_ns, std::uint64_t received_ns) {
+    return answer_to([&](Server& m) {
+      m.set_stepped_server_ns(stepped_ns);
+      m.set_received_server_ns(received_ns);
+      m.set_sent_server_ns(1'000'000);
+    });
+  };
+  EXPECT_EQ(answer_at(1'000'000, 1'000'000), DropReason::kNone);
+  EXPECT_EQ(answer_at(1'000'001, 1'000'000), DropReason::kNotFinite);
+  EXPECT_EQ(answer_at(1'000'000, 1'000'001), DropReason::kNotFinite);
+  constexpr std::uint64_t kYear_ns = 31'557'600'000'000'000;
+  EXPECT_EQ(answer_at(kYear_ns, 0), DropReason::kNotFinite);
+}
+
 TEST(ServerUpdateCodec, InfiniteFieldEnergyIsSentAsTheLargest) {
   ServerUpdate written = server_update();
   written.field_energy_kj_per_mol = kInfinity;

@@ -230,6 +230,9 @@ TEST(StateStream, AStepThatIsHereAlreadyIsNoNewsWhateverItsSequence) {
   EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "time stands still under a rising step";
   older.stepped += std::chrono::milliseconds(1);
   bench.session.on_datagram(bench.datagram_of(older), bench.now);
+  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "a step from after its datagram";
+  bench.now += std::chrono::milliseconds(1);
+  bench.session.on_datagram(bench.datagram_of(older), bench.now);
   EXPECT_TRUE(bench.mailboxes.inbox.poll());
 }
 
