@@ -51,7 +51,9 @@ double rounded(double value, double step) {
 /// In      both about their centres
 double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& b) {
   const double radius_angstrom = std::max(a.gyration_radius_angstrom(), b.gyration_radius_angstrom());
-  return std::min(kMetresPerAngstrom, rounded(kGyrationRadius_m / radius_angstrom, 1e-5));
+  const double scale = kGyrationRadius_m / radius_angstrom;
+  // To three digits: never to 0, however large they are.
+  return std::min(kMetresPerAngstrom, rounded(scale, std::pow(10, std::floor(std::log10(scale)) - 2)));
 }
 
 template <class Numbers>

@@ -1,6 +1,7 @@
 #include "server/assets/mass_properties.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <numbers>
 #include <stdexcept>
 
@@ -129,12 +130,15 @@ MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molec
   MassProperties properties;
   properties.mass_kg = mass_kg;
   if (mass_kg <= 0) return properties;
+  // Without masses all atoms count alike, as in Molecule::centre().
+  const bool has_masses = std::ranges::any_of(molecule.mass_u, [](double mass_u) { return mass_u > 0; });
   Mat3 second_moment = Mat3::Zero();
   double total_u = 0;
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     const Vec3 p = molecule.positions_angstrom[i] * metres_per_angstrom;
-    second_moment += molecule.mass_u[i] * p * p.transpose();
-    total_u += molecule.mass_u[i];
+    const double mass_u = has_masses ? molecule.mass_u[i] : 1;
+    second_moment += mass_u * p * p.transpose();
+    total_u += mass_u;
   }
   // Two or three atoms may lie on a line; a bond's thickness (1 Å) keeps the inertia about it above zero.
   const double thickness = metres_per_angstrom * metres_per_angstrom;

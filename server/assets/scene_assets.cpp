@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -10,6 +9,7 @@
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/drawing_asset.hpp"
+#include "common/geometry/repair/mesh_bounds.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "proto/world_from_wire.hpp"
 #include "server/assets/contact_cache.hpp"
@@ -91,29 +91,21 @@ auto or_refused(const SceneField& field, const Read& read) {
                             " %: simplify it, give a smaller largest_size_m, or allow more (--build-limit)");
 }
 
-struct Bounds {
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
-  Vec3 high = -low;
-};
-
-/// Of the vertices that triangles use: a stray vertex must not change the size.
-Bounds bounds_of(const geometry::TriangleMesh& mesh) {
-  Bounds bounds;
-  for (const auto& triangle : mesh.triangles) {
-    for (const int index : triangle) {
-      const Vec3& vertex = mesh.vertices[static_cast<std::size_t>(index)];
-      bounds.low = bounds.low.cwiseMin(vertex);
-      bounds.high = bounds.high.cwiseMax(vertex);
-    }
+/// Of a size that can be divided by.
+Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::filesystem::path& file,
+                             const SceneField& field) {
+  try {
+    return geometry::mesh_bounds(mesh);
+  } catch (const geometry::MeshError& error) {
+    field.refuse("is " + file.string() + ", which has no size: " + error.what());
   }
-  return bounds;
 }
 
 /// Scales and centres as the scene asks, and writes the scale that came of it into `message`.
 void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesystem::path& file,
            const SceneField& field) {
-  const Bounds bounds = bounds_of(mesh);
-  const double largest = (bounds.high - bounds.low).maxCoeff();
+  const Eigen::AlignedBox3d bounds = measured(mesh, file, field);
+  const double largest = bounds.sizes().maxCoeff();
   if (message.largest_size_m() > 0) message.set_scale(message.largest_size_m() / largest);
   message.set_largest_size_m(largest * message.scale());
   // Clients are sent both, and check them by the same ranges.
@@ -124,9 +116,9 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   if (const proto::SceneRange& range = proto::scene_range("Mesh.scale"); !range.accepts(message.scale())) {
     field.refuse("is " + file.string() + ", which is " + number_text(largest) + " units large and needs a scale of " +
                  number_text(message.scale()) + "; at most " + number_text(range.high) +
-                 " is possible: give a smaller largest_size_m");
+                 " is possible: give a smaller largest_size_m, or export the mesh in a smaller unit");
   }
-  const Vec3 centre = message.centre() ? Vec3((bounds.low + bounds.high) / 2) : Vec3(Vec3::Zero());
+  const Vec3 centre = message.centre() ? Vec3(bounds.center()) : Vec3(Vec3::Zero());
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/contact/contact_shape.hpp"
 #include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/repair/mesh_bounds.hpp"
 #include "lab/studies/contact/wall_thickness.hpp"
 #include "server/assets/mesh_file.hpp"
 
@@ -16,29 +17,16 @@ namespace {
 /// Meshes larger than this get cells in proportion (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
-/// Of the vertices that triangles use.
-Vec3 measured(const geometry::TriangleMesh& mesh, Vec3& middle) {
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const auto& triangle : mesh.triangles) {
-    for (const int corner : triangle) {
-      const Vec3& vertex = mesh.vertices[static_cast<std::size_t>(corner)];
-      low = low.cwiseMin(vertex);
-      high = high.cwiseMax(vertex);
-    }
-  }
-  middle = (low + high) / 2;
-  return high - low;
-}
-
+/// As the report has it. Fails: MeshError
 void place(geometry::TriangleMesh& mesh, double largest_size_m, bool z_is_up, MeshFacts& facts) {
   for (Vec3& vertex : mesh.vertices) {
     if (!z_is_up) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
   }
-  Vec3 middle;
-  facts.size_units = measured(mesh, middle);
+  const Eigen::AlignedBox3d bounds = geometry::mesh_bounds(mesh);
+  facts.size_units = bounds.sizes();
   if (largest_size_m <= 0) return;
-  facts.scale_m = largest_size_m / std::max(facts.size_units.maxCoeff(), 1e-300);
-  for (Vec3& vertex : mesh.vertices) vertex = (vertex - middle) * facts.scale_m;
+  facts.scale_m = largest_size_m / facts.size_units.maxCoeff();
+  for (Vec3& vertex : mesh.vertices) vertex = (vertex - bounds.center()) * facts.scale_m;
 }
 
 /// A square picture with the depth of each pixel.
@@ -98,16 +86,14 @@ class Canvas {
 
 MeshFacts mesh_facts(const std::filesystem::path& file, double largest_size_m, bool z_is_up) {
   geometry::TriangleMesh read = server::read_mesh_file(file, "give a mesh file");
-  if (read.triangles.empty()) throw std::runtime_error(file.string() + ", which has no triangle; give a surface mesh");
   MeshFacts facts;
-  place(read, largest_size_m, z_is_up, facts);
   try {
+    place(read, largest_size_m, z_is_up, facts);
     facts.mesh = geometry::repaired(read);
   } catch (const geometry::MeshError& error) {
     throw std::runtime_error(file.string() + ", which cannot be touched: " + error.what());
   }
-  Vec3 middle;
-  facts.size_m = measured(geometry::all_of(facts.mesh), middle);
+  facts.size_m = geometry::mesh_bounds(geometry::all_of(facts.mesh)).sizes();
   facts.is_watertight = facts.mesh.kind == geometry::SurfaceKind::kSolid && facts.mesh.sheet.triangles.empty();
   for (const geometry::PartReport& part : facts.mesh.parts) {
     facts.volume_m3 += part.volume_m3;

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/repair/mesh_bounds.hpp"
 #include "lab/studies/contact/mesh_generators.hpp"
 #include "server/assets/mesh_file.hpp"
 
@@ -46,11 +48,11 @@ geometry::TriangleMesh mesh_from(const std::string& name, const std::string& opt
   } catch (const std::runtime_error& error) {
     throw std::invalid_argument(option + " is " + error.what() + "; or a generated mesh: " + generated_names());
   }
-  if (mesh.triangles.empty()) throw std::invalid_argument(option + " is " + name + ", which has no triangle");
-  const Eigen::AlignedBox3d bounds = bounds_of(mesh);
-  const double size = (bounds.max() - bounds.min()).maxCoeff();
-  if (size <= 0) throw std::invalid_argument(option + " is " + name + ", which is a single point; give a surface");
-  place(mesh, factor.value_or(largest_size_m / size));
+  try {
+    place(mesh, factor.value_or(largest_size_m / geometry::mesh_bounds(mesh).sizes().maxCoeff()));
+  } catch (const geometry::MeshError& error) {
+    throw std::invalid_argument(option + " is " + name + ", which has no size: " + error.what());
+  }
   return mesh;
 }
 
