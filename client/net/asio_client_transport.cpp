@@ -89,6 +89,7 @@ struct AsioClientTransport::Connection {
   tcp::socket stream;
   secure::TlsStream tls;
   udp::socket datagrams;
+  StampedReceiver receiver;  ///< of `datagrams`
   asio::steady_timer pump_timer;
   std::optional<LocalTime> pump_due;  ///< what the timer waits for
   asio::steady_timer linger;
@@ -247,7 +248,7 @@ void AsioClientTransport::set_datagram_port(std::uint16_t port) {
   // Connected, so that the kernel lets only the server's datagrams through.
   if (!error) current_->datagrams.connect(server, error);
   if (error) return;
-  stamp_what_comes(current_->datagrams.native_handle());
+  current_->receiver = StampedReceiver(current_->datagrams.native_handle(), clock_.now());
   await_datagrams(current_);
 }
 
@@ -266,7 +267,7 @@ void AsioClientTransport::receive_datagrams(Connection& connection) {
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
     LocalTime came{};
-    const auto received = receive_stamped(connection.datagrams.native_handle(), buffer, clock_, came);
+    const auto received = connection.receiver.receive(buffer, clock_, came);
     if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (!received) continue;  // a refusal of something sent earlier; TCP tells what it means
     const auto datagram = std::span(buffer).first(*received);

@@ -4,7 +4,9 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <ctime>
@@ -12,34 +14,46 @@
 namespace tandem::client {
 namespace {
 
-constexpr Duration kMaxAge = std::chrono::seconds(10);
+/// What slewing (500 ppm at most, as NTP slews) and a held-up thread may put between two readings of two clocks.
+constexpr Duration kMaxApart = std::chrono::milliseconds(5);
+constexpr Duration::rep kSlewed = 1000;
 
 Duration duration_of(const timespec& time) {
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
-/// Since the stamp; zero where there is none.
-Duration age_of(msghdr& message) noexcept {
+Duration wall_clock() noexcept {
+  timespec wall{};
+  clock_gettime(CLOCK_REALTIME, &wall);
+  return duration_of(wall);
+}
+
+/// By the wall clock; nothing where there is none.
+std::optional<Duration> stamp_of(msghdr& message) noexcept {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
-    timespec stamp{}, wall{};
+    timespec stamp{};
     std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-    clock_gettime(CLOCK_REALTIME, &wall);
-    const Duration age = duration_of(wall) - duration_of(stamp);
-    return age > Duration{0} && age < kMaxAge ? age : Duration{0};
+    return duration_of(stamp);
   }
-  return Duration{0};
+  return std::nullopt;
 }
 
 }  // namespace
 
-void stamp_what_comes(int socket) noexcept {
+Duration believed_age(Duration waited, Duration empty_for, Duration empty_for_wall) noexcept {
+  const bool was_set = std::chrono::abs(empty_for_wall - empty_for) > kMaxApart + empty_for / kSlewed;
+  return !was_set && waited >= Duration{0} && waited <= empty_for ? waited : empty_for;
+}
+
+StampedReceiver::StampedReceiver(int socket, LocalTime now) noexcept
+    : socket_(socket), empty_at_(now), wall_at_empty_(wall_clock()) {
   const int on = 1;
   static_cast<void>(setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on));
 }
 
-std::optional<std::size_t> receive_stamped(int socket, std::span<std::byte> buffer, const Clock& clock,
-                                           LocalTime& came) noexcept {
+std::optional<std::size_t> StampedReceiver::receive(std::span<std::byte> buffer, const Clock& clock,
+                                                    LocalTime& came) noexcept {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
   iovec place{buffer.data(), buffer.size()};
   msghdr message{};
@@ -47,10 +61,20 @@ std::optional<std::size_t> receive_stamped(int socket, std::span<std::byte> buff
   message.msg_iovlen = 1;
   message.msg_control = control.data();
   message.msg_controllen = control.size();
-  const ssize_t size = recvmsg(socket, &message, MSG_DONTWAIT);
-  if (size < 0) return std::nullopt;
-  const Duration age = age_of(message);
-  came = clock.now() - age;
+  const LocalTime before = clock.now();
+  const Duration wall_before = wall_clock();
+  const ssize_t size = recvmsg(socket_, &message, MSG_DONTWAIT);
+  if (size < 0) {
+    if (errno != EAGAIN && errno != EWOULDBLOCK) return std::nullopt;
+    empty_at_ = before;
+    wall_at_empty_ = wall_before;
+    return std::nullopt;
+  }
+  const Duration wall = wall_clock();
+  const LocalTime now = clock.now();
+  const auto stamp = stamp_of(message);
+  const Duration empty_for = std::max(Duration{0}, now - empty_at_);
+  came = stamp ? now - believed_age(wall - *stamp, empty_for, wall - wall_at_empty_) : now;
   return static_cast<std::size_t>(size);
 }
 

@@ -9,9 +9,12 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
+#include "common/base/random.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem::client {
 namespace {
@@ -40,12 +43,12 @@ class StampedReceive : public testing::Test {
 };
 
 TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
-  stamp_what_comes(to_);
+  StampedReceiver receiver(to_, clock_.now());
   // The first socket of a system that wants stamps gets them a little later.
-  const auto is_stamped = [this] {
+  const auto is_stamped = [this, &receiver] {
     EXPECT_EQ(send(from_, "x", 1, 0), 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    const auto received = receive_stamped(to_, buffer_, clock_, came_);
+    const auto received = receiver.receive(buffer_, clock_, came_);
     return received && clock_.now() - came_ > std::chrono::milliseconds(4);
   };
   ASSERT_TRUE(test::eventually(is_stamped));
@@ -53,7 +56,7 @@ TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
   const LocalTime after = clock_.now();
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
-  const auto received = receive_stamped(to_, buffer_, clock_, came_);
+  const auto received = receiver.receive(buffer_, clock_, came_);
   ASSERT_TRUE(received);
   EXPECT_EQ(*received, 3U);
   EXPECT_EQ(buffer_[2], std::byte{'c'});
@@ -61,24 +64,67 @@ TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   constexpr Duration kSlack = std::chrono::milliseconds(2);
   EXPECT_GE(came_, before - kSlack);
   EXPECT_LE(came_, after + kSlack) << "and not 60 ms later, when it was read";
-  EXPECT_FALSE(receive_stamped(to_, buffer_, clock_, came_));
+  EXPECT_FALSE(receiver.receive(buffer_, clock_, came_));
   EXPECT_EQ(errno, EAGAIN);
 }
 
-TEST_F(StampedReceive, WithoutAStampItCameWhenItIsRead) {
+TEST_F(StampedReceive, WithoutAStampItCameSinceTheSocketWasOpened) {
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
-  VirtualClock clock;
-  clock.advance_to(LocalTime{std::chrono::seconds(5)});
-  const auto received = receive_stamped(to_, buffer_, clock, came_);
-  ASSERT_TRUE(received);
-  EXPECT_EQ(came_, clock.now());
+  const LocalTime opened = clock_.now();
+  StampedReceiver receiver(to_, opened);
+  ASSERT_TRUE(receiver.receive(buffer_, clock_, came_));
+  EXPECT_GE(came_, opened);
+  EXPECT_LE(came_, clock_.now());
 }
 
 TEST_F(StampedReceive, OneThatIsLongerThanTheBufferIsCutToIt) {
-  stamp_what_comes(to_);
+  StampedReceiver receiver(to_, clock_.now());
   const std::array<char, 200> much{};
   ASSERT_EQ(send(from_, much.data(), much.size(), 0), 200);
-  EXPECT_EQ(receive_stamped(to_, buffer_, clock_, came_), buffer_.size());
+  EXPECT_EQ(receiver.receive(buffer_, clock_, came_), buffer_.size());
+}
+
+TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
+  Random random(test::test_seed(59));
+  const auto span = [&random](double least_s, double most_s) {
+    return from_seconds(std::exp(random.uniform(std::log(least_s), std::log(most_s))));
+  };
+  for (int trial = 0; trial < 10'000; ++trial) {
+    // From a microsecond to a day in the socket, which was empty a little before.
+    const Duration age = span(1e-6, 86400), empty_for = age + span(1e-6, 1);
+    EXPECT_EQ(believed_age(age, empty_for, empty_for), age);
+    // The wall clock is set, by up to ten years, while the datagram waits, or before it came.
+    const Duration set_by = (random.uniform() < 0.5 ? 1 : -1) * span(1e-6, 3e8);
+    const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
+    const Duration believed = believed_age(waited, empty_for, empty_for + set_by);
+    EXPECT_LE(believed, empty_for) << "nothing is older than the socket was empty";
+    // What may pass for slewing: 5 ms, and a thousandth.
+    EXPECT_GE(believed, age - std::chrono::milliseconds(5) - empty_for / 1000)
+        << "set by " << to_seconds(set_by) << " s";
+  }
+  using std::chrono::seconds;
+  EXPECT_EQ(believed_age(seconds(12), seconds(13), seconds(13)), seconds(12)) << "no age is too long to be believed";
+}
+
+TEST_F(StampedReceive, IsNoOlderThanTheSocketWasEmptyByTheOwnClock) {
+  StampedReceiver warm(to_, clock_.now());
+  const auto is_stamped = [this, &warm] {
+    EXPECT_EQ(send(from_, "x", 1, 0), 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const auto received = warm.receive(buffer_, clock_, came_);
+    return received && clock_.now() - came_ > std::chrono::milliseconds(4);
+  };
+  ASSERT_TRUE(test::eventually(is_stamped));
+  VirtualClock clock(LocalTime{std::chrono::seconds(5)});
+  StampedReceiver receiver(to_, clock.now());
+  ASSERT_FALSE(receiver.receive(buffer_, clock, came_)) << "it is empty";
+  const LocalTime empty = clock.now();
+  ASSERT_EQ(send(from_, "abc", 3, 0), 3);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  // By the own clock a millisecond has gone: the wall clock was set.
+  clock.advance_to(empty + std::chrono::milliseconds(1));
+  ASSERT_TRUE(receiver.receive(buffer_, clock, came_));
+  EXPECT_EQ(came_, empty);
 }
 
 }  // namespace
