@@ -19,7 +19,9 @@ if(TANDEM_PCH)
     HEADERS ${tandem_common_headers} <gmock/gmock.h> <gtest/gtest.h>)
 endif()
 # What is built of meshes, and a server's keys, are kept between tests, apart from the user's own.
-set(tandem_test_environment "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache;TANDEM_STATE=${PROJECT_BINARY_DIR}/state")
+# Claims that the machine did not let them test are appended to left_out.txt.
+set(tandem_test_environment
+  "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache;TANDEM_STATE=${PROJECT_BINARY_DIR}/state;TANDEM_LEFT_OUT=${PROJECT_BINARY_DIR}/left_out.txt")
 # A sanitizer makes numerical code up to a hundred times slower.
 set(tandem_test_timeout 900)
 if(TANDEM_SANITIZE)

@@ -2,7 +2,7 @@
 """Compares `tandem-lab energy` with LAMMPS and GROMACS on three real pairs, charges and built hydrogens included.
 
 LAMMPS gets our positions and parameters; GROMACS reads the structures with its own pdb2gmx, so that hydrogens, types and
-charges are compared too. Exit code 0: all within bounds, 1: not, 77: an engine or a structure is not installed. With
+charges are compared too. Exit code 0: all within bounds, 1: not, or an engine or a structure is not installed. With
 --golden it writes the engines' results for tests/server/assets/structures/energy_test.cpp.
 """
 
@@ -10,12 +10,11 @@ import argparse
 import json
 import math
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 
-from compare_with_lammps import KJ_PER_KCAL, SKIPPED, Check, norm, subtract
+from compare_with_lammps import KJ_PER_KCAL, Check, needs, norm, subtract
 
 PAIRS = {
     "3al1": ("/usr/share/pymol/test/dat/3al1.pdb", "A", "B"),
@@ -209,21 +208,15 @@ def main():
     parser.add_argument("--lammps", default="lmp", help="LAMMPS's program")
     parser.add_argument("--golden", help="write LAMMPS's results to this file")
     arguments = parser.parse_args()
-    missing = [path for path, *_ in PAIRS.values() if not os.path.exists(path)]
-    if shutil.which(arguments.lammps) is None or missing:
-        print(f"skipped: needs the Debian packages lammps, pymol-data ({', '.join(missing) or arguments.lammps})")
-        return SKIPPED
+    needs.programs(arguments.lammps, "gmx_d")
+    needs.files(PARAMETERS, *(path for path, *_ in PAIRS.values()))
     check = Check()
     golden = ["# Pair, file, chains, force field, dielectric; Lennard-Jones and Coulomb energy [kJ/mol]; force on the second chain",
               "# [kJ/mol/Å]: LAMMPS's, hydrogens built. Written by tests/docking_lammps/compare_energies.py."]
     for name in PAIRS:
         compare_with_lammps(check, arguments, name, OPLS, golden)
     compare_with_lammps(check, arguments, "3al1", "amber99sb", golden)
-    if shutil.which("gmx_d") is None:
-        print("gmx_d is not installed")
-    elif not has_rdtscp():
-        print("gmx_d does not run here: Debian's asks for the instruction rdtscp, which this CPU has not")
-    else:
+    if needs.has_of_machine(has_rdtscp(), "the instruction rdtscp, without which Debian's gmx_d does not run"):
         for force_field in MIXING:
             for name in PAIRS:
                 compare_with_gromacs(check, arguments, name, force_field)

@@ -2,20 +2,21 @@
 """Compares our Lennard-Jones kernels with LAMMPS on the same positions and parameters.
 
 molecule_dump loads the pair and prints positions, parameters and our results; this script writes them as a LAMMPS
-problem, runs `lmp`, and compares energy and every atom's force. Exit code 0: all within bounds, 1: not, 77: LAMMPS
+problem, runs `lmp`, and compares energy and every atom's force. Exit code 0: all within bounds, 1: not, or LAMMPS
 or the structure is not installed. With --golden it writes LAMMPS's results for tests/common/docking/molecule_lammps_test.cpp.
 """
 
 import argparse
 import math
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import needs  # noqa: E402  (found by the path above)
+
 KJ_PER_KCAL = 4.184
-SKIPPED = 77
 
 # Pose of chain B in the frame of chain A: x y z [Å], qw qx qy qz. The rotation quaternion is normalised when read.
 POSES = {
@@ -185,12 +186,8 @@ def parse_arguments():
 
 def main():
     arguments = parse_arguments()
-    for package, there in (("lammps", shutil.which(arguments.lammps)),
-                           ("pymol-data", os.path.exists(arguments.structure)),
-                           ("gromacs-data", os.path.isdir(arguments.force_field))):
-        if not there:
-            print(f"skipped: the Debian package {package} is not installed")
-            return SKIPPED
+    needs.programs(arguments.lammps)
+    needs.files(arguments.structure, arguments.force_field)
     check = Check()
     golden = "# LAMMPS, pair of 3al1.pdb chains A and B: pose of B [Å, qw qx qy qz], energy [kJ/mol], then the force on\n"
     golden += "# each atom of A and of B [kJ/mol/Å]. Written by tests/docking_lammps/compare_with_lammps.py.\n"

@@ -8,6 +8,7 @@ import compare_results
 import count_types
 import includes
 import links
+import skips
 import words
 
 
@@ -105,6 +106,29 @@ class Links(Tree):
         self.write("common/README.md", "[a](base/) [b](base/ids.hpp#x) [c](gone.md) [d](https://e) `common/base/ids` `lab/gone`\n")
         self.assertEqual(list(links.dead_ends(self.root)),
                          ["common/README.md: the link gone.md leads nowhere", "common/README.md: there is no lab/gone"])
+
+
+class Skips(Tree):
+    def found(self, name, text):
+        self.write(name, text)
+        return [line.split(": ")[0] for line in skips.bare_skips(self.root)]
+
+    def test_a_bare_skip_is_found_in_each_language(self):
+        for name, line in (("a_test.cpp", "  if (!file) GTEST_SKIP() << 1;"), ("b_test.cpp", "TEST(A, DISABLED_B) {"),
+                           ("c.hpp", "GTEST_SKIP();"), ("d_test.py", "@unittest.skipUnless(x, 'y')"),
+                           ("e_test.py", "self.skipTest('y')"), ("f.py", "sys.exit(77)"),
+                           ("CMakeLists.txt", "set_tests_properties(a PROPERTIES SKIP_RETURN_CODE 77)"),
+                           ("g/CMakeLists.txt", "if(Python3_FOUND)")):
+            self.assertIn(f"tests/{name}:2", self.found(f"tests/{name}", f"\n{line}\n" + ("def f(): pass\n" if name.endswith(".py") else "")), line)
+
+    def test_the_helpers_and_plain_words_pass(self):
+        self.assertEqual(self.found("tests/support/needs.hpp", "GTEST_SKIP() << 1;\n"), [])
+        self.assertEqual(self.found("tests/a.py", "needs.leave_out(self, 'busy')\nskipped = 77\n"), [])
+
+    def test_a_claim_that_is_only_made_at_a_speed_is_found(self):
+        text = 'if report["tick_rate_hz"] > 950:\n    self.assertGreater(report["force_n"], 0.1)\n'
+        self.assertEqual(self.found("tests/a_test.py", text), ["tests/a_test.py:1"])
+        self.assertEqual(self.found("tests/a_test.py", text.replace("self.assert", "print")), [])
 
 
 class Results(Tree):

@@ -9,7 +9,6 @@ import hashlib
 import json
 import os
 import re
-import shutil
 import signal
 import socket
 import struct
@@ -99,8 +98,9 @@ class Session:
             pipe.close()
 
 
-@unittest.skipUnless(shutil.which("umockdev-wrapper"), "needs umockdev (deploy/install-deps)")
 class FakeDevice(ProgramTest):
+    programs = ("umockdev-wrapper",)
+
     def begin(self, server, kind, *arguments):
         session = Session(["umockdev-wrapper", program("fake_device"), kind, program("tandem-client"), "--insecure", "--server",
                            f"127.0.0.1:{server.port}", "--headless", "--json", "--device", kind, *arguments])

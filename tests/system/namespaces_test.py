@@ -1,5 +1,5 @@
 """A server and two clients, each in a network of its own, with the simulated link between them: as over a real network,
-without its loopback. Where networks of one's own are not permitted it is skipped, and says so.
+without its loopback.
 """
 
 import json
@@ -11,6 +11,8 @@ import time
 import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, program
+
+import needs  # of tests/support, where support.py looks too
 
 INSIDE = "TANDEM_TEST_INSIDE"
 PORT = 47800
@@ -63,10 +65,12 @@ class Network:
         self.keeper.wait()
 
 
-@unittest.skipUnless(os.environ.get(INSIDE), "networks of one's own are not permitted here (unshare -Urn, ip)")
 class ThreeNetworks(ProgramTest):
+    programs = ("unshare", "nsenter", "ip")
+
     def setUp(self):
         super().setUp()
+        needs.skip_unless_of_machine(self, INSIDE in os.environ, "the right to networks of one's own (unshare -Urn, ip link)")
         self.server_net, *self.client_nets = [Network(number) for number in range(3)]
         for network in (self.server_net, *self.client_nets):
             self.addCleanup(network.close)
@@ -135,8 +139,9 @@ class ThreeNetworks(ProgramTest):
             self.assertGreater(report["watched_body"]["displacement_m"], 0.05, "they carried the peg")
             self.assertTrue(report["all_forces_finite"])
             self.assertLess(report["force_n"]["max"], 20)
-            if report["tick_rate_hz"] > 950:  # slower loops let the force go, and real-time rights end at a namespace
-                self.assertGreater(report["force_n"]["max"], 0.1, "each felt the other")
+            # Real-time rights end at a namespace, and a late tick lets the force fall to zero. It returns within the 16 s at
+            # any speed: the largest is 1.3 N at 936 Hz.
+            self.assertGreater(report["force_n"]["max"], 0.1, f"each felt the other; {report['tick_rate_hz']} Hz")
         self.server.terminate()
         report = json.loads(self.server.communicate(timeout=PATIENCE_S)[0])
         self.assertEqual(report["joins"], 4)

@@ -13,7 +13,8 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, run, start_client
 
-import wire  # of tests/attack, where support.py looks too
+import needs  # of tests/support, where support.py looks too
+import wire  # of tests/attack, likewise
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 KEEP, GO_TO, UNDO, REDO, MINIMISE, DELETE, RENAME, CANCEL = range(8)
@@ -91,9 +92,9 @@ class Holder:
                 answers[fields[1]] = {number: value for number, value in fields.items() if number != 1}
 
 
-@unittest.skipUnless(os.path.exists(HELICES), "needs the Debian package pymol-data")
-@unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
 class KeptPoses(ProgramTest):
+    files = (HELICES, needs.OPLS)
+
     def server(self, *arguments):
         return Server("--receptor", HELICES + ":A", "--ligand", HELICES + ":B", "--cache", self.path("cache"), "--keep", self.path("kept"),
                       *arguments)

@@ -9,6 +9,8 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
 
+import needs  # of tests/support, where support.py looks too
+
 LATENESS_KEYS = ["max", "p50", "p99", "p999"]
 
 
@@ -94,18 +96,18 @@ class Structure(ProgramTest):
         self.assertIn(words, user)
         self.assertIn(words, "\n".join(user_report))
 
-    @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
     def test_an_unknown_ligand(self):
+        needs.files(needs.OPLS)
         text = "".join(PDB_LINE.format(record="ATOM", serial=i + 1, name=name, residue="ALA", chain="A", number=1,
                                        x=1.5 * i, y=0, z=0) for i, name in enumerate(["N", "CA", "C", "O"]))
         text += "".join(PDB_LINE.format(record="HETATM", serial=9, name=f"C{i}", residue="LIG", chain="A", number=2,
                                         x=5, y=5, z=1.5 * i) for i in range(3))
         self.assert_told(self.write("tiny.pdb", text), "tiny.pdb: left out, no amino acids of oplsaa: 1 residue LIG (3 atoms)")
 
-    @unittest.skipUnless(os.path.exists("/usr/share/pymol/data/tut/1hpv.pdb"), "needs the Debian package pymol-data")
-    @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
     def test_the_ligand_of_1hpv(self):
-        self.assert_told("/usr/share/pymol/data/tut/1hpv.pdb", "1 residue 478 (35 atoms)")
+        structure = "/usr/share/pymol/data/tut/1hpv.pdb"
+        needs.files(structure, needs.OPLS)
+        self.assert_told(structure, "1 residue 478 (35 atoms)")
 
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
@@ -114,9 +116,8 @@ HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 class Docking(ProgramTest):
     """A room of two structure files, without a scene file."""
 
-    @unittest.skipUnless(os.path.exists(HELICES), "needs the Debian package pymol-data")
-    @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
     def test_two_hands_hold_two_files(self):
+        needs.files(HELICES, needs.OPLS)
         cache = self.path("cache")
         # The ligand is brought where it pulls, and back.
         path = self.write("bring.json", json.dumps({"points": [
@@ -172,10 +173,9 @@ class Docking(ProgramTest):
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb", "--force-field", "none"), "none.ff")
 
 
-@unittest.skipUnless(os.path.exists("/usr/share/pymol/test/dat/3al1.pdb"), "needs the Debian package pymol-data")
-@unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
 class Energy(ProgramTest):
     STRUCTURE = "/usr/share/pymol/test/dat/3al1.pdb"
+    files = (STRUCTURE, needs.OPLS)
 
     def energy(self, receptor, ligand, *options):
         return run("tandem-lab", "energy", "--receptor", receptor, "--ligand", ligand, "--json", *options)
@@ -236,10 +236,9 @@ class Energy(ProgramTest):
         self.assert_setup_error(self.energy(file + ":A", file + ":B", "--save", self.path("x.mol2")), "tandem-lab: ", "in .pdb or .cif")
 
 
-@unittest.skipUnless(os.path.exists("/usr/share/pymol/test/dat/3al1.pdb"), "needs the Debian package pymol-data")
-@unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
 class Redock(ProgramTest):
     STRUCTURE = "/usr/share/pymol/test/dat/3al1.pdb"
+    files = (STRUCTURE, needs.OPLS)
 
     def redock(self, ligand, *options):
         return run("tandem-lab", "redock", "--receptor", self.STRUCTURE + ":A", "--ligand", self.STRUCTURE + ":" + ligand,

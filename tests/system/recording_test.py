@@ -14,6 +14,8 @@ import unittest
 import mcap_reader
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, free_port, program, read_trace, run, start_client
 
+import needs  # of tests/support, where support.py looks too
+
 STEP_NUMBER = 1  # field of RecordedStep
 KILLS = int(os.environ.get("TANDEM_KILLS", "6"))
 
@@ -28,10 +30,10 @@ MCAP_CORE = os.path.join(SOURCE, "build", "mcap_core")
 
 
 def other_reader(path):
-    """A Recording of this file, and of its channels that the reference reader agrees, where deploy/install-deps found npm."""
+    """A Recording of this file, with whose channels @mcap/core agrees; without it the rest is tested, and that left out."""
     recording = mcap_reader.Recording(path)
-    if not os.path.isdir(os.path.join(MCAP_CORE, "node_modules")):
-        print("not compared with @mcap/core, which is not installed (npm, deploy/install-deps)")
+    if not needs.has_of_machine(os.path.isdir(os.path.join(MCAP_CORE, "node_modules")),
+                                "@mcap/core, the reference reader of recordings (npm and network in deploy/install-deps)"):
         return recording
     script = shutil.copy(os.path.join(SOURCE, "tests", "system", "mcap_core", "read.mjs"), MCAP_CORE)
     done = subprocess.run(["node", script, path], capture_output=True, text=True, check=True)

@@ -4,7 +4,6 @@ import json
 import os
 import re
 import select
-import shutil
 import socket
 import struct
 import subprocess
@@ -14,6 +13,8 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, free_port, program, run
 from wire import PROTOCOL_VERSION, frame, part, receive_exactly, tls, token_bytes, whole
+
+import needs  # of tests/support, where support.py looks too
 
 HELLO, JOIN, GRAB = 2, 3, 4
 JOINED, ERROR, GOODBYE = 3, 10, 11
@@ -188,8 +189,9 @@ class Certificates(SecureTest):
             self.assert_refused(["not vouched for"], "--ca", others + "/ca.pem", *there)
             self.assert_joined(start_client("--ca", ours + "/ca.pem", "--duration", "1s", *there))
 
-    @unittest.skipUnless(shutil.which("openssl"), "needs openssl (deploy/install-deps)")
     def test_another_program_sees_tls_1_3_alone_without_tickets(self):
+        needs.programs("openssl")
+
         def s_client(port, *arguments):
             done = subprocess.run(["openssl", "s_client", "-connect", f"127.0.0.1:{port}", *arguments], input="",
                                   capture_output=True, text=True, timeout=PATIENCE_S)

@@ -17,6 +17,8 @@ import unittest
 BIN = os.environ["TANDEM_BIN"]
 SOURCE = os.environ["TANDEM_SOURCE"]
 sys.path.append(os.path.join(SOURCE, "tests", "attack"))  # wire.py: control messages by hand
+sys.path.append(os.path.join(SOURCE, "tests", "support"))
+import needs  # noqa: E402  (found by the path above)
 # Far above what anything here takes; reached only when a program hangs.
 PATIENCE_S = 60
 TRIES = 3
@@ -164,8 +166,13 @@ for _name in ("startTest", "stopTest", "addSuccess", "addFailure", "addError", "
 
 
 class ProgramTest(unittest.TestCase):
-    """A test in real time. Where it fails while the machine's host gave the processors to others, that says nothing of the
-    programs: it is tried again, and skipped where the host never lets it have them."""
+    """A test in real time. A failure while the machine's host gave the processors to others says nothing of the programs:
+    it is tried again. Where the host never lets the test have them, the test is skipped, and counted as left out.
+
+    `files`, `programs`: those without which no test of the class can run (tests/support/needs.py)."""
+
+    files = ()
+    programs = ()
 
     def run(self, result=None):
         for _ in range(TRIES):
@@ -177,11 +184,15 @@ class ProgramTest(unittest.TestCase):
                 return kept.pass_on(result)
             failure = (kept.failures + kept.errors)[-1][1].strip()
             print(f"{self.id()} failed while the host took {taken / wanted:.0%} of the time: {failure}", file=sys.stderr)
+        why = f"the host takes {taken / wanted:.0%} of the time that programs want"
+        needs.note_left_out(self.id(), f"{why}; failed: {failure.splitlines()[-1]}")
         result.startTest(self)
-        result.addSkip(self, f"the host takes {taken / wanted:.0%} of the time that programs want")
+        result.addSkip(self, why)
         result.stopTest(self)
 
     def setUp(self):
+        needs.files(*self.files)
+        needs.programs(*self.programs)
         self._folder = tempfile.TemporaryDirectory()
         self.folder = self._folder.name
 

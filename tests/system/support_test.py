@@ -2,10 +2,14 @@
 
 import contextlib
 import io
+import os
+import re
+import tempfile
 import unittest
 from unittest import mock
 
 import support
+import needs  # of tests/support, where support.py looks too
 
 
 class OfPrograms(support.ProgramTest):
@@ -36,8 +40,10 @@ class Retries(unittest.TestCase):
         OfPrograms.runs = 0
         result = unittest.TestResult()
         with mock.patch.object(support, "_wanted_and_taken", side_effect=times), \
+                mock.patch.object(needs, "note_left_out") as note, \
                 contextlib.redirect_stderr(io.StringIO()) as said:
             OfPrograms(name).run(result)
+        self.assertEqual(note.call_count, len(result.skipped), "what is skipped is counted")
         self.assertEqual(result.testsRun, 1)
         self.assertEqual(bool(said.getvalue()), OfPrograms.runs > 1 or bool(result.skipped), "each lost run is told")
         return result, OfPrograms.runs
@@ -60,6 +66,71 @@ class Retries(unittest.TestCase):
     def test_one_that_passes_runs_once(self):
         result, runs = self.run_one("passes", 20)
         self.assertEqual((result.wasSuccessful(), len(result.skipped), runs), (True, 0, 1))
+
+
+class OfPackages(support.ProgramTest):
+    files = ("/usr/share/pymol/of_no_version.pdb",)
+
+    def claims(self):
+        self.fail("went on")
+
+
+class OfProgramsOfNoPackage(support.ProgramTest):
+    programs = ("umockdev-of-no-version",)
+
+    def claims(self):
+        self.fail("went on")
+
+
+class OfMachine(unittest.TestCase):
+    def claims(self):
+        needs.skip_unless_of_machine(self, True, "processors")
+        needs.skip_unless_of_machine(self, False, "a third arm")
+        self.fail("went on")
+
+
+class Needs(unittest.TestCase):
+    """A claim that cannot be tested is a failure, or counted."""
+
+    def run_one(self, test, required=""):
+        """(result, lines of the list of what was left out)"""
+        result = unittest.TestResult()
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stderr(io.StringIO()):
+            path = os.path.join(folder, "left_out.txt")
+            with mock.patch.dict(os.environ, {"TANDEM_LEFT_OUT": path, "TANDEM_REQUIRE": required}):
+                test.run(result)
+            lines = open(path, encoding="utf-8").read().splitlines() if os.path.exists(path) else []
+        return result, lines
+
+    def test_a_missing_package_fails_by_its_name_and_with_the_remedy(self):
+        for test, package in ((OfPackages("claims"), "pymol-data"), (OfProgramsOfNoPackage("claims"), "umockdev-of-no-version")):
+            result, lines = self.run_one(test)
+            ((_, failure),) = result.failures
+            self.assertIn(f"needs the Debian package {package}: ", failure)
+            self.assertIn("deploy/install-deps --all", failure)
+            self.assertNotIn("went on", failure)
+            self.assertEqual(lines, [])
+
+    def test_what_the_machine_lacks_is_counted_where_not_all_is_required(self):
+        result, lines = self.run_one(OfMachine("claims"))
+        self.assertTrue(result.wasSuccessful())
+        self.assertEqual(len(result.skipped), 1)
+        self.assertEqual(lines, ["__main__.OfMachine.claims: this machine lacks what the test needs: a third arm"])
+
+    def test_what_the_machine_lacks_fails_where_all_is_required(self):
+        result, lines = self.run_one(OfMachine("claims"), "all")
+        ((_, failure),) = result.failures
+        self.assertIn("a third arm (TANDEM_REQUIRE=all)", failure)
+        self.assertEqual(lines, [])
+
+    def test_every_package_and_program_is_one_that_is_installed_by_deploy_install_deps(self):
+        with open(os.path.join(support.SOURCE, "deploy", "install-deps"), encoding="utf-8") as file:
+            installed = {line.split()[0] for line in file if line[:1].isalpha()}
+        with open(os.path.join(support.SOURCE, "tests", "support", "needs.cpp"), encoding="utf-8") as file:
+            of_cpp = set(re.findall(r'"/usr/[^"]*", "([^"]*)"', file.read()))
+        self.assertGreater(len(of_cpp), 5)
+        of_python = {*needs.FOLDERS.values(), *needs.PROGRAMS.values()} - {"util-linux"}  # part of every Debian
+        self.assertLessEqual(of_cpp | of_python, installed)
 
 
 if __name__ == "__main__":

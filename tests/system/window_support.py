@@ -5,7 +5,6 @@ No picture is compared with another machine's: what is looked for are colours, h
 
 import mmap
 import os
-import shutil
 import struct
 import subprocess
 import tempfile
@@ -16,7 +15,6 @@ import zlib
 from support import PATIENCE_S, ProgramTest, finish, program
 
 WIDTH, HEIGHT = 720, 504
-NEEDED = ("Xvfb", "xdotool")
 
 
 class Picture:
@@ -181,8 +179,8 @@ class Display:
                        stdout=subprocess.DEVNULL)
 
 
-@unittest.skipUnless(all(map(shutil.which, NEEDED)), "needs " + " and ".join(NEEDED) + " (deploy/install-deps)")
 class WindowTest(ProgramTest):
+    programs = ("Xvfb", "xdotool")
     #: Of the display, and of the window on it; none: as large as that.
     width, height, window = WIDTH, HEIGHT, None
 

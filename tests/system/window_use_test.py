@@ -256,8 +256,8 @@ class Hand(UseTest):
         self.assertGreater(along_y / along_x, 0.5, "the turn")
 
 
-@unittest.skipUnless(shutil.which("openbox"), "needs openbox (deploy/install-deps)")
 class WindowManager(UseTest):
+    programs = (*UseTest.programs, "openbox")
     width, height, window = 1180, 1000, "700x500"
 
     def setUp(self):
@@ -290,8 +290,8 @@ class WindowManager(UseTest):
         self.assertEqual(json.loads(out)["stage"], "local-model")
 
 
-@unittest.skipUnless(shutil.which("xrdb"), "needs xrdb (deploy/install-deps)")
 class FineScreen(UseTest):
+    programs = (*UseTest.programs, "xrdb")
     width, height, window = 1440, 1100, "700x540"
 
     def handle_sizes(self, server, name):

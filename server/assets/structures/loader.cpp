@@ -167,9 +167,7 @@ class Loader {
     const bool is_installed = std::filesystem::is_directory(kOplsDirectory, error);
     const auto has_charge = [](double charge_e) { return charge_e != 0; };
     const bool is_charged = std::any_of(molecule_.charge_e.begin(), molecule_.charge_e.end(), has_charge);
-    note((is_installed ? "" : "gromacs-data is not installed: ") + std::string("built-in parameters by element, ") +
-         (is_charged ? "the file's charges; " : "no charges; ") +
-         (is_installed ? "name " + std::string(kOplsDirectory) : "install gromacs-data") + " for OPLS-AA");
+    note(built_in_note(is_installed, is_charged));
     if (std::find(molecule_.elements.begin(), molecule_.elements.end(), "H") == molecule_.elements.end())
       note("no hydrogens in the file, and none are built without OPLS-AA: the attraction is too weak");
   }
@@ -245,6 +243,12 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
 }
 
 }  // namespace
+
+std::string built_in_note(bool is_installed, bool is_charged) {
+  return (is_installed ? "" : "gromacs-data is not installed: ") + std::string("built-in parameters by element, ") +
+         (is_charged ? "the file's charges; " : "no charges; ") +
+         (is_installed ? "name " + std::string(kOplsDirectory) : "install gromacs-data") + " for OPLS-AA";
+}
 
 std::string default_force_field(const std::filesystem::path& opls) {
   std::error_code error;

@@ -19,6 +19,11 @@ inline constexpr const char* kBuiltInForceField = "built-in";
 
 /// What is used where nobody names a force field: `opls`, or where there is no such folder kBuiltInForceField.
 std::string default_force_field(const std::filesystem::path& opls = kOplsDirectory);
+/// A molecule's note that its parameters are the built-in ones, and how to have OPLS-AA's.
+///
+/// In      is_installed  whether kOplsDirectory exists
+///         is_charged    whether the file has charges
+std::string built_in_note(bool is_installed, bool is_charged);
 
 /// What people may want to know of single atoms, beside Molecule::guessed and the counts in Molecule::notes.
 struct StructureReport {

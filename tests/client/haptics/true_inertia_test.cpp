@@ -101,7 +101,7 @@ Integral integrated(const server::SolidShape& shape, const Vec3& about) {
 }
 
 TEST(TrueInertia, OfABunnyHeldByTheEarIsThatOfNumericalIntegration) {
-  TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
+  TANDEM_LOAD_SCENE(scene, "two_bunnies");
   const server::SolidShape& shape = scene->body_shapes[0][0];
   const Pose X_BS = proto::pose_from_placement(shape.shape.placement());
   ASSERT_EQ(shape.mesh_kind, geometry::SurfaceKind::kSolid) << "else its hull's mass is meant";
@@ -121,7 +121,7 @@ TEST(TrueInertia, OfABunnyHeldByTheEarIsThatOfNumericalIntegration) {
 }
 
 TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
-  TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
+  TANDEM_LOAD_SCENE(scene, "docking_helices");
   const docking::Molecule& molecule = *scene->world.bodies[0].molecule;
   const double scale = scene->description.molecular_field().metres_per_angstrom();
   const Vec3 grip = scale * molecule.positions_angstrom.back();
@@ -204,7 +204,7 @@ TEST(ShippedScenes, AreNeitherRefusedNorWarnedOfOnTheSimulatedDevice) {
     if (entry.path().extension() != ".json") continue;
     const std::string name = entry.path().stem().string();
     SCOPED_TRACE(name);
-    TANDEM_LOAD_OR_SKIP(scene, name);
+    TANDEM_LOAD_SCENE(scene, name);
     for (std::uint32_t tool = 0; tool < scene->world.tools.size(); ++tool) {
       SessionSettings settings;
       settings.device = device;

@@ -16,6 +16,7 @@
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -291,16 +292,16 @@ TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
 
 TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
   // Small, and less exact than by default: this is about the flaws of a scanned mesh, and sampling takes seconds.
-  const std::optional<geometry::TriangleMesh> bunny = bunny_mesh(0.02);
-  if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
-  const geometry::TriangleTree tree(*bunny);
+  TANDEM_NEEDS_FILES(kBunnyFile);
+  const geometry::TriangleMesh bunny = bunny_mesh(0.02);
+  const geometry::TriangleTree tree(bunny);
   ContactShapeOptions options;
   options.tolerance_m = 5e-5;
-  const auto grid = grid_of(*bunny, options);
+  const auto grid = grid_of(bunny, options);
   Random random(kSeed);
   int wrong = 0;
   for (int i = 0; i < 10000; ++i) {
-    const Vec3 p = point_near(*bunny, random, grid->band_m());
+    const Vec3 p = point_near(bunny, random, grid->band_m());
     const double exact = tree.signed_distance_m(p);
     if (std::abs(exact) > grid->band_m()) continue;
     wrong += std::abs(grid->distance_m(p) - exact) > grid->error_m() ? 1 : 0;

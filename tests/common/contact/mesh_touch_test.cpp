@@ -8,6 +8,7 @@
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -71,9 +72,9 @@ TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASliding
 
 /// With lengths in units of 5 cm, of the search against the statement.
 TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
-  const auto mesh = bunny_mesh(0.1);
-  if (!mesh) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
-  const ShapePointer bunny = solid_of(*mesh);
+  TANDEM_NEEDS_FILES(kBunnyFile);
+  const geometry::TriangleMesh mesh = bunny_mesh(0.1);
+  const ShapePointer bunny = solid_of(mesh);
   const auto wrench_at = [&](const Pose& X_WA, const Vec3& about) {
     ContactPair pair(8192);
     pair.bind(bunny.get(), bunny.get());
@@ -106,11 +107,11 @@ TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
 }
 
 TEST(Drop, ABunnyComesToRestAndNeverGainsEnergy) {
-  const auto mesh = bunny_mesh(0.1);
-  if (!mesh) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
+  TANDEM_NEEDS_FILES(kBunnyFile);
+  const geometry::TriangleMesh mesh = bunny_mesh(0.1);
   ContactSolver solver({});
   TouchRig rig(solver);
-  rig.shape = solid_of(*mesh);
+  rig.shape = solid_of(mesh);
   rig.mass_kg = 0.1;
   rig.inertia_B = sphere_inertia(0.1, 0.04);
   rig.X_WB = {{0, 0, 0.1}, quaternion_of({1, 0.3, 0})};
@@ -149,7 +150,7 @@ std::tuple<Pose, Vec3, double> after_a_fall(const ShapePointer& ball) {
 }
 
 TEST(Lanes, AFallIsTheSameToTheBitWithAndWithoutAvx2) {
-  if (!uses_avx2()) GTEST_SKIP() << "this processor has no AVX2";
+  TANDEM_NEEDS_OF_MACHINE(uses_avx2(), "a processor with AVX2");
   const ShapePointer ball = solid_of(sphere_mesh(0.02, 3));
   const auto [X_WB, v_W, most_n] = after_a_fall(ball);
   uses_avx2() = false;

@@ -12,6 +12,7 @@
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -173,9 +174,8 @@ TEST(PointShell, CatchesARidgeNarrowerThanItsSpacing) {
 }
 
 TEST(PointShell, MeetsEveryPlaneWhereTheBunnyDoes) {
-  const auto bunny = bunny_mesh(0.1);
-  if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
-  const geometry::ContactMesh mesh = solid(*bunny);
+  TANDEM_NEEDS_FILES(kBunnyFile);
+  const geometry::ContactMesh mesh = solid(bunny_mesh(0.1));
   const PointShells shells = sample_surface(mesh, {}, {});
   Random random(17);
   for (int i = 0; i < 100; ++i) {

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -89,10 +89,11 @@ inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
   return mesh;
 }
 
-/// The Stanford bunny of Debian's glmark2-data, welded, its longest side `size_m`; nothing where it is not installed.
-inline std::optional<geometry::TriangleMesh> bunny_mesh(double size_m) {
-  std::ifstream file("/usr/share/glmark2/models/bunny.obj");
-  if (!file) return std::nullopt;
+inline const std::filesystem::path kBunnyFile = "/usr/share/glmark2/models/bunny.obj";  ///< glmark2-data
+
+/// The Stanford bunny, welded, its longest side `size_m`.
+inline geometry::TriangleMesh bunny_mesh(double size_m) {
+  std::ifstream file(kBunnyFile);
   geometry::TriangleMesh mesh;
   std::map<std::array<double, 3>, int> index_of;
   std::vector<int> welded;

@@ -11,6 +11,7 @@
 
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::docking {
 namespace {
@@ -91,9 +92,7 @@ TEST(AtomContacts, RmsdOfAShiftIsTheShift) {
 /// Bonds of a real interface: those that a salt bridge or two chains' backbones make are there.
 TEST(AtomContacts, ARealInterfaceHasBonds) {
   const std::filesystem::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
-  if (!std::filesystem::exists(file) || !std::filesystem::exists(test::kOplsDirectory)) {
-    GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
-  }
+  TANDEM_NEEDS_FILES(file, test::kOplsDirectory);
   const auto chain = [&file](const char* name) {
     return server::load_molecule(file, {{name}}, test::kOplsDirectory, server::Hydrogens::kBuild);
   };

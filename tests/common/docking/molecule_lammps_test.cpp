@@ -13,6 +13,7 @@
 #include "common/docking/molecular_field.hpp"
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/source_path.hpp"
 
 namespace tandem::docking {
@@ -50,8 +51,7 @@ std::vector<Golden> read_golden(const std::filesystem::path& path) {
 class AgainstLammps : public testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(test::k3al1File)) GTEST_SKIP() << "needs the Debian package pymol-data";
-    if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
+    TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
     a_ = server::load_molecule(test::k3al1File, {{"A"}}, test::kOplsDirectory);
     b_ = server::load_molecule(test::k3al1File, {{"B"}}, test::kOplsDirectory);
     poses_ = read_golden(test::source_path("tests/golden/3al1_lammps.txt").string());

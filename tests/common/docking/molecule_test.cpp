@@ -13,6 +13,7 @@
 #include "common/docking/exact_field.hpp"
 #include "common/docking/molecular_field.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::docking {
 namespace {
@@ -348,6 +349,16 @@ TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("portable"), std::string::npos) << error.what();
   }
+}
+
+// The tests of kernels cover those that this processor has.
+TEST(MolecularField, HasTheVectorKernelsOfThisProcessor) {
+  const auto kernels = MolecularField::available_kernels();
+  if (std::ranges::count(kernels, "avx512") == 0) {
+    test::note_left_out("MolecularField", "the kernel avx512, for which few processors have the instructions");
+  }
+  TANDEM_NEEDS_OF_MACHINE(std::ranges::count(kernels, "avx2") == 1, "a processor with AVX2 and FMA");
+  EXPECT_EQ(kernels.size(), std::size_t{2} + (kernels.front() == "avx512" ? 1 : 0));
 }
 
 TEST(MolecularField, CountsTheMultiplyAddsOfItsPairs) {

@@ -9,6 +9,7 @@
 #include "common/geometry/winding_number.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -478,9 +479,8 @@ TEST(MeshRepair, RefusesACrowdOfVerticesBesideSomethingFarAway) {
 }
 
 TEST(MeshRepair, FindsTheBunnyClosed) {
-  const auto bunny = contact::bunny_mesh(0.1);
-  if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
-  const ContactMesh result = repaired(*bunny);
+  TANDEM_NEEDS_FILES(contact::kBunnyFile);
+  const ContactMesh result = repaired(contact::bunny_mesh(0.1));
   EXPECT_EQ(result.kind, SurfaceKind::kSolid);
   EXPECT_EQ(result.mesh.triangles.size(), 69'666U);
   EXPECT_THAT(result.notes, IsEmpty());

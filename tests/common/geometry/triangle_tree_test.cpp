@@ -12,6 +12,7 @@
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -225,16 +226,16 @@ TEST(TriangleTree, NormalsAtCornersDoNotDependOnHowFacesAreCut) {
 }
 
 TEST(TriangleTree, InsideOfTheBunnyIsWhereItWindsAroundAPoint) {
-  const std::optional<TriangleMesh> bunny = contact::bunny_mesh(0.1);
-  if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
-  const TriangleTree tree(*bunny);
+  TANDEM_NEEDS_FILES(contact::kBunnyFile);
+  const TriangleMesh bunny = contact::bunny_mesh(0.1);
+  const TriangleTree tree(bunny);
   Random random(kTriangleTreeSeed);
   int inside = 0;
   for (int i = 0; i < 100; ++i) {
-    const std::size_t vertex = random.next_u32() % bunny->vertices.size();
-    const Vec3 p = bunny->vertices[vertex] + random_place(random, 2e-3);
+    const std::size_t vertex = random.next_u32() % bunny.vertices.size();
+    const Vec3 p = bunny.vertices[vertex] + random_place(random, 2e-3);
     const double distance = tree.signed_distance_m(p);
-    EXPECT_EQ(distance<0, winding_number(*bunny, p)> 0.5) << p.transpose() << ", distance " << distance;
+    EXPECT_EQ(distance<0, winding_number(bunny, p)> 0.5) << p.transpose() << ", distance " << distance;
     inside += distance < 0 ? 1 : 0;
   }
   EXPECT_GT(inside, 20);

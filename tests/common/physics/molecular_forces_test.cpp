@@ -242,7 +242,7 @@ TEST(MolecularForces, ShareIsTheSlopeOfWhatIsFelt) {
 }
 
 TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
-  TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
+  TANDEM_LOAD_SCENE(scene, "docking_helices");
   MolecularForces forces(scene->world);
   double strongest_n = 0;
   for (double gap_m = 0.20; gap_m > 0.125; gap_m -= 0.0005) {

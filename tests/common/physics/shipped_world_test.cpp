@@ -54,13 +54,13 @@ std::uint64_t hash_of_session(const std::shared_ptr<const server::LoadedScene>& 
 }
 
 TEST(World, SameInputsGiveTheSameBits) {
-  TANDEM_LOAD_OR_SKIP(scene, "two_boxes");
+  TANDEM_LOAD_SCENE(scene, "two_boxes");
   EXPECT_EQ(hash_of_session(scene, 1), hash_of_session(scene, 1));
   EXPECT_NE(hash_of_session(scene, 1), hash_of_session(scene, 2)) << "the hash must see the motion";
 }
 
 TEST(ShippedScenes, PegGoesIntoTheHoleInTwoHands) {
-  TANDEM_LOAD_OR_SKIP(scene, "peg_in_hole");
+  TANDEM_LOAD_SCENE(scene, "peg_in_hole");
   World world(server::make_server_world(scene));
   const auto lead = [&world](const Vec3& offset) {
     world.set_handle(0, pose_at(Vec3(-0.04, -0.01, 0.12) + offset));
@@ -98,7 +98,7 @@ double distance_to_mesh(const Vec3& p, const geometry::TriangleMesh& mesh) {
 }
 
 TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
-  TANDEM_LOAD_OR_SKIP(scene, "bunny");
+  TANDEM_LOAD_SCENE(scene, "bunny");
   World world(server::make_server_world(scene));
   world.activate_tool(0);
   const server::SolidShape& bunny = scene->body_shapes[1][0];
@@ -118,7 +118,7 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
 }
 
 TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
-  TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
+  TANDEM_LOAD_SCENE(scene, "two_bunnies");
   World world(server::make_server_world(scene));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i <= 4000; ++i) {
@@ -134,7 +134,7 @@ TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
 }
 
 TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
-  TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
+  TANDEM_LOAD_SCENE(scene, "soft_pad");
   World world(server::make_server_world(scene));
   world.activate_tool(0);
   std::array<double, 3> force_n{};
@@ -155,7 +155,7 @@ TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
 }
 
 TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
-  TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
+  TANDEM_LOAD_SCENE(scene, "docking_helices");
   World world(server::make_server_world(scene));
   world.step();
   const double start = world.stored_energy_j();

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/base/time.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::realtime {
 namespace {
@@ -76,7 +77,7 @@ bool is_nobody_idle() {
 }
 
 TEST(KeepAwake, IsOfTheLowestPriorityAndFollowsTheThreadThatAskedUntilNobodyHoldsIt) {
-  if (!may_be_idle()) GTEST_SKIP() << "no SCHED_IDLE here";
+  TANDEM_NEEDS_OF_MACHINE(may_be_idle(), "the scheduling policy SCHED_IDLE");
   ASSERT_TRUE(is_nobody_idle());
   const std::vector<int> cpus = usable_cpus();
   std::thread([&cpus] {
@@ -94,16 +95,16 @@ TEST(KeepAwake, IsOfTheLowestPriorityAndFollowsTheThreadThatAskedUntilNobodyHold
 }
 
 TEST(KeepAwake, EndsWithTheThreadThatAsked) {
-  if (!may_be_idle()) GTEST_SKIP() << "no SCHED_IDLE here";
+  TANDEM_NEEDS_OF_MACHINE(may_be_idle(), "the scheduling policy SCHED_IDLE");
   std::shared_ptr<const void> awake;
   std::thread([&awake] { awake = keep_awake(); }).join();
   EXPECT_TRUE(is_nobody_idle());
 }
 
 TEST(KeepAwake, OfTwoBesideAThreadOneIsOnItsProcessor) {
-  if (!may_be_idle()) GTEST_SKIP() << "no SCHED_IDLE here";
+  TANDEM_NEEDS_OF_MACHINE(may_be_idle(), "the scheduling policy SCHED_IDLE");
   const std::vector<int> cpus = usable_cpus();
-  if (cpus.size() < 2) GTEST_SKIP() << "on a single processor both look alike";
+  TANDEM_NEEDS_OF_MACHINE(cpus.size() >= 2, "two processors");
   std::thread([cpu = cpus.front()] {
     std::shared_ptr<const void> first = keep_awake(), second = keep_awake();
     const cpu_set_t one = only(cpu);

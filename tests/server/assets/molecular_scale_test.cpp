@@ -15,6 +15,7 @@
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/scene_file.hpp"
 #include "server/assets/structures/loader.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
@@ -190,7 +191,7 @@ TEST(MinimumNear, OfTwoAtomsIsTheirEpsilon) {
 
 TEST(MinimumNear, OfARealPairHasNoForceLeft) {
   const std::filesystem::path file = "/usr/share/pymol/test/dat/3al1.pdb";
-  if (!std::filesystem::exists(file) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  TANDEM_NEEDS_FILES(file, kOplsDirectory);
   const docking::Molecule a = load_molecule(file, {{"A"}}, kOplsDirectory);
   const docking::Molecule b = load_molecule(file, {{"B"}}, kOplsDirectory);
   for (const auto dielectric : {docking::Dielectric::kNone, docking::Dielectric::kDistance}) {
@@ -217,7 +218,7 @@ wire::MoleculeSource helix(const std::string& chain) {
 }
 
 TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
-  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  TANDEM_NEEDS_FILES(kHelices, kOplsDirectory);
   const wire::Scene asked = docking_scene(helix("A"), helix("B"), {});
   const auto scene = load_scene_text(scene_text(asked), "two files", ".");
   const wire::MolecularField& field = scene->description.molecular_field();
@@ -277,7 +278,7 @@ TEST(DockingScene, OfFilesWithoutHydrogensNeedsNoParameterFiles) {
 
 TEST(DockingScene, ALargePairFitsTheHand) {
   const std::filesystem::path file = "/usr/share/pymol/data/demo/1tii.pdb";
-  if (!std::filesystem::exists(file) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  TANDEM_NEEDS_FILES(file, kOplsDirectory);
   const auto chain = [&](const std::string& name) {
     wire::MoleculeSource source;
     source.set_file(file.string());
@@ -299,7 +300,7 @@ TEST(DockingScene, ALargePairFitsTheHand) {
 }
 
 TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
-  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  TANDEM_NEEDS_FILES(kHelices, kOplsDirectory);
   wire::MolecularField field;
   const auto load = [&] {
     return load_scene_text(scene_text(docking_scene(helix("A"), helix("B"), field)), "two files", ".");
@@ -334,7 +335,7 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
 
 TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
   const std::string file = "/usr/share/pymol/data/demo/1tii.pdb";
-  if (!std::filesystem::exists(file) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  TANDEM_NEEDS_FILES(file, kOplsDirectory);
   const auto field_of = [&](const std::string& hydrogens, const wire::MolecularField& asked) {
     return docking_scene(molecule_source(file + ":D", hydrogens), molecule_source(file + ":E", hydrogens), asked)
         .molecular_field();
@@ -350,7 +351,7 @@ TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
 }
 
 TEST(DockingScene, AWrongDielectricIsSaid) {
-  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  TANDEM_NEEDS_FILES(kHelices, kOplsDirectory);
   wire::MolecularField field;
   field.set_dielectric("four");
   EXPECT_THROW(docking_scene(helix("A"), helix("B"), field), std::invalid_argument);

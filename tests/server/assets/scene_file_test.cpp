@@ -360,7 +360,7 @@ TEST(MassProperties, OfTwoShapesFollowTheParallelAxisTheorem) {
 class ShippedScene : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedScene, Loads) {
-  TANDEM_LOAD_OR_SKIP(scene, GetParam());
+  TANDEM_LOAD_SCENE(scene, GetParam());
   EXPECT_EQ(scene->description.name(), GetParam());
   EXPECT_FALSE(scene->description.description().empty());
   EXPECT_EQ(scene->world.tools.size(), 2U);

@@ -24,6 +24,7 @@
 #include "server/recording/server_recorder.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/running_server.hpp"
 
 namespace tandem::server {
@@ -349,8 +350,7 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
 }
 
 TEST(Stop, WithEachServiceAtWorkLeavesNothingOpenAndEveryFileWhole) {
-  if (!std::filesystem::exists(test::k3al1File) || !std::filesystem::exists(test::kOplsDirectory))
-    GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
+  TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   const char* const wanted = std::getenv("TANDEM_STOPS");
   const int times = wanted != nullptr ? std::atoi(wanted) : 6;
   const auto folder = std::filesystem::path(testing::TempDir()) / ("tandem_stop_" + std::to_string(::getpid()));

@@ -440,12 +440,12 @@ TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
 }
 
 TEST(SoftScene, NoteSaysTheRateThatIsReallyUsed) {
-  TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
+  TANDEM_LOAD_SCENE(scene, "soft_pad");
   EXPECT_THAT(scene->notes, ::testing::Contains(::testing::HasSubstr("every 17 steps, at 58.8235 Hz (asked: 60 Hz)")));
 }
 
 TEST(SoftScene, ShippedPadIsPressedByItsTool) {
-  TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
+  TANDEM_LOAD_SCENE(scene, "soft_pad");
   ASSERT_EQ(scene->soft_bodies.size(), 1U);
   SoftWorld world(soft_world_settings(*scene));
   std::vector<std::optional<Pose>> tools(scene->world.tools.size() + scene->world.bodies.size());

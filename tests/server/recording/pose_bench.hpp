@@ -13,6 +13,7 @@
 #include "server/assets/scene_file.hpp"
 #include "server/recording/pose_keeper.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::server {
 
@@ -38,9 +39,7 @@ inline const std::shared_ptr<const LoadedScene>& helices() {
 class PoseKeeperTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(test::k3al1File) || !std::filesystem::exists(test::kOplsDirectory)) {
-      GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
-    }
+    TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
     start(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }

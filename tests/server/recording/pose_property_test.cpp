@@ -5,6 +5,7 @@
 
 #include "common/base/random.hpp"
 #include "tests/server/recording/pose_bench.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/test_seed.hpp"
 
 namespace tandem::server {
@@ -142,8 +143,7 @@ class PoseSequences {
 class PoseKeeperProperty : public ::testing::TestWithParam<int> {};
 
 TEST_P(PoseKeeperProperty, EachRequestGetsOneAnswerAndTheFilesHaveWhatUsersReceived) {
-  if (!std::filesystem::exists(test::k3al1File) || !std::filesystem::exists(test::kOplsDirectory))
-    GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
+  TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   const auto folder = std::filesystem::temp_directory_path() / ("tandem_pose_sequences_" + std::to_string(::getpid()));
   std::filesystem::remove_all(folder);
   PoseSequences(test::test_seed(59), static_cast<std::uint64_t>(GetParam()), folder).run(60);

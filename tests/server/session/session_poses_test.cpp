@@ -6,6 +6,7 @@
 #include "server/recording/pose_keeper.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::server {
 namespace {
@@ -28,8 +29,7 @@ const std::string& helices_json() {
 class SessionPosesTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(test::k3al1File) || !std::filesystem::exists(test::kOplsDirectory))
-      GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
+    TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
     // The keeper needs the rooms, and the hub the keeper.
     bench_ = std::make_unique<test::HubBench>(HubSettings{}, std::vector<std::string>{helices_json()});
     bench_->hub.reset();

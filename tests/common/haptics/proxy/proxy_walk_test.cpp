@@ -3,6 +3,7 @@
 
 #include "common/base/random.hpp"
 #include "tests/common/haptics/proxy/proxy_scenes.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/test_seed.hpp"
 
 namespace tandem::haptics {
@@ -66,9 +67,8 @@ TEST(ProxyWalk, NeverLeavesABowl) {
 }
 
 TEST(ProxyWalk, NeverEntersTheBunny) {
-  const std::optional<geometry::TriangleMesh> bunny = contact::bunny_mesh(0.1);
-  if (!bunny) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
-  expect_outside({*bunny, {0, 0, 0.08}, {-0.04, -0.04, -0.03}, {0.04, 0.04, 0.03}, 0.2});
+  TANDEM_NEEDS_FILES(contact::kBunnyFile);
+  expect_outside({contact::bunny_mesh(0.1), {0, 0, 0.08}, {-0.04, -0.04, -0.03}, {0.04, 0.04, 0.03}, 0.2});
 }
 
 }  // namespace

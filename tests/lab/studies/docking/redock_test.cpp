@@ -3,11 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include "lab/studies/docking/reproduce_docking.hpp"
 #include "server/assets/docking_scene.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -21,12 +20,8 @@ wire::MoleculeSource helix(const std::string& chain) {
   return source;
 }
 
-bool has_files() {
-  return std::filesystem::exists(test::k3al1File) && std::filesystem::exists(test::kOplsDirectory);
-}
-
 TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
-  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   const json::object redocked =
       redock(server::docking_scene(helix("A"), helix("B"), {}), 1, 2, from_seconds(0.1), false, 1);
   EXPECT_FALSE(redocked.at("locked").get_bool());
@@ -45,7 +40,7 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
 }
 
 TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
-  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   wire::MolecularField field;
   field.set_zero_area_kt(0);  // in which it may rest anywhere
   const wire::Scene scene = server::docking_scene(helix("A"), helix("B"), field);
@@ -58,7 +53,7 @@ TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
 }
 
 TEST(Redock, WhatIsNoComplexIsSaid) {
-  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   EXPECT_THROW(redock(server::docking_scene(helix("A"), helix("A"), {}), 1, 1, from_seconds(0.1), false, 1),
                std::invalid_argument);
 }
@@ -92,7 +87,7 @@ TEST(Redock, ClaimsFailWithTheirNumbers) {
 }
 
 TEST(ReproduceDocking, ItsClaimsHold) {
-  if (!has_files()) GTEST_SKIP() << "needs pymol-data and gromacs-data";
+  TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   const SteadyClock clock;
   for (const Check& claim : reproduce_docking(clock).claims)
     EXPECT_TRUE(claim.holds()) << claim.claim << claim.value_text();

@@ -1,4 +1,4 @@
-// Parameters by element, for machines without gromacs-data: only one of these tests needs the package.
+// Parameters by element, for machines without gromacs-data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "server/assets/structures/force_field.hpp"
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
@@ -54,10 +55,16 @@ TEST(BuiltInForceField, TypesAminoAcidsCapsAndLigandsByElementWithoutCharges) {
   const std::string notes = notes_of(molecule);
   EXPECT_NE(notes.find("built-in parameters by element, no charges; "), std::string::npos) << notes;
   EXPECT_NE(notes.find("1 residue ZN (1 atom)"), std::string::npos) << notes;
-  if (!std::filesystem::exists(kOplsDirectory)) {
-    EXPECT_NE(notes.find("gromacs-data is not installed: "), std::string::npos) << notes;
-    EXPECT_NE(notes.find("install gromacs-data for OPLS-AA"), std::string::npos) << notes;
-  }
+  const bool is_installed = std::filesystem::exists(kOplsDirectory);
+  EXPECT_NE(notes.find(built_in_note(is_installed, false) + "\n"), std::string::npos) << notes;
+}
+
+TEST(BuiltInForceField, SaysHowToHaveOplsAaWhetherOrNotItIsInstalled) {
+  EXPECT_EQ(
+      built_in_note(false, false),
+      "gromacs-data is not installed: built-in parameters by element, no charges; install gromacs-data for OPLS-AA");
+  EXPECT_EQ(built_in_note(true, true),
+            "built-in parameters by element, the file's charges; name " + std::string(kOplsDirectory) + " for OPLS-AA");
 }
 
 TEST(BuiltInForceField, SaysThatHydrogensAreMissingAndBuildsNone) {
@@ -75,7 +82,7 @@ TEST(BuiltInForceField, SaysThatHydrogensAreMissingAndBuildsNone) {
 }
 
 TEST(BuiltInForceField, HasTheStandInsOfOplsAa) {
-  if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory);
   const ForceField opls = load_force_field(test::kOplsDirectory), built_in = built_in_force_field();
   constexpr std::array<std::pair<const char*, const char*>, 12> kSame = {{{"C", "opls_135"},
                                                                           {"N", "opls_238"},

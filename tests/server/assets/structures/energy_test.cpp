@@ -11,6 +11,7 @@
 #include "common/docking/molecular_field.hpp"
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/source_path.hpp"
 
 namespace tandem::server {
@@ -30,7 +31,7 @@ TEST(RealPairs, HaveTheEnergiesAndForcesOfLammps) {
         force.y() >> force.z();
     ASSERT_TRUE(words) << line;
     const std::filesystem::path parameters = test::kOplsDirectory.parent_path() / (force_field + ".ff");
-    if (!std::filesystem::exists(file) || !std::filesystem::exists(parameters)) continue;
+    TANDEM_NEEDS_FILES(file, parameters);
     const docking::Molecule a = load_molecule(file, {{chain_a}}, parameters, Hydrogens::kBuild);
     const docking::Molecule b = load_molecule(file, {{chain_b}}, parameters, Hydrogens::kBuild);
     docking::FieldModel model;
@@ -49,7 +50,6 @@ TEST(RealPairs, HaveTheEnergiesAndForcesOfLammps) {
     }
     ++compared;
   }
-  if (compared == 0) GTEST_SKIP() << "needs the Debian packages gromacs-data and pymol-data";
   EXPECT_EQ(compared, 8U);
 }
 

@@ -10,6 +10,7 @@
 #include "server/assets/structures/force_field.hpp"
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
@@ -33,9 +34,7 @@ std::string refusal(const fs::path& folder) {
 
 class ForceFields : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!fs::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
-  }
+  void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory); }
 };
 
 /// One whose σ is mixed arithmetically.
@@ -111,7 +110,7 @@ TEST_P(ArithmeticForceField, TypesEveryAminoAcidAndChargedEndExactly) {
 
 TEST_P(ArithmeticForceField, BuildsTheHydrogensOfItsBlocksAndNothingElse) {
   const char* const file = "/usr/share/pymol/test/dat/3al1.pdb";
-  if (!fs::exists(file)) GTEST_SKIP() << "needs the Debian package pymol-data";
+  TANDEM_NEEDS_FILES(file);
   const docking::Molecule molecule = load_molecule(file, {{"A"}}, folder_of(GetParam()), Hydrogens::kBuild);
   EXPECT_EQ(molecule.size(), load_molecule(file, {{"A"}}, test::kOplsDirectory, Hydrogens::kBuild).size());
   EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;

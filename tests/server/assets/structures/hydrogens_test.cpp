@@ -12,6 +12,7 @@
 
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 #include "tests/support/source_path.hpp"
 
@@ -26,11 +27,7 @@ double total(const std::vector<double>& values) {
 
 class Ubiquitin : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!std::filesystem::exists(test::kOplsDirectory) || !std::filesystem::exists(k1ubqFile)) {
-      GTEST_SKIP() << "needs the Debian packages gromacs-data and freesasa";
-    }
-  }
+  void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory, k1ubqFile); }
 };
 
 TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
@@ -87,7 +84,7 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
 
 TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   const std::filesystem::path with = "/usr/share/freesasa/test-data/1d3z.pdb";
-  if (!std::filesystem::exists(with)) GTEST_SKIP() << "needs the Debian package freesasa";
+  TANDEM_NEEDS_FILES(with);
   const docking::Molecule built = load_molecule(with, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule given = load_molecule(with, {}, test::kOplsDirectory);
   EXPECT_EQ(built.size(), 1231U);
@@ -100,7 +97,7 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
 }
 
 TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
-  if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory);
   // On a line, and without CB: no directions across, and nothing that is not finite.
   const test::PdbFile file(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("GLY", "N CA C O", 2));
   StructureReport report;

