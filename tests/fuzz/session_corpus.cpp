@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/client.hpp"
+#include "client/haptics/stages/stage.hpp"
 #include "common/base/random.hpp"
 #include "proto/control_framing.hpp"
 #include "server/assets/scene_file.hpp"
@@ -14,6 +15,7 @@
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/fuzz/seed_file.hpp"
 #include "tests/fuzz/server_script.hpp"
+#include "tests/fuzz/timeline.hpp"
 
 namespace {
 
@@ -25,13 +27,12 @@ constexpr int kToldMilliseconds = 40;
 /// A hub and a client that hear each other at once; what the hub says is kept.
 class Session final : public server::ServerTransport, public client::ClientTransport {
  public:
-  explicit Session(const std::shared_ptr<const server::LoadedScene>& scene)
+  explicit Session(const std::shared_ptr<const server::LoadedScene>& scene, const std::string& stage = "local-model")
       : rooms_(one_room(scene)),
         room_(*rooms_.front()),
         poses_({}, rooms_, [] { return 1'700'000'000'000; }),
         hub_(hub_settings(), {&room_}, *this),
-        client_({.haptics = {.stage = {.name = "local-model"}}, .session = {.wants_soft_shapes = true}}, device_,
-                *this) {
+        client_({.haptics = {.stage = {.name = stage}}, .session = {.wants_soft_shapes = true}}, device_, *this) {
     client_.session().start(now_);
     hub_.on_connected(kUser, now_, "127.0.0.1");
     client_.session().on_connected(now_);
@@ -165,7 +166,12 @@ int main(int argc, char** argv) {
     "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1, "graspable": true}],
     "tools": [{"name": "a", "placement": {"position_m": [0, 0, 0.02]}}, {"name": "b"}],
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
-  fuzz::write_seed(folder / "small", Session(server::load_scene_text(small, "small.json", ".")).script());
+  const auto small_scene = server::load_scene_text(small, "small.json", ".");
+  fuzz::write_seed(folder / "small", Session(small_scene).script());
+  // What client_stages_fuzz plays, and the ways of playing it that it begins with.
+  for (const std::string_view stage : client::stage_names())
+    fuzz::write_seed(folder / "stages" / stage, Session(small_scene, std::string(stage)).script());
+  fuzz::write_timeline_seeds(folder / "timelines");
   for (const std::string name : {"wall", "soft_pad", "docking_helices"})
     fuzz::write_seed(folder / name, Session(server::load_scene(scenes / (name + ".json"))).script());
   return 0;

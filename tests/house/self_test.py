@@ -4,6 +4,7 @@ import pathlib
 import tempfile
 import unittest
 
+import bounds
 import compare_results
 import count_types
 import includes
@@ -153,6 +154,35 @@ class Results(Tree):
     def test_expected_differences_are_told_apart(self):
         self.assertTrue(compare_results.is_expected("wall", "/trials/1/verdict", {"*": {"verdict": "why"}}))
         self.assertFalse(compare_results.is_expected("wall", "/trials/1/force", {"peg": {"force": "why"}}))
+
+
+class Bounds(Tree):
+    row = "| `proto/a.cpp` `read` | counts | `kMaxThings` | `a_test` |\n"
+
+    def breaches(self, page, source="constexpr int kMaxThings = 4;\nint read(int n) {\n  return n;\n}\n"):
+        self.write("proto/BOUNDS.md", page)
+        self.write("proto/a.cpp", source)
+        self.write("tests/a_test.cpp", "")
+        return list(bounds.breaches(self.root))
+
+    def test_a_row_of_what_exists_passes(self):
+        self.assertEqual(self.breaches(self.row), [])
+        self.assertEqual(list(bounds.lines(self.root))[0].split()[0], "proto/a.cpp:2")
+
+    def test_a_place_a_constant_and_a_test_that_do_not_exist_are_seen(self):
+        self.assertEqual(self.breaches(self.row.replace("read", "write")), ["proto/a.cpp has no write"])
+        self.assertEqual(self.breaches(self.row.replace("a.cpp", "b.cpp")), ["proto/b.cpp does not exist"])
+        self.assertEqual(len(self.breaches(self.row.replace("kMaxThings", "kMaxOthers"))), 1)
+        self.assertEqual(len(self.breaches(self.row.replace("a_test", "b_test"))), 1)
+
+    def test_a_call_is_no_place(self):
+        self.assertEqual(self.breaches(self.row, "int kMaxThings = read(3);\nint other() {\n  return read(4);\n}\n"),
+                         ["proto/a.cpp has no read"])
+
+    def test_a_page_without_rows_and_a_row_without_a_test_are_seen(self):
+        self.assertEqual(len(self.breaches("none")), 1)
+        self.assertEqual(len(self.breaches(self.row.replace("`a_test`", ""))), 1)
+        self.assertEqual(self.breaches(self.row.replace("`a_test`", "no test: it needs a screen")), [])
 
 
 class Tables(unittest.TestCase):

@@ -1,0 +1,100 @@
+// A whole client with a device, without sockets or a clock, for fuzz targets that play its server: whatever comes, what
+// the hand is given must hold.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "client/client.hpp"
+#include "client/haptics/stages/stage.hpp"
+#include "proto/control_framing.hpp"
+#include "tests/client/haptics/scripted_device.hpp"
+#include "tests/fuzz/check.hpp"
+
+namespace tandem::fuzz {
+
+/// A connection exists as soon as it is requested; nothing that is sent arrives.
+class DeadLine final : public client::ClientTransport {
+ public:
+  void connect(LocalTime) override { is_wanted = true; }
+  void send_control(std::span<const std::byte>) override {}
+  bool send_datagram(std::span<const std::byte>) override { return true; }
+  void set_datagram_port(std::uint16_t) override {}
+  std::size_t queued_control_bytes() const override { return 0; }
+  void close() override {}
+
+  bool is_wanted = false;
+};
+
+class FuzzedClient {
+ public:
+  static constexpr int kMaxTicks = 400;
+
+  explicit FuzzedClient(const client::StageSettings& stage)
+      : device_(Vec3::Constant(0.2)), client_(settings(stage), device_, line_) {
+    client_.session().start(now_);
+  }
+
+  client::Client& client() { return client_; }
+  client::ClientSession& session() { return client_.session(); }
+  LocalTime now() const { return now_; }
+  /// Ticks are left.
+  bool goes_on() const { return ticks_ < kMaxTicks; }
+
+  void connect() {
+    if (line_.is_wanted) session().on_connected(now_);
+    line_.is_wanted = false;
+  }
+  /// A control message in its frame.
+  void say(std::span<const std::byte> payload) {
+    proto::Bytes frame;
+    for (std::size_t i = proto::kFrameLengthBytes; i-- > 0;)
+      frame.push_back(static_cast<std::byte>(payload.size() >> (8 * i)));
+    frame.insert(frame.end(), payload.begin(), payload.end());
+    session().on_control_bytes(frame, now_);
+  }
+  /// Time goes by without a tick.
+  void stall(Duration duration) { now_ += duration; }
+
+  /// A millisecond, in which the hand moves up and down. The force is finite, within the device's limits, rises no faster
+  /// than it may, and the stage has processed no more samples than its bound.
+  void tick() {
+    if (++ticks_ > kMaxTicks) return;
+    now_ += kTick;
+    device_.sample.X_DH.p.z() = -0.02 * std::sin(0.02 * static_cast<double>(ticks_));
+    client_.haptics().tick(now_);
+    client_.poll(now_);
+    const devices::DeviceSpec& spec = device_.spec();
+    const Wrench before = std::exchange(shown_, device_.last);
+    check(device_.all_finite && shown_.f.norm() <= spec.force_limit_n + kRounding &&
+          shown_.t.norm() <= spec.torque_limit_n_m + kRounding);
+    const double may_step_n = spec.slew_limit_n_per_s * to_seconds(kTick);
+    const bool falls = shown_.f.norm() <= before.f.norm();
+    check(falls || (shown_.f - before.f).norm() <= may_step_n + kRounding);
+    check(client_.haptics().record().stage_samples <= client::kMaxStageSamples);
+  }
+  /// What the device was given last.
+  const Wrench& shown() const { return shown_; }
+
+ private:
+  static constexpr Duration kTick = std::chrono::milliseconds(1);
+  static constexpr double kRounding = 1e-9;
+
+  static client::ClientSettings settings(const client::StageSettings& stage) {
+    client::ClientSettings settings;
+    settings.haptics.stage = stage;
+    settings.session.wants_soft_shapes = true;
+    return settings;
+  }
+
+  LocalTime now_{std::chrono::seconds(10)};
+  DeadLine line_;
+  client::ScriptedDevice device_;
+  client::Client client_;
+  int ticks_ = 0;
+  Wrench shown_;
+};
+
+}  // namespace tandem::fuzz
