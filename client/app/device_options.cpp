@@ -119,7 +119,9 @@ void complete_device(devices::DeviceOptions& device, const std::string& profile,
 void take_recorded(devices::DeviceOptions& device) {
   constexpr std::string_view kReplay = "replay:";
   if (!device.name.starts_with(kReplay)) return;
-  device.recorded = read_recorded_hand(device.name.substr(kReplay.size()));
+  std::string why;
+  device.recorded = read_recorded_hand(device.name.substr(kReplay.size()), why);
+  if (!why.empty()) std::cerr << "tandem-client: warning: " + why + "\n";
   device.name = "replay";
 }
 

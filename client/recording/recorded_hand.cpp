@@ -14,21 +14,27 @@ constexpr std::size_t kMaxSamples = 2'000'000;
 
 }  // namespace
 
-std::shared_ptr<const std::vector<devices::DeviceSample>> read_recorded_hand(const std::filesystem::path& file) {
+std::shared_ptr<const std::vector<devices::DeviceSample>> read_recorded_hand(const std::filesystem::path& file,
+                                                                             std::string& why) {
   auto samples = std::make_shared<std::vector<devices::DeviceSample>>();
-  proto::read_recording(file, [&](const std::string& topic, const recording::Message& message) {
-    wire::RecordedTick tick;
-    if (topic != "/tick" || !proto::parse_recorded(message, tick)) return true;
-    devices::DeviceSample sample = tick_of(tick).sample;
-    sample.taken = LocalTime(Duration(static_cast<Duration::rep>(tick.at_ns())));
-    samples->push_back(sample);
-    if (samples->size() <= kMaxSamples) return true;
-    throw std::invalid_argument(file.string() +
-                                " has more than 2 million ticks; name a part of it, e.g. FILE-002.mcap");
-  });
+  const proto::RecordingEnd end =
+      proto::read_recording(file, [&](const std::string& topic, const recording::Message& message) {
+        if (topic != "/tick") return true;
+        wire::RecordedTick tick;
+        proto::require_recorded(message, tick);
+        devices::DeviceSample sample = tick_of(tick).sample;
+        sample.taken = LocalTime(Duration(static_cast<Duration::rep>(tick.at_ns())));
+        samples->push_back(sample);
+        if (samples->size() <= kMaxSamples) return true;
+        throw std::invalid_argument(file.string() +
+                                    " has more than 2 million ticks; name a part of it, e.g. FILE-002.mcap");
+      });
   if (samples->empty()) {
     throw std::invalid_argument(file.string() + " has no ticks of a hand; name a recording of tandem-client --record");
   }
+  if (end.is_damaged)
+    samples->back().reason = "here the recording is damaged or cut; the warning at the start says where";
+  why = end.why;
   return samples;
 }
 

@@ -13,7 +13,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 
-/// What a record is, by its first byte. Readers skip all others.
+/// What a record is, by its first byte. Readers skip all others, but 0, which is none.
 enum class Op : std::uint8_t {
   kHeader = 1,
   kFooter = 2,
@@ -23,7 +23,11 @@ enum class Op : std::uint8_t {
   kChunk = 6,
   kMessageIndex = 7,
   kChunkIndex = 8,
+  kAttachment = 9,
+  kAttachmentIndex = 10,
   kStatistics = 11,
+  kMetadata = 12,
+  kMetadataIndex = 13,
   kSummaryOffset = 14,
   kDataEnd = 15,
 };

@@ -51,6 +51,7 @@ bool McapReader::read_exactly(std::size_t size, Bytes& out) {
     const std::size_t had = out.size();
     out.resize(had + std::min(size - had, kReadAtOnce));
     in_.read(reinterpret_cast<char*>(out.data() + had), static_cast<std::streamsize>(out.size() - had));
+    position_ += static_cast<std::uint64_t>(in_.gcount());
     if (static_cast<std::size_t>(in_.gcount()) != out.size() - had) return false;
   }
   return true;
@@ -70,12 +71,14 @@ bool McapReader::open() {
 
 /// Into op_ and content_.
 bool McapReader::read_record() {
-  Bytes head;
-  if (!read_exactly(sizeof(std::uint8_t) + sizeof(std::uint64_t), head)) {
-    stop(End::kCut, "the file ends without its end: its program was stopped");
+  record_at_ = position_;
+  if (!read_exactly(sizeof(std::uint8_t) + sizeof(std::uint64_t), head_)) {
+    const bool is_behind_a_record = position_ == record_at_;
+    stop(End::kCut, is_behind_a_record ? "the file ends without its end: its program was stopped, or it was cut"
+                                       : "the file ends within a record: it was cut");
     return false;
   }
-  std::span<const std::uint8_t> rest(head);
+  std::span<const std::uint8_t> rest(head_);
   ByteReader reader(rest);
   op_ = static_cast<Op>(reader.number<std::uint8_t>());
   const auto length = reader.number<std::uint64_t>();
@@ -84,7 +87,7 @@ bool McapReader::read_record() {
     return false;
   }
   if (read_exactly(static_cast<std::size_t>(length), content_)) return true;
-  stop(End::kCut, "the file ends within a record: its program was stopped");
+  stop(End::kCut, "the file ends within a record: it was cut");
   return false;
 }
 
@@ -96,7 +99,7 @@ bool McapReader::take_schema(std::span<const std::uint8_t> rest) {
   take_text(reader, rest);  // the encoding: who decodes knows the type
   const auto data = take_bytes(reader, rest, reader.u32());
   schema.descriptors.assign(data.begin(), data.end());
-  if (!reader.ok() || id == 0 || schemas_.size() >= kMaxChannels) return false;
+  if (!reader.ok() || !rest.empty() || id == 0 || schemas_.size() >= kMaxChannels) return false;
   schemas_.insert_or_assign(id, std::move(schema));
   return true;
 }
@@ -107,12 +110,17 @@ bool McapReader::take_channel(std::span<const std::uint8_t> rest) {
   const auto schema = schemas_.find(reader.number<std::uint16_t>());
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
   channel.topic = take_text(reader, rest);
-  if (!reader.ok() || channels_.size() >= kMaxChannels) return false;
+  take_text(reader, rest);                 // the encoding
+  take_bytes(reader, rest, reader.u32());  // its metadata
+  if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
+  // The summary has each again, under a sum: another topic there means that the messages were read as those of a wrong one.
+  const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
+  if (before != nullptr && before->topic != channel.topic) return false;
   channels_.insert_or_assign(id, std::move(channel));
   return true;
 }
 
-bool McapReader::open_chunk(std::span<const std::uint8_t> rest) {
+std::string McapReader::damage_of_chunk(std::span<const std::uint8_t> rest) {
   ByteReader reader(rest);
   reader.number<std::uint64_t>();
   reader.number<std::uint64_t>();
@@ -120,17 +128,26 @@ bool McapReader::open_chunk(std::span<const std::uint8_t> rest) {
   const std::uint32_t sum = reader.u32();
   const std::string compression = take_text(reader, rest);
   const auto packed = take_bytes(reader, rest, reader.number<std::uint64_t>());
-  if (!reader.ok() || size > kMaxRecordBytes) return false;
+  if (!reader.ok() || !rest.empty()) return "a chunk does not fit the length of its record";
+  if (size > kMaxRecordBytes) {
+    return "a chunk says that it has " + std::to_string(size) + " bytes unpacked, more than 64 MiB";
+  }
   if (compression.empty()) {
     chunk_.assign(packed.begin(), packed.end());
-  } else if (compression == "zstd" && ZSTD_getFrameContentSize(packed.data(), packed.size()) == size) {
-    chunk_.resize(static_cast<std::size_t>(size));
-    if (ZSTD_decompress(chunk_.data(), chunk_.size(), packed.data(), packed.size()) != size) return false;
+  } else if (compression != "zstd") {
+    return "a chunk is not packed by zstd";
+  } else if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != size) {
+    return "a chunk cannot be unpacked";
   } else {
-    return false;
+    chunk_.resize(static_cast<std::size_t>(size));
+    if (ZSTD_decompress(chunk_.data(), chunk_.size(), packed.data(), packed.size()) != size) {
+      return "a chunk cannot be unpacked";
+    }
   }
+  if (chunk_.size() != size || sum != crc32(chunk_)) return "the sum of a chunk is wrong";
   rest_ = chunk_;
-  return chunk_.size() == size && (sum == 0 || sum == crc32(chunk_));
+  ++chunks_;
+  return {};
 }
 
 std::optional<Message> McapReader::message_of(std::span<const std::uint8_t> content) {
@@ -142,6 +159,7 @@ std::optional<Message> McapReader::message_of(std::span<const std::uint8_t> cont
   message.publish_ns = reader.number<std::uint64_t>();
   message.data = content;
   if (!reader.ok() || channel(message.channel) == nullptr) return stop(End::kDamaged, "a message fits no channel");
+  ++messages_;
   return message;
 }
 
@@ -157,11 +175,88 @@ std::optional<Message> McapReader::next_in_chunk() {
     ByteReader reader(rest_);
     const auto op = static_cast<Op>(reader.number<std::uint8_t>());
     const auto content = take_bytes(reader, rest_, reader.number<std::uint64_t>());
-    if (!reader.ok()) return stop(End::kDamaged, "a chunk does not hold what it says");
+    if (!reader.ok() || (op != Op::kMessage && op != Op::kSchema && op != Op::kChannel))
+      return stop(End::kDamaged, "a chunk does not hold what it says");
     if (op == Op::kMessage) return message_of(content);
     if (!take_record(op, content)) return stop(End::kDamaged, "a chunk has a damaged schema or channel");
   }
   return std::nullopt;
+}
+
+/// What a damaged length of it would hide.
+std::string McapReader::damage_of_header() const {
+  std::span<const std::uint8_t> rest(content_);
+  ByteReader reader(rest);
+  take_text(reader, rest);  // the profile
+  take_text(reader, rest);  // the library
+  return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
+}
+
+/// Of a MessageIndex, which stands behind its chunk: a chunk that was made another record is noticed by it.
+std::string McapReader::damage_of_index() const {
+  if (!follows_chunk_) return "an index follows no chunk: a chunk before it is damaged";
+  std::span<const std::uint8_t> rest(content_);
+  ByteReader reader(rest);
+  const auto id = reader.number<std::uint16_t>();
+  take_bytes(reader, rest, reader.u32());
+  return reader.ok() && rest.empty() && channel(id) != nullptr ? "" : "the index of a chunk is damaged";
+}
+
+/// By the Footer's own fields before its sum, too.
+bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
+  Bytes summed = summary_;
+  summed.insert(summed.end(), head_.begin(), head_.end());
+  summed.insert(summed.end(), content_.begin(), content_.end() - sizeof(sum));
+  return sum == crc32(summed);
+}
+
+/// What was read against what the writer counted.
+std::string McapReader::damage_of_footer() {
+  std::span<const std::uint8_t> rest(content_);
+  ByteReader reader(rest);
+  reader.number<std::uint64_t>();
+  reader.number<std::uint64_t>();
+  const std::uint32_t sum = reader.u32();
+  if (!reader.ok() || !rest.empty() || !is_in_summary_) return "the end of the file is not where it belongs";
+  if (!is_sum_of_summary_right(sum)) return "the sum of the summary is wrong";
+  if (!counts_) return "the summary has no count of messages";
+  std::span<const std::uint8_t> counted(*counts_);
+  ByteReader statistics(counted);
+  const auto messages = statistics.number<std::uint64_t>();
+  statistics.number<std::uint16_t>();
+  for (int i = 0; i < 3; ++i) statistics.u32();  // channels, attachments, metadata
+  const std::uint32_t chunks = statistics.u32();
+  if (!statistics.ok()) return "the summary's count of messages is damaged";
+  if (messages == messages_ && chunks == chunks_) return {};
+  return std::to_string(messages) + " messages in " + std::to_string(chunks) + " chunks were written, but " +
+         std::to_string(messages_) + " in " + std::to_string(chunks_) + " were read";
+}
+
+std::string McapReader::damage_of_record() {
+  switch (op_) {
+    case Op::kHeader:
+      return damage_of_header();
+    case Op::kChunk:
+      return is_in_summary_ ? "a chunk stands behind the end of the data" : damage_of_chunk(content_);
+    case Op::kMessageIndex:
+      return damage_of_index();
+    case Op::kSchema:
+    case Op::kChannel:
+      return take_record(op_, content_) ? "" : "a schema or channel is damaged";
+    case Op::kMessage:
+      return "a message stands outside of a chunk, where no sum protects it";
+    case Op::kDataEnd:
+      return std::exchange(is_in_summary_, true) || content_.size() != sizeof(std::uint32_t)
+                 ? "the end of the data is damaged"
+                 : "";
+    case Op::kStatistics:
+      counts_ = content_;
+      return "";
+    default:
+      // 0 is no record of MCAP, and what zeroed pages are; from 0x80 on records are private.
+      const bool is_known = op_ >= Op::kHeader && op_ <= Op::kDataEnd;
+      return is_known || static_cast<std::uint8_t>(op_) >= 0x80 ? "" : "there is no record where one should begin";
+  }
 }
 
 std::optional<Message> McapReader::next() {
@@ -171,11 +266,21 @@ std::optional<Message> McapReader::next() {
       if (auto message = next_in_chunk()) return message;
       continue;
     }
+    const bool was_in_summary = is_in_summary_;
     if (!read_record()) return std::nullopt;
-    if (op_ == Op::kMessage) return message_of(content_);
-    if (op_ == Op::kFooter) return stop(End::kWhole, "");
-    const bool is_good = op_ == Op::kChunk ? open_chunk(content_) : take_record(op_, content_);
-    if (!is_good) return stop(End::kDamaged, "a record is damaged");
+    if (op_ == Op::kFooter) {
+      std::string damage = damage_of_footer();
+      const End end = damage.empty() ? End::kWhole : End::kDamaged;
+      return stop(end, std::move(damage));
+    }
+    if (std::string damage = damage_of_record(); !damage.empty()) return stop(End::kDamaged, std::move(damage));
+    follows_chunk_ = op_ == Op::kChunk || op_ == Op::kMessageIndex;
+    if (!was_in_summary) continue;
+    if (summary_.size() + content_.size() > kMaxRecordBytes) {
+      return stop(End::kDamaged, "the summary has more than 64 MiB");
+    }
+    summary_.insert(summary_.end(), head_.begin(), head_.end());
+    summary_.insert(summary_.end(), content_.begin(), content_.end());
   }
   return std::nullopt;
 }

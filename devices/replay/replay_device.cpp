@@ -6,7 +6,9 @@
 namespace tandem::devices {
 
 ReplayDevice::ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples)
-    : spec_(std::move(spec)), samples_(std::move(samples)) {}
+    : spec_(std::move(spec)), samples_(std::move(samples)) {
+  if (!samples_->back().reason.empty()) ending_ = samples_->back().reason;
+}
 
 DeviceSample ReplayDevice::read(LocalTime now) noexcept {
   if (!std::exchange(is_start_set_, true)) started_ = now;
@@ -33,7 +35,7 @@ DeviceSample ReplayDevice::read(LocalTime now) noexcept {
   if (is_over) {
     sample.state = DeviceState::kLost;
     sample.is_valid = false;
-    sample.reason = "the recording is over";
+    sample.reason = ending_;
   }
   return sample;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "devices/device.hpp"
@@ -17,7 +18,8 @@ class ReplayDevice final : public Device {
  public:
   static constexpr Duration kMaxGap = std::chrono::milliseconds(50);
 
-  /// In      samples  at least one; `taken` grows, and counts from any instant
+  /// In      samples  at least one; `taken` grows, and counts from any instant. The reason of the last one, a literal, is why
+  ///                  nothing follows; empty: the recording is over
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
@@ -29,6 +31,7 @@ class ReplayDevice final : public Device {
  private:
   DeviceSpec spec_;
   std::shared_ptr<const std::vector<DeviceSample>> samples_;
+  std::string_view ending_ = "the recording is over";
   std::size_t at_ = 0;  ///< the last that was due
   bool is_start_set_ = false;
   LocalTime started_{};

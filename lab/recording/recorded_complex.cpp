@@ -31,7 +31,7 @@ class Search {
     if (topic == "/room") return begin(message);
     if (topic != "/states" || scene == nullptr) return true;
     wire::RecordedStates states;
-    if (!proto::parse_recorded(message, states)) return true;
+    proto::require_recorded(message, states);
     for (const wire::RecordedBody& body : states.bodies()) {
       newest_[body.id()] = proto::read_exact(body.state()).X;
     }
@@ -50,8 +50,9 @@ class Search {
 
  private:
   bool begin(const recording::Message& message) {
+    if (scene != nullptr) return true;  // of a later file
     wire::RecordedRoom recorded;
-    if (scene != nullptr || !proto::parse_recorded(message, recorded)) return true;
+    proto::require_recorded(message, recorded);
     scene = recorded_scene(recorded, scene_file_);
     for (std::size_t i = 0; i < scene->world.bodies.size(); ++i) {
       newest_[body_id_at(i).value] = scene->world.bodies[i].X_WB;

@@ -71,6 +71,7 @@ class Facts {
     for (const auto& [topic, count] : messages_) messages[topic] = count;
     out_["files"] = files;
     out_["is_whole"] = end.is_whole;
+    out_["is_damaged"] = end.is_damaged;
     out_["why"] = end.why;
     out_["begun_utc"] = utc(begun_ns_);
     out_["duration_s"] = since_begin_s(newest_ns_);
@@ -86,7 +87,8 @@ class Facts {
 
   bool take_room(const recording::Message& message) {
     wire::RecordedRoom room;
-    if (out_.contains("room") || !proto::parse_recorded(message, room)) return true;
+    if (out_.contains("room")) return true;  // of a later file
+    proto::require_recorded(message, room);
     out_["kind"] = "room";
     out_["program"] = room.program();
     out_["room"] = room.room();
@@ -97,7 +99,8 @@ class Facts {
   }
   bool take_session(const recording::Message& message) {
     wire::RecordedSession session;
-    if (out_.contains("user") || !proto::parse_recorded(message, session)) return true;
+    if (out_.contains("user")) return true;  // of a later file
+    proto::require_recorded(message, session);
     out_["kind"] = "client";
     out_["program"] = session.program();
     out_["user"] = session.user_name();
@@ -110,7 +113,7 @@ class Facts {
   }
   bool take_step(const recording::Message& message) {
     wire::RecordedStep step;
-    if (!proto::parse_recorded(message, step)) return true;
+    proto::require_recorded(message, step);
     sequence_.add(step.step(), 1);
     faults_ |= step.tick_faults();
     inputs_ += static_cast<std::uint64_t>(step.inputs_size());
@@ -133,7 +136,7 @@ class Facts {
   }
   bool take_tick(const recording::Message& message) {
     wire::RecordedTick tick;
-    if (!proto::parse_recorded(message, tick)) return true;
+    proto::require_recorded(message, tick);
     sequence_.add(tick.tick(), every_);
     faults_ |= tick.safety_faults();
     return true;

@@ -8,7 +8,7 @@
 
 namespace tandem::lab {
 
-/// `kind` is "room" or "client". Common: program, files, is_whole, why, begun_utc, duration_s, messages by topic. Of a room: scene,
+/// `kind` is "room" or "client". Common: program, files, is_whole, is_damaged, why, begun_utc, duration_s, messages by topic. Of a room: scene,
 /// users with their times, steps, commands, inputs, faults; of a client: user, device, stage, ticks, faults. `gaps`: what is
 /// missing between the first step or tick and the last.
 /// Fails   as read_recording()

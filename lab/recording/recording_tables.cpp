@@ -45,7 +45,7 @@ class Tables {
  public:
   bool take(const std::string& topic, const recording::Message& message) {
     if (begun_ns_ == 0) begun_ns_ = message.log_ns;
-    if (topic == "/room") proto::parse_recorded(message, room_);
+    if (topic == "/room") proto::require_recorded(message, room_);
     if (topic == "/step") take_step(message);
     if (topic == "/states") take_states(message);
     if (topic == "/tick") take_tick(message);
@@ -79,7 +79,7 @@ class Tables {
 
   void take_step(const recording::Message& message) {
     wire::RecordedStep step;
-    if (!proto::parse_recorded(message, step)) return;
+    proto::require_recorded(message, step);
     Row row = row_of("steps", message.log_ns);
     row.number("step", static_cast<double>(step.step()));
     row.number("tick_faults", step.tick_faults());
@@ -109,7 +109,7 @@ class Tables {
 
   void take_states(const recording::Message& message) {
     wire::RecordedStates states;
-    if (!proto::parse_recorded(message, states)) return;
+    proto::require_recorded(message, states);
     Row row = row_of("bodies", message.log_ns);
     row.number("step", static_cast<double>(states.step()));
     row.number("field_energy_kj_per_mol", states.field_energy_kj_per_mol());
@@ -140,7 +140,7 @@ class Tables {
   /// By the client's own writer of traces, so that the columns are those of --trace.
   void take_tick(const recording::Message& message) {
     wire::RecordedTick recorded;
-    if (!proto::parse_recorded(message, recorded)) return;
+    proto::require_recorded(message, recorded);
     const client::TickRecord tick = client::tick_of(recorded);
     if (ticks_begun_ == LocalTime{}) ticks_begun_ = tick.at;
     lines_ += client::trace_row(tick, ticks_begun_, recorded.phase()) + "\n";
@@ -149,7 +149,7 @@ class Tables {
 
   void take_link(const recording::Message& message) {
     wire::RecordedLink link;
-    if (!proto::parse_recorded(message, link)) return;
+    proto::require_recorded(message, link);
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     const auto seconds = [&](double ns) { return link.has_clock() ? ns * 1e-9 : unknown; };
     Row row = row_of("link", message.log_ns);

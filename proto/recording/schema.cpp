@@ -5,6 +5,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <set>
+#include <stdexcept>
 
 namespace tandem::proto {
 namespace {
@@ -35,6 +36,12 @@ recording::Bytes bytes_of(const google::protobuf::Message& message) {
 bool parse_recorded(const recording::Message& from, google::protobuf::Message& out) {
   const google::protobuf::LogSilencer silencer;
   return out.ParseFromArray(from.data.data(), static_cast<int>(from.data.size()));
+}
+
+void require_recorded(const recording::Message& from, google::protobuf::Message& out) {
+  if (parse_recorded(from, out)) return;
+  throw std::invalid_argument("a message " + out.GetTypeName() + " of " + std::to_string(from.log_ns) +
+                              " ns since 1970 cannot be read; the file is damaged, or of another version");
 }
 
 }  // namespace tandem::proto

@@ -15,5 +15,7 @@ recording::Channel channel_of(const std::string& topic, const google::protobuf::
 recording::Bytes bytes_of(const google::protobuf::Message& message);
 /// False: no such message. Nothing in it is checked.
 bool parse_recorded(const recording::Message& from, google::protobuf::Message& out);
+/// Fails   std::invalid_argument: no such message, with its time
+void require_recorded(const recording::Message& from, google::protobuf::Message& out);
 
 }  // namespace tandem::proto

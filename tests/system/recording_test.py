@@ -162,6 +162,81 @@ class Killed(ProgramTest):
             self.assertTrue(other_reader(self.path(f"c{number}.mcap")).of("/tick"))
 
 
+def damaged(kind, data, random_):
+    """(bytes, first byte that is another) of a file that was cut, zeroed or changed in its second half."""
+    at = random_.randrange(len(data) // 2, len(data) * 9 // 10)
+    if kind == "cut":
+        return data[:at], at
+    if kind == "zeroed":
+        at = at // 512 * 512
+        return data[:at] + bytes(512) + data[at + 512:], at
+    return data[:at] + bytes([data[at] ^ 1 << random_.randrange(8)]) + data[at + 1:], at
+
+
+class Damaged(ProgramTest):
+    """Of a damaged file no message is missing in silence: what, where, how far it was read, and what can be done."""
+
+    def record(self):
+        folder = self.path("server")
+        with Server("--scene", "peg_in_hole", "--record", folder) as server:
+            code, _, err = finish(start_client(server.port, "--name", "anna", "--hand", "peg-left", "--duration", "3s",
+                                               "--record", self.path("anna.mcap")))
+            self.assertEqual(code, 0, err)
+        file, = glob.glob(os.path.join(folder, "*.mcap"))
+        return {"room": file, "client": self.path("anna.mcap")}
+
+    def damage(self, file, kind, random_):
+        with open(file, "rb") as whole:
+            data, _ = damaged(kind, whole.read(), random_)
+        other = self.path(f"{kind}.mcap")
+        with open(other, "wb") as file:
+            file.write(data)
+        return other
+
+    def assert_said(self, err, file, before="tandem-replay: "):
+        (line,) = [line for line in err.splitlines() if file in line]
+        self.assertIn(before, line)
+        self.assertRegex(line, r"at byte \d+ of \d+; read until there: \d+ messages, the last \d+\.\d{3} s after the first")
+        self.assertIn("copy the file again", line)
+
+    def test_no_message_is_missing_in_silence(self):
+        seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
+        print(f"TANDEM_TEST_SEED={seed}")
+        random_ = random.Random(seed)
+        files = self.record()
+        whole = {kind: json.loads(run("tandem-replay", "info", file, "--json")[1]) for kind, file in files.items()}
+        for of, file in files.items():
+            for kind in ("cut", "zeroed", "bit"):
+                other = self.damage(file, kind, random_)
+                with self.subTest(of=of, kind=kind):
+                    code, out, err = run("tandem-replay", "info", other, "--json")
+                    facts = json.loads(out)
+                    if facts["messages"] == whole[of]["messages"]:
+                        self.assertEqual(code, 0 if facts["is_whole"] else 3, err)
+                        continue
+                    self.assertEqual(code, 3, err)
+                    self.assertTrue(facts["is_damaged"])
+                    self.assertFalse(facts["is_whole"])
+                    self.assert_said(err, other)
+                    code, _, err = run("tandem-replay", "export", other, "--out", self.path(f"{of}-{kind}"))
+                    self.assertEqual(code, 3, err)
+                    self.assert_said(err, other)
+        room = self.damage(files["room"], "cut", random_)
+        code, out, err = run("tandem-replay", "play", room, "--json")
+        self.assertEqual(code, 3, err)
+        self.assertTrue(json.loads(out)["is_equal"])
+        self.assert_said(err, room)
+
+    def test_a_hand_whose_recording_is_damaged_is_warned_of(self):
+        file = self.damage(self.record()["client"], "cut", random.Random(2))
+        with Server("--scene", "two_boxes") as server:
+            code, out, err = run("tandem-client", "--insecure", "--headless", "--server", f"127.0.0.1:{server.port}", "--json",
+                                 "--device", f"replay:{file}", "--duration", "5s")
+        self.assertEqual(code, 0, err)
+        self.assert_said(err, file, "tandem-client: warning: ")
+        self.assertIn("here the recording is damaged or cut", out + err)
+
+
 class FullDisk(ProgramTest):
     def test_is_told_once_and_the_session_goes_on(self):
         def small_disk():

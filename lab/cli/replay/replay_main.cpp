@@ -15,6 +15,7 @@
 #include "lab/recording/session_replay.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/results/tables.hpp"
+#include "proto/recording/recorded_files.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -42,10 +43,19 @@ void add_scene(CLI::App& command, Options& options) {
       ->type_name("FILE|NAME");
 }
 
+constexpr int kDamaged = 3;
+
+/// Says on standard error what is missing of the recording, and makes it the exit code of what went well otherwise.
+int with_end(const Options& options, int code) {
+  const proto::RecordingEnd end = proto::read_recording(options.file, [](const auto&, const auto&) { return true; });
+  if (!end.why.empty()) std::cerr << "tandem-replay: " << end.why << '\n';
+  return code == 0 && end.is_damaged ? kDamaged : code;
+}
+
 int info(const Options& options) {
   const boost::json::object facts = recording_facts(options.file);
   std::cout << (options.writes_json ? boost::json::serialize(facts) + "\n" : facts_text(facts));
-  return 0;
+  return with_end(options, 0);
 }
 
 int export_tables(const Options& options) {
@@ -58,7 +68,7 @@ int export_tables(const Options& options) {
     std::cout << (folder / (name + ".csv")).string() << ": " << table.row_count() << " rows\n";
   }
   std::cout << (folder / "recording.h5").string() << ": all of them\n";
-  return 0;
+  return with_end(options, 0);
 }
 
 int save_complex(const Options& options) {
@@ -67,13 +77,13 @@ int save_complex(const Options& options) {
   const boost::json::object saved = save_recorded_complex(options.file, at, options.scene, options.out);
   if (options.writes_json) {
     std::cout << boost::json::serialize(saved) << '\n';
-    return 0;
+    return with_end(options, 0);
   }
   const auto number = [&saved](const char* key) { return saved.at(key).as_double(); };
   std::printf("at %.2f s: %.2f kJ/mol (Lennard-Jones %.2f, Coulomb %.2f), %.2f angstrom from the files' own pose\n%s\n",
               number("t_s"), number("total_kj_mol"), number("lj_kj_mol"), number("coulomb_kj_mol"),
               number("rmsd_angstrom"), options.out.c_str());
-  return 0;
+  return with_end(options, 0);
 }
 
 std::string verdict(const ReplayResult& result) {
@@ -110,13 +120,16 @@ boost::json::object to_json(const ReplayResult& result) {
 int play(const Options& options) {
   const ReplayResult result = replay_session(options.file, options.scene);
   std::cout << (options.writes_json ? boost::json::serialize(to_json(result)) : verdict(result)) << '\n';
-  return result.differs_at_step || result.missing_step ? 1 : 0;
+  return with_end(options, result.differs_at_step || result.missing_step ? 1 : 0);
 }
 
 void declare(CLI::App& app, Options& options, int& exit_code) {
   app.set_version_flag("--version", "tandem-replay " TANDEM_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit code: 0 done, 1 the states differ or steps are missing, 2 bad input or set-up.");
+  app.footer(
+      "Exit code: 0 done, 1 the states differ or steps are missing, 2 bad input or set-up, 3 done with what could be "
+      "read: "
+      "the recording is damaged or cut.");
   CLI::App* const tell = app.add_subcommand("info", "What is in a recording: who, how long, what, and what is missing");
   add_file(*tell, options);
   add_json(*tell, options);

@@ -1,6 +1,7 @@
 // What is written can be read, also where a file ends early, and what is damaged ends the reading.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "common/recording/mcap_reader.hpp"
