@@ -22,7 +22,7 @@
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
-#include "common/net/socket_rules.hpp"
+#include "common/net/host_port.hpp"
 
 namespace tandem::client {
 namespace {
@@ -43,8 +43,11 @@ T chosen(const std::string& text, const std::map<std::string_view, T>& choices) 
 
 void add_session_options(CLI::App& app, ClientOptions& options) {
   ClientIoSettings& io = options.io;
-  add_text(app, "--server", "server to join [127.0.0.1:47800]; with --ca by its name in the certificate",
-           "ADDRESS:PORT", [&io](const std::string& text) { take_server(text, io); });
+  add_text(
+      app, "--server",
+      "server to join, by name or address, an IPv6 address in brackets [127.0.0.1:47800]; with --ca by its name in the "
+      "certificate",
+      "ADDRESS:PORT", [&io](const std::string& text) { take_server(text, io); });
   app.add_option("--room", io.client.session.room, "room to join; default: the server's only room");
   app.add_option("--name", io.client.session.user_name, "your name in the room")->capture_default_str();
   add_text(app, "--role", "what you may do; one operator a room may also set its parameters [manipulator]",
@@ -280,17 +283,9 @@ std::string one_line(std::string text) {
 }  // namespace
 
 void take_server(const std::string& text, ClientIoSettings& io) {
-  const std::size_t colon = text.rfind(':');
-  const bool has_port = colon != std::string::npos && text.find(']', colon) == std::string::npos;
-  std::string host = has_port ? text.substr(0, colon) : text;
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  if (host.empty()) throw std::invalid_argument("'" + text + "' names no address; write for example 127.0.0.1:47800");
-  io.host = host;
-  if (!has_port) return;
-  io.port = net::port_of(text.substr(colon + 1)).value_or(0);
-  if (io.port == 0) {
-    throw std::invalid_argument("'" + text + "' has no port from 1 to 65535; write for example 127.0.0.1:47800");
-  }
+  const net::HostPort server = net::host_port_of(text);
+  io.host = server.host;
+  if (server.port) io.port = *server.port;
 }
 
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {

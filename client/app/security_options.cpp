@@ -71,7 +71,8 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   }
   if (!options.invitation.empty()) return apply_invitation(options.invitation, keeps_role, io);
   if (options.is_insecure) return;
-  io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host};
+  // A certificate has no zone: that is an interface of this machine.
+  io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
   const auto token = secure::bytes_of_text(or_from_stdin(options.token));
   take_token(token.value_or(proto::Bytes{}), keeps_role, io);

@@ -67,19 +67,6 @@ void add(net::LinkCounters& sum, const net::LinkCounters& counters) {
   sum.queue_full += counters.queue_full;
 }
 
-/// Of a host's addresses the first.
-asio::ip::address address_of(asio::io_context& io, const std::string& host, bool is_encrypted) {
-  error_code error;
-  asio::ip::make_address(host, error);
-  if (!error || !is_encrypted) return net::numeric_address("cannot connect to", host, is_encrypted);
-  const auto found = tcp::resolver(io).resolve(host, "", error);
-  if (error || found.empty()) {
-    throw std::invalid_argument("cannot connect to \"" + host + "\": " + net::lower_first(error.message()) +
-                                "; is that the name or address of a server?");
-  }
-  return found.begin()->endpoint().address();
-}
-
 }  // namespace
 
 struct AsioClientTransport::Connection {
@@ -87,6 +74,7 @@ struct AsioClientTransport::Connection {
       : stream(io), tls(tls_context), datagrams(io), pump_timer(io), linger(io) {}
 
   tcp::socket stream;
+  net::Address address;  ///< that TCP connected to; datagrams go there too
   secure::TlsStream tls;
   udp::socket datagrams;
   StampedReceiver receiver;  ///< of `datagrams`
@@ -107,13 +95,18 @@ struct AsioClientTransport::Connection {
 
 AsioClientTransport::AsioClientTransport(asio::io_context& io, const std::string& host, std::uint16_t port,
                                          const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
-                                         const Clock& clock)
+                                         const Clock& clock, Resolve resolve)
     : io_(io),
-      address_(address_of(io, host, trust.has_value())),
       port_(port),
       tls_(trust ? std::optional(secure::TlsContext::client(*trust)) : std::nullopt),
       links_(std::move(links)),
-      clock_(clock) {
+      clock_(clock),
+      connector_(
+          io, host, port, trust.has_value(), std::move(resolve), clock,
+          [this](tcp::socket socket, const net::Address& address) { accepted(std::move(socket), address); },
+          [this](const std::string& why) {
+            if (current_ != nullptr) lost(current_, why);
+          }) {
   if (!links_) return;
   for (const auto& [name, link] : {std::pair("up", &links_->up), std::pair("down", &links_->down)}) {
     if (const std::string problem = link->problem(); !problem.empty()) {
@@ -123,10 +116,6 @@ AsioClientTransport::AsioClientTransport(asio::io_context& io, const std::string
 }
 
 AsioClientTransport::~AsioClientTransport() = default;
-
-std::string AsioClientTransport::server_name() const {
-  return address_.to_string() + ":" + std::to_string(port_);
-}
 
 bool AsioClientTransport::is_drained() const {
   return closing_.expired();
@@ -147,37 +136,52 @@ void AsioClientTransport::connect(LocalTime) {
   }
   ++connections_;
   current_ = connection;
-  connection->stream.async_connect(tcp::endpoint(address_, port_), [this, connection](const error_code& error) {
-    if (!is_current(*connection)) return;
-    if (error) {
-      lost(connection, "cannot connect to " + server_name() + ": " + net::lower_first(error.message()) +
-                           "; is tandem-server running there?");
-    } else {
-      connected(connection);
-    }
-  });
+  connector_.start();
+}
+
+/// A connection in the place of one that could not be set up. The links stay: nothing has passed through them yet.
+void AsioClientTransport::renew() {
+  const ConnectionPointer before = current_;
+  current_ = std::make_shared<Connection>(io_, tls_ ? &*tls_ : nullptr);
+  current_->links = std::move(before->links);
+  current_->before = before->before;
+  abort(*before);
+}
+
+void AsioClientTransport::accepted(tcp::socket socket, const net::Address& address) {
+  if (current_->stream.is_open()) renew();
+  current_->stream = std::move(socket);
+  current_->address = address;
+  connected(current_);
 }
 
 void AsioClientTransport::connected(const ConnectionPointer& connection) {
   error_code error;
-  // A client that keeps trying a local port that nobody listens on can be given that very port and meet itself.
-  if (connection->stream.local_endpoint(error) == tcp::endpoint(address_, port_)) {
-    lost(connection, "cannot connect to " + server_name() +
-                         ": connection refused; is tandem-server running there, and has it said that it is listening?");
-    return;
-  }
-  connection->is_connected = true;
   connection->stream.non_blocking(true, error);
   if (!error) connection->stream.set_option(tcp::no_delay(true), error);
   if (error) {
-    lost(connection, "cannot set up the connection to " + server_name() + ": " + net::lower_first(error.message()));
-    return;
+    const std::string why = "the connection cannot be set up: " + net::lower_first(error.message());
+    return set_up_failed(connection, net::AttemptFailure::kOther, why);
   }
   connection->stream.set_option(net::UnsentLimit(net::kUnsentBytes), error);
   read(connection);
   connection->tls.start(connection->unsent);
   flush(connection);
-  if (connection->tls.is_plain()) session_->on_connected(clock_.now());
+  if (connection->tls.is_plain()) established();
+}
+
+/// Both ends know each other: no other address is tried any more.
+void AsioClientTransport::established() {
+  current_->is_connected = true;
+  connector_.set_up();
+  session_->on_connected(clock_.now());
+}
+
+void AsioClientTransport::set_up_failed(const ConnectionPointer& connection, net::AttemptFailure failure,
+                                        const std::string& why) {
+  if (!is_current(*connection)) return;
+  renew();
+  connector_.set_up_failed(failure, why);
 }
 
 void AsioClientTransport::read(const ConnectionPointer& connection) {
@@ -190,8 +194,9 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
           return;
         }
         if (error) {
-          lost(connection, "the connection to " + server_name() + " was lost: " + net::lower_first(error.message()));
-          return;
+          const std::string why = net::lower_first(error.message());
+          if (!connection->is_connected) return set_up_failed(connection, net::AttemptFailure::kLost, why);
+          return lost(connection, "the connection to " + connector_.server_name() + " was lost: " + why);
         }
         take_bytes(connection, std::span(connection->incoming).first(size));
         read(connection);
@@ -199,13 +204,17 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
 }
 
 void AsioClientTransport::take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
-  const bool was_established = connection->tls.is_established();
   connection->plain.clear();
   const bool is_good = connection->tls.receive(bytes, connection->plain, connection->unsent);
   flush(connection);
-  if (!was_established && connection->tls.is_established()) session_->on_connected(clock_.now());
+  if (!is_good && !connection->is_connected) {
+    return set_up_failed(connection, net::AttemptFailure::kUntrusted, connection->tls.problem());
+  }
+  if (!connection->is_connected && connection->tls.is_established()) established();
   deliver_control(connection, connection->plain);
-  if (!is_good) lost(connection, "cannot connect safely to " + server_name() + ": " + connection->tls.problem());
+  if (!is_good) {
+    lost(connection, "the connection to " + connector_.server_name() + " was lost: " + connection->tls.problem());
+  }
 }
 
 void AsioClientTransport::deliver_control(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
@@ -242,7 +251,7 @@ void AsioClientTransport::report_loss_when_due(Connection& connection) {
 void AsioClientTransport::set_datagram_port(std::uint16_t port) {
   if (current_ == nullptr) return;
   error_code error;
-  const udp::endpoint server(address_, port != 0 ? port : port_);
+  const udp::endpoint server(current_->address, port != 0 ? port : port_);
   current_->datagrams.open(server.protocol(), error);
   if (!error) current_->datagrams.non_blocking(true, error);
   // Connected, so that the kernel lets only the server's datagrams through.
@@ -330,6 +339,7 @@ std::size_t AsioClientTransport::queued_control_bytes() const {
 }
 
 void AsioClientTransport::close() {
+  connector_.cancel();
   if (current_ == nullptr) return;
   const ConnectionPointer connection = std::move(current_);
   current_ = nullptr;

@@ -10,7 +10,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/address.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,6 +18,7 @@
 #include <string>
 #include <string_view>
 
+#include "client/net/connector.hpp"
 #include "client/session/session.hpp"
 #include "common/net/link.hpp"
 
@@ -44,12 +44,13 @@ struct LinkTraffic {
 /// Thread  the one that runs the io_context
 class AsioClientTransport final : public ClientTransport {
  public:
-  /// In      host   a numeric address; with `trust` also the name of a host, which is looked up here, and may take long
-  ///         trust  by what the server is known; none: nothing is encrypted, loopback only
+  /// In      host     a numeric address; with `trust` also the name of a host, which is looked up when it connects
+  ///         trust    by what the server is known; none: nothing is encrypted, loopback only
+  ///         resolve  the addresses of a name
   /// Fails   std::invalid_argument: another address, a file that holds no authority, or a bad link parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
                       const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
-                      const Clock& clock);
+                      const Clock& clock, Resolve resolve = resolve_by_system);
   ~AsioClientTransport() override;
 
   /// Whom to call; before the first connect().
@@ -68,13 +69,18 @@ class AsioClientTransport final : public ClientTransport {
   std::optional<secure::Exported> exported(std::string_view label, std::span<const std::byte> context) override;
   void set_datagram_port(std::uint16_t port) override;
   std::size_t queued_control_bytes() const override;
+  std::string connecting_to() const override { return connector_.progress(); }
   void close() override;
 
  private:
   struct Connection;
   using ConnectionPointer = std::shared_ptr<Connection>;
 
+  void renew();
+  void accepted(boost::asio::ip::tcp::socket socket, const net::Address& address);
   void connected(const ConnectionPointer& connection);
+  void established();
+  void set_up_failed(const ConnectionPointer& connection, net::AttemptFailure failure, const std::string& why);
   void read(const ConnectionPointer& connection);
   void take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes);
   void deliver_control(const ConnectionPointer& connection, std::span<const std::byte> bytes);
@@ -90,10 +96,8 @@ class AsioClientTransport final : public ClientTransport {
   static void abort(Connection& connection);
   bool is_current(const Connection& connection) const { return current_.get() == &connection; }
   void count_links(const Connection& connection);
-  std::string server_name() const;
 
   boost::asio::io_context& io_;
-  boost::asio::ip::address address_;
   std::uint16_t port_;
   std::optional<secure::TlsContext> tls_;  ///< none: nothing is encrypted
   std::optional<SimulatedLinks> links_;
@@ -103,6 +107,7 @@ class AsioClientTransport final : public ClientTransport {
   std::weak_ptr<Connection> closing_;
   std::uint64_t connections_ = 0;
   LinkTraffic link_traffic_;
+  Connector connector_;
 };
 
 }  // namespace tandem::client

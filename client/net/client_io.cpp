@@ -73,7 +73,7 @@ struct ClientIo::Impl {
 ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device)
     : owner(client_io),
       settings(with_models_made_aside(std::move(client_settings))),
-      transport(io, settings.host, settings.port, settings.trust, settings.links, clock),
+      transport(io, settings.host, settings.port, settings.trust, settings.links, clock, settings.resolve),
       client(settings.client, device, transport),
       session(client.session()),
       tick_event(io, open_eventfd()) {

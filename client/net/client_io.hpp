@@ -23,12 +23,13 @@
 namespace tandem::client {
 
 struct ClientIoSettings {
-  std::string host = "127.0.0.1";  ///< without `trust` a numeric loopback address or "localhost"
+  std::string host = "127.0.0.1";  ///< without `trust` a numeric loopback address or "localhost"; with it also a name
   std::uint16_t port = 47800;
   std::optional<secure::Trust> trust{};  ///< by what the server is known; none: nothing is encrypted (--insecure)
   ClientSettings client;                 ///< makes_models_aside is set
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
+  Resolve resolve = resolve_by_system;
 };
 
 /// The session as other threads may see it.

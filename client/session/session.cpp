@@ -69,11 +69,13 @@ void ClientSession::Impl::check_time_outs(LocalTime now) {
   switch (status.state) {
     case SessionState::kConnecting:
     case SessionState::kGreeting:
-    case SessionState::kJoining:
+    case SessionState::kJoining: {
       if (now - entered < settings.setup_timeout) return;
+      const std::string tried = transport.connecting_to();
       lose(now, "the server did not answer within " + milliseconds(settings.setup_timeout) + " (" +
-                    std::string(name_of(status.state)) + ")");
+                    std::string(name_of(status.state)) + ")" + (tried.empty() ? "" : ": " + tried));
       return;
+    }
     case SessionState::kActive:
       if (now - stream.last_heard() < settings.silence_timeout) return;
       if (stream.has_heard()) {

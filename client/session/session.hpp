@@ -47,6 +47,8 @@ class ClientTransport {
   virtual void set_datagram_port(std::uint16_t port) = 0;
   /// Control bytes that the connection has not taken yet; over TCP, state is sent only when it is 0.
   virtual std::size_t queued_control_bytes() const = 0;
+  /// Results so far of the addresses that connect() tries, for people; empty: there is only one.
+  virtual std::string connecting_to() const { return {}; }
   /// Closes after what is queued has been sent, as far as that does not block.
   virtual void close() = 0;
 };

@@ -6,6 +6,7 @@
 
 #include "common/base/progress.hpp"
 #include "common/base/units.hpp"
+#include "common/net/host_port.hpp"
 #include "common/realtime/output.hpp"
 #include "common/secure/certificate.hpp"
 #include "server/app/docking_options.hpp"
@@ -77,8 +78,10 @@ void declare_security(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
       ->capture_default_str()
       ->type_name("manipulator|operator|observer");
-  app.add_option("--address", options.address,
-                 "by which others reach this server, for invitations and --dev-certs [an address of this machine]")
+  app.add_option(
+         "--address", options.address,
+         "name or address, without a port, by which others reach this server, for invitations and --dev-certs [an "
+         "address of this machine]")
       ->type_name("ADDRESS|NAME");
   app.add_option("--state", options.security.state, "folder of the keys that the server makes itself")
       ->capture_default_str()
@@ -150,7 +153,8 @@ void declare(CLI::App& app, Options& options) {
       ->type_name("PORT")
       ->capture_default_str();
   app.add_option("--bind", options.bind,
-                 "address to listen on, e.g. 0.0.0.0 for all of this machine; with --insecure loopback only")
+                 "address to listen on, e.g. 0.0.0.0 for all IPv4 addresses of this machine, :: for those of IPv6 and "
+                 "IPv4; with --insecure loopback only")
       ->capture_default_str();
   add_duration(app, "--duration", "stop after this long, with unit, e.g. 30s [default: never]",
                [&options](Duration duration) { options.duration = duration; });
@@ -255,7 +259,7 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
 
 std::string ready_line(const server::LiveServer& server, const std::string& address,
                        const std::optional<server::ServerKeys>& keys) {
-  std::string line = "tandem-server: listening on " + address + ":" + std::to_string(server.port());
+  std::string line = "tandem-server: listening on " + net::text_of(address, server.port());
   line += keys ? ", key " + secure::text_of(keys->identity.id()) : std::string(", INSECURE: nothing is encrypted");
   for (const auto& room : server.rooms()) {
     line += ", room " + room->name() + " (" + counted(room->scene().world.tools.size(), "tool", "tools") + ")";
@@ -264,25 +268,24 @@ std::string ready_line(const server::LiveServer& server, const std::string& addr
 }
 
 std::string address_for_clients(const Options& options) {
-  if (!options.address.empty()) return options.address;
-  const bool is_any = options.bind == "0.0.0.0" || options.bind == "::";
-  return is_any ? server::own_address() : options.bind;
+  if (!options.address.empty()) return net::host_without_port("--address", options.address);
+  if (options.bind == "0.0.0.0") return server::own_address(false);
+  return options.bind == "::" ? server::own_address(true) : options.bind;
 }
 
 std::string invitations(const Options& options, std::uint16_t port, const server::ServerKeys& keys) {
-  std::string address = address_for_clients(options);
-  if (address.find(':') != std::string::npos) address = "[" + address + "]";
+  const std::string address = net::text_of(address_for_clients(options), port);
   std::string lines;
   for (int i = 0; i < options.invitations; ++i) {
-    lines += server::invitation_line(options.invited, address + ":" + std::to_string(port), keys) + "\n";
+    lines += server::invitation_line(options.invited, address, keys) + "\n";
   }
   return lines;
 }
 
 void make_dev_certificates(const Options& options, realtime::Output& output) {
   const std::filesystem::path& folder = options.dev_certificates;
-  secure::write_dev_certificates(
-      folder, {address_for_clients(options), server::own_address(), server::own_host_name(), "localhost", "127.0.0.1"});
+  secure::write_dev_certificates(folder, {address_for_clients(options), server::own_address(true),
+                                          server::own_host_name(), "localhost", "127.0.0.1", "::1"});
   output.out("made " + folder.string() + "/{ca,server}.pem and their keys\n  tandem-server --cert " +
              (folder / "server.pem").string() + " --key " + (folder / "server-key.pem").string() +
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");

@@ -124,20 +124,27 @@ std::string invitation_line(const Invited& invited, const std::string& server, c
          proto::text_of(proto::Invitation{server, keys.identity.id(), token});
 }
 
-std::string own_address() {
+std::string own_address(bool may_be_v6) {
   ifaddrs* list = nullptr;
-  std::string found = "127.0.0.1";
-  if (getifaddrs(&list) != 0) return found;
+  std::string v4, v6;
+  if (getifaddrs(&list) != 0) return "127.0.0.1";
   for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
     const bool is_up = (one->ifa_flags & IFF_UP) != 0 && (one->ifa_flags & IFF_LOOPBACK) == 0;
-    if (!is_up || one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    std::array<char, INET_ADDRSTRLEN> text{};
-    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr, text.data(), text.size());
-    found = text.data();
-    break;
+    if (!is_up || one->ifa_addr == nullptr) continue;
+    std::array<char, INET6_ADDRSTRLEN> text{};
+    if (one->ifa_addr->sa_family == AF_INET && v4.empty()) {
+      inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr, text.data(), text.size());
+      v4 = text.data();
+    } else if (one->ifa_addr->sa_family == AF_INET6 && v6.empty()) {
+      const in6_addr& address = reinterpret_cast<const sockaddr_in6*>(one->ifa_addr)->sin6_addr;
+      if (IN6_IS_ADDR_LINKLOCAL(&address)) continue;
+      inet_ntop(AF_INET6, &address, text.data(), text.size());
+      v6 = text.data();
+    }
   }
   freeifaddrs(list);
-  return found;
+  if (v4.empty() && may_be_v6 && !v6.empty()) return v6;
+  return v4.empty() ? "127.0.0.1" : v4;
 }
 
 std::string own_host_name() {

@@ -59,8 +59,9 @@ proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, co
 /// "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …"
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys);
 
-/// An address of this machine by which others reach it: of its first network that is up; else 127.0.0.1.
-std::string own_address();
+/// An address of this machine by which others reach it: the first IPv4 address of a network that is up; on a machine without
+/// one, where `may_be_v6`, the first IPv6 address that is not link-local; else 127.0.0.1.
+std::string own_address(bool may_be_v6);
 std::string own_host_name();
 
 }  // namespace tandem::server

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "common/base/units.hpp"
+#include "common/net/host_port.hpp"
 #include "server/app/security.hpp"
 
 namespace {
@@ -22,7 +23,8 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& options) {
-  app.add_option("--server", options.server, "where the server is; prints an invitation for tandem-client --join")
+  app.add_option("--server", options.server,
+                 "where the server is, an IPv6 address in brackets; prints an invitation for tandem-client --join")
       ->type_name("ADDRESS:PORT");
   app.add_option("--state", options.keys.state, "folder of the server's keys, as tandem-server has it")
       ->capture_default_str()
@@ -66,6 +68,7 @@ std::string issued(const Options& options) {
     const auto issuer = secure::KeyPair::load(options.issuer);
     return secure::text_of(server::token_for(options.invited, key_id_of(options.server_key), issuer));
   }
+  if (!options.server.empty()) net::host_port_of(options.server);
   const server::ServerKeys keys = server::open_keys(options.keys);
   if (!options.server.empty()) return server::invitation_line(options.invited, options.server, keys);
   return secure::text_of(server::token_for(options.invited, keys.identity.id(), keys.issuer));

@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/v6_only.hpp>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
+#include "common/net/host_port.hpp"
 #include "common/net/socket_rules.hpp"
 
 namespace tandem::server {
@@ -111,27 +113,37 @@ AsioServerTransport::~AsioServerTransport() {
 
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
+  // "::" takes IPv4 too, whatever the machine's default is (net.ipv6.bindv6only).
+  const auto take_both_families = [&address, &error](auto& socket) {
+    if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
+  };
   // A free TCP port may be taken for UDP, so "any port" takes a few tries.
   for (int attempt = 0; attempt < (port == 0 ? kPortTries : 1); ++attempt) {
     acceptor_ = tcp::acceptor(io_);
     udp_ = udp::socket(io_);
     const tcp::endpoint wanted(address, port);
-    acceptor_.open(wanted.protocol());
+    acceptor_.open(wanted.protocol(), error);
+    if (error) break;
     acceptor_.set_option(tcp::acceptor::reuse_address(true));
-    acceptor_.bind(wanted, error);
+    take_both_families(acceptor_);
+    if (!error) acceptor_.bind(wanted, error);
     if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
     if (error) continue;
     port_ = acceptor_.local_endpoint().port();
     udp_.open(address.is_v6() ? udp::v6() : udp::v4());
     udp_.set_option(net::SharedPort(true));
-    udp_.bind(udp::endpoint(address, port_), error);
+    take_both_families(udp_);
+    if (!error) udp_.bind(udp::endpoint(address, port_), error);
     if (error) continue;
     udp_.non_blocking(true);
     return;
   }
-  throw std::runtime_error("cannot listen on " + address.to_string() + ":" + std::to_string(port) + ": " +
-                           net::lower_first(error.message()) +
-                           "; stop the program that has this TCP or UDP port, or choose another with --port (0: any)");
+  const bool is_taken = error == asio::error::address_in_use || error == asio::error::access_denied;
+  throw std::runtime_error(
+      "cannot listen on " + net::text_of(address.to_string(), port) + ": " + net::lower_first(error.message()) +
+      (is_taken ? "; stop the program that has this TCP or UDP port, or choose another with --port "
+                  "(0: any)"
+                : "; give an address that this machine has with --bind"));
 }
 
 void AsioServerTransport::serve(SessionHub& hub) {
@@ -465,6 +477,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (!error) own.open(to.protocol(), error);
   if (!error) own.non_blocking(true, error);
   if (!error) own.set_option(net::SharedPort(true), error);
+  if (!error && to.address().is_v6()) own.set_option(asio::ip::v6_only(false), error);
   if (!error) own.bind(here, error);
   if (!error) own.connect(to, error);
   // Where it cannot be had, all goes on through the port that everybody knows. Asio has it no longer: it would be woken by each

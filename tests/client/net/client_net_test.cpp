@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <condition_variable>
+#include <fstream>
+#include <mutex>
+
 #include "client/net/client_io.hpp"
 #include "server/app/security.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
@@ -77,8 +81,11 @@ TEST(ClientIo, StateGoesOverTcpWhenAsked) {
 
 /// An encrypted server, and how its clients get in.
 struct EncryptedServer {
-  EncryptedServer() {
-    server::LiveServerSettings settings{.port = 0};
+  explicit EncryptedServer(const std::string& bind_address = "127.0.0.1", std::uint16_t port = 0,
+                           const std::string& folder = "client_net_state")
+      : options{
+            .state = std::filesystem::path(testing::TempDir()) / folder, .certificate = {}, .key = {}, .issuers = {}} {
+    server::LiveServerSettings settings{.bind_address = bind_address, .port = port};
     settings.tls = server::tls_of(keys);
     settings.hub.admission = server::admission_of(keys, options);
     running = std::make_unique<test::RunningServer>(test::two_hands_scene(), settings);
@@ -91,10 +98,7 @@ struct EncryptedServer {
     return settings;
   }
 
-  const server::SecurityOptions options{.state = std::filesystem::path(testing::TempDir()) / "client_net_state",
-                                        .certificate = {},
-                                        .key = {},
-                                        .issuers = {}};
+  const server::SecurityOptions options;
   const server::ServerKeys keys = server::open_keys(options);
   std::unique_ptr<test::RunningServer> running;
 };
@@ -240,6 +244,173 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   io.stop();
   EXPECT_TRUE(test::eventually([&running] { return running.has_logged("asked to leave"); }))
       << "the leave went through the link before the end";
+}
+
+/// A resolver with fixed answers, which can be made to hang as one does whose name server is silent.
+struct TestResolver {
+  explicit TestResolver(std::vector<std::string> addresses) {
+    for (const std::string& text : addresses) all.push_back(boost::asio::ip::make_address(text));
+  }
+  Resolve function() {
+    return [state = state, all = all](const std::string&, bool is_v6, std::string& problem) {
+      std::unique_lock lock(state->mutex);
+      ++state->calls;
+      state->news.wait(lock, [&state] { return !state->hangs; });
+      std::vector<net::Address> found;
+      for (const net::Address& each : all) {
+        if (each.is_v6() == is_v6) found.push_back(each);
+      }
+      if (found.empty()) problem = "host not found";
+      return found;
+    };
+  }
+  void hang(bool hangs) {
+    const std::scoped_lock lock(state->mutex);
+    state->hangs = hangs;
+    state->news.notify_all();
+  }
+  int calls() {
+    const std::scoped_lock lock(state->mutex);
+    return state->calls;
+  }
+
+  struct State {
+    std::mutex mutex;
+    std::condition_variable news;
+    bool hangs = false;
+    int calls = 0;
+  };
+  std::vector<net::Address> all;
+  std::shared_ptr<State> state = std::make_shared<State>();
+};
+
+TEST(SeveralAddresses, TheOneThatAnswersIsUsedForStateToo) {
+  EncryptedServer server;
+  TestResolver resolver({"127.0.0.2", "127.0.0.3", "127.0.0.1"});
+  ClientIoSettings settings = server.client();
+  settings.host = "rig.example";
+  settings.resolve = resolver.function();
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  EXPECT_TRUE(test::eventually(has_received(io, 100))) << io.snapshot().status.why;
+}
+
+TEST(SeveralAddresses, AnotherServerAtOneOfThemDoesNotKeepTheRightOneFromBeingFound) {
+  EncryptedServer server;
+  EncryptedServer other("127.0.0.2", server.running->server->port(), "client_net_other_state");
+  TestResolver resolver({"127.0.0.2", "127.0.0.1"});
+  ClientIoSettings settings = server.client();
+  settings.host = "rig.example";
+  settings.resolve = resolver.function();
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  EXPECT_TRUE(test::eventually(has_received(io, 100))) << io.snapshot().status.why;
+  EXPECT_FALSE(other.running->has_logged("joined"));
+}
+
+TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
+  EncryptedServer server;
+  EncryptedServer other("127.0.0.2", server.running->server->port(), "client_net_other_state");
+  TestResolver resolver({"127.0.0.2", "127.0.0.3"});
+  ClientIoSettings settings = server.client();
+  settings.host = "rig.example";
+  settings.resolve = resolver.function();
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kEnded)));
+  EXPECT_TRUE(io.snapshot().status.is_setup_error);
+  EXPECT_THAT(io.snapshot().status.why,
+              AllOf(HasSubstr("cannot connect to rig.example:" + std::to_string(server.running->server->port())),
+                    HasSubstr("127.0.0.2: "), HasSubstr("key"), HasSubstr("127.0.0.3: connection refused")));
+}
+
+TEST(SeveralAddresses, ANameThatIsNotFoundIsSaidToBe) {
+  EncryptedServer server;
+  TestResolver resolver(std::vector<std::string>{});
+  ClientIoSettings settings = server.client();
+  settings.host = "rig.example";
+  settings.resolve = resolver.function();
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kEnded)));
+  EXPECT_THAT(io.snapshot().status.why,
+              AllOf(HasSubstr("rig.example"), HasSubstr("host not found"), HasSubstr("is that the name")));
+}
+
+TEST(SeveralAddresses, ANameServerThatHangsHoldsUpNeitherTheIoThreadNorTheEnd) {
+  EncryptedServer server;
+  TestResolver resolver({"127.0.0.1"});
+  resolver.hang(true);
+  ClientIoSettings settings = server.client();
+  settings.host = "rig.example";
+  settings.resolve = resolver.function();
+  settings.client.session.setup_timeout = std::chrono::milliseconds(200);
+  ScriptedDevice device;
+  {
+    ClientIo io(settings, device);
+    io.start();
+    ASSERT_TRUE(test::eventually(is_in(io, SessionState::kEnded)));
+    EXPECT_THAT(io.snapshot().status.why, AllOf(HasSubstr("200 ms"), HasSubstr("not answered yet")));
+  }
+  resolver.hang(false);
+}
+
+TEST(SeveralAddresses, ARejoinUsesTheRememberedAddressWhileTheNameServerHangs) {
+  EncryptedServer server;
+  TestResolver resolver({"127.0.0.1"});
+  ClientIoSettings settings = server.client();
+  settings.host = "rig.example";
+  settings.resolve = resolver.function();
+  settings.links.emplace();
+  settings.client.session.silence_timeout = std::chrono::milliseconds(300);
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  ASSERT_TRUE(test::eventually(has_received(io, 10))) << io.snapshot().status.why;
+  resolver.hang(true);
+  net::LinkParameters link;
+  link.delay = std::chrono::seconds(2);
+  io.set_links(link);
+  ASSERT_TRUE(test::eventually([&io] { return io.snapshot().status.state != SessionState::kActive; }));
+  io.set_links({});
+  EXPECT_TRUE(test::eventually([&io] {
+    return io.snapshot().counters.reconnects > 0 && io.snapshot().status.state == SessionState::kActive;
+  })) << io.snapshot().status.why;
+  EXPECT_LE(resolver.calls(), 4) << "one look-up of each family at a time, however often it reconnects";
+  const std::uint64_t before = io.snapshot().counters.datagrams_received;
+  EXPECT_TRUE(test::eventually(has_received(io, before + 20)));
+  io.stop();
+  resolver.hang(false);
+}
+
+TEST(Ipv6, AServerOfAllAddressesHasUsersOfBothFamilies) {
+  if (!std::ifstream("/proc/net/if_inet6").good()) GTEST_SKIP() << "this machine has no IPv6";
+  EncryptedServer server("::");
+  for (const std::string host : {"::1", "127.0.0.1"}) {
+    ClientIoSettings settings = server.client();
+    settings.host = host;
+    ScriptedDevice device;
+    ClientIo io(settings, device);
+    io.start();
+    EXPECT_TRUE(test::eventually(has_received(io, 100))) << host << ": " << io.snapshot().status.why;
+  }
+}
+
+TEST(Ipv6, LocalhostIsEitherFamilyOfThisMachine) {
+  if (!std::ifstream("/proc/net/if_inet6").good()) GTEST_SKIP() << "this machine has no IPv6";
+  for (const std::string bind : {"::1", "127.0.0.1"}) {
+    test::RunningServer running(test::two_hands_scene(), server::LiveServerSettings{.bind_address = bind, .port = 0});
+    ClientIoSettings settings = settings_for(running.server->port());
+    settings.host = "localhost";
+    ScriptedDevice device;
+    ClientIo io(settings, device);
+    io.start();
+    EXPECT_TRUE(test::eventually(has_received(io, 100))) << bind << ": " << io.snapshot().status.why;
+  }
 }
 
 }  // namespace
