@@ -1,6 +1,7 @@
 #include "client/session/asset_fetcher.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <span>
 #include <utility>
@@ -9,16 +10,62 @@
 
 namespace tandem::client {
 
-std::vector<std::string> AssetFetcher::begin(const AssetInfos& wanted, bool is_connected_anew) {
+void AssetFetcher::look_up(const AssetInfos& wanted) {
+  std::uint64_t planned = held_bytes_;
+  std::set<proto::Sha256> listed;
+  for (const Lookup& lookup : lookups_) {
+    planned += lookup.size_bytes;
+    listed.insert(lookup.hash);
+  }
+  for (const wire::AssetInfo& info : wanted) {
+    const auto hash = proto::hash_from(info.sha256());
+    const bool fits = info.size_bytes() <= limit_bytes_ - std::min(planned, limit_bytes_);
+    if (!store_ || !hash || !fits || assets_.contains(*hash)) continue;
+    if (!listed.insert(*hash).second) continue;
+    planned += info.size_bytes();
+    lookups_.push_back({*hash, info.size_bytes(), store_->find(*hash, info.size_bytes())});
+  }
+}
+
+bool AssetFetcher::take_found() {
+  while (!lookups_.empty() && lookups_.front().answer.wait_for(Duration{0}) == std::future_status::ready) {
+    Lookup lookup = std::move(lookups_.front());
+    lookups_.pop_front();
+    store_answered_.reset();
+    const FoundAsset found = lookup.answer.get();
+    if (found == nullptr || found->size() != lookup.size_bytes || assets_.contains(lookup.hash)) continue;
+    held_bytes_ += found->size();
+    assets_[lookup.hash] = found;
+  }
+  return lookups_.empty();
+}
+
+void AssetFetcher::check_store(LocalTime now) {
+  if (lookups_.empty()) return store_answered_.reset();
+  if (!store_answered_) store_answered_ = now;
+  if (now - *store_answered_ < kStoreTimeout) return;
+  lookups_.clear();
+  store_answered_.reset();
+}
+
+void AssetFetcher::reconnect() {
+  awaited_.clear();
+  for (Wanted& wanted : wanted_) wanted.asked_to = wanted.bytes.size();
+}
+
+std::vector<std::string> AssetFetcher::begin(const AssetInfos& wanted) {
   std::deque<Wanted> before = std::exchange(wanted_, {});
-  if (is_connected_anew) awaited_.clear();
   std::vector<std::string> left_out = add(wanted);
+  std::map<proto::Sha256, Wanted*> by_hash;
+  for (Wanted& then : before) by_hash.emplace(then.hash, &then);
   for (Wanted& now : wanted_) {
-    const auto then = std::ranges::find(before, now.hash, &Wanted::hash);
-    if (then == before.end() || then->info.size_bytes() != now.info.size_bytes()) continue;
-    now.number = then->number;
-    now.bytes = std::move(then->bytes);
-    now.asked_to = is_connected_anew ? now.bytes.size() : then->asked_to;
+    const auto found = by_hash.find(now.hash);
+    if (found == by_hash.end() || found->second->info.size_bytes() != now.info.size_bytes()) continue;
+    Wanted& then = *found->second;
+    now.number = then.number;
+    now.bytes = std::move(then.bytes);
+    now.hasher = std::move(then.hasher);
+    now.asked_to = then.asked_to;
   }
   return left_out;
 }
@@ -26,28 +73,28 @@ std::vector<std::string> AssetFetcher::begin(const AssetInfos& wanted, bool is_c
 std::vector<std::string> AssetFetcher::add(const AssetInfos& wanted) {
   std::vector<std::string> left_out;
   std::uint64_t planned = held_bytes_;
+  std::set<proto::Sha256> listed;
   for (const wire::AssetInfo& info : wanted) {
     const auto hash = proto::hash_from(info.sha256());
     if (!hash) {
       left_out.push_back("asset " + info.name() + " left out: its hash is not 32 bytes");
-    } else if (assets_.contains(*hash) || std::ranges::find(wanted_, *hash, &Wanted::hash) != wanted_.end()) {
+    } else if (assets_.contains(*hash) || listed.contains(*hash)) {
       continue;
     } else if (info.size_bytes() > limit_bytes_ - std::min(planned, limit_bytes_)) {
       left_out.push_back("asset " + info.name() + " left out: with it, assets would be over " +
                          std::to_string(limit_bytes_) + " bytes");
     } else {
       planned += info.size_bytes();
-      if (!take_from_store(*hash, info.size_bytes())) wanted_.push_back({info, *hash, ++last_number_, {}, 0});
+      listed.insert(*hash);
+      wanted_.push_back({.info = info, .hash = *hash, .number = ++last_number_});
     }
   }
   return left_out;
 }
 
-bool AssetFetcher::has(const wire::AssetInfo& info) {
+bool AssetFetcher::has(const wire::AssetInfo& info) const {
   const auto hash = proto::hash_from(info.sha256());
-  if (!hash) return false;
-  const bool fits = info.size_bytes() <= limit_bytes_ - std::min(held_bytes_, limit_bytes_);
-  return assets_.contains(*hash) || (fits && take_from_store(*hash, info.size_bytes()));
+  return hash && assets_.contains(*hash);
 }
 
 std::size_t AssetFetcher::left_of(const AssetInfos& some) const {
@@ -57,14 +104,6 @@ std::size_t AssetFetcher::left_of(const AssetInfos& some) const {
   }
   return static_cast<std::size_t>(
       std::ranges::count_if(wanted_, [&hashes](const Wanted& wanted) { return hashes.contains(wanted.hash); }));
-}
-
-bool AssetFetcher::take_from_store(const proto::Sha256& hash, std::uint64_t size) {
-  const auto found = store_ ? store_->find(hash) : nullptr;
-  if (found == nullptr || found->size() != size) return false;
-  held_bytes_ += size;
-  assets_[hash] = found;
-  return true;
 }
 
 std::optional<wire::GetAsset> AssetFetcher::next_request(std::uint32_t request, std::size_t max_bytes) {
@@ -106,12 +145,15 @@ std::string AssetFetcher::take(Wanted& wanted, const Awaited& awaited, const wir
                      chunk.data().size() == awaited.bytes;
   if (!is_it) return "asset " + wanted.info.name() + ": the chunk is not the one asked for";
   const auto data = std::as_bytes(std::span(chunk.data()));
+  // At once: to grow would copy what has come so far, up to 128 MB in one call.
+  if (wanted.bytes.empty()) wanted.bytes.reserve(static_cast<std::size_t>(size));
+  wanted.hasher.add(data);
   wanted.bytes.insert(wanted.bytes.end(), data.begin(), data.end());
   return wanted.bytes.size() == size ? finish(wanted) : std::string();
 }
 
 std::string AssetFetcher::finish(Wanted& wanted) {
-  if (proto::sha256_of(wanted.bytes) != wanted.hash) {
+  if (wanted.hasher.finish() != wanted.hash) {
     return "asset " + wanted.info.name() + ": the bytes do not match their hash";
   }
   const auto bytes = std::make_shared<const proto::Bytes>(std::move(wanted.bytes));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,6 +11,8 @@
 #include <vector>
 
 #include "client/session/asset_store.hpp"
+#include "common/base/time.hpp"
+#include "common/secure/content_hasher.hpp"
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
 #include "tandem/control.pb.h"
@@ -27,17 +30,26 @@ using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
 /// Thread  io
 class AssetFetcher {
  public:
-  /// In      store  asked before the server, and told what was fetched; null: none
+  /// Without an answer of the store for this long, the server is queried instead: a disk may hang.
+  static constexpr Duration kStoreTimeout = std::chrono::seconds(1);
+
+  /// In      store  queried before the server; what is fetched is kept there; null: none
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// A new list to fetch, in its order. What is here or in the store already is not fetched again. Returns one line for
-  /// each asset that is left out (bad hash, over the limit).
-  ///
-  /// In      is_connected_anew  what was asked for is not answered any more
-  std::vector<std::string> begin(const AssetInfos& wanted, bool is_connected_anew);
-  /// Here, or in the store: then here from now on.
-  bool has(const wire::AssetInfo& info);
+  /// Starts to look for these in the store, in their order, within the limit.
+  void look_up(const AssetInfos& wanted);
+  /// Takes what the store has found so far. True: it has answered all look-ups.
+  bool take_found();
+  /// Drops the look-ups that the store does not answer (kStoreTimeout).
+  void check_store(LocalTime now);
+
+  /// A new list to fetch from the server, in its order, without what is here already. Returns one line for each asset that is
+  /// left out (bad hash, over the limit).
+  std::vector<std::string> begin(const AssetInfos& wanted);
+  /// The connection is another one: what was asked for is not answered any more.
+  void reconnect();
+  bool has(const wire::AssetInfo& info) const;
 
   /// The next piece to ask for, of `max_bytes` at most, as request number `request`; empty while all is asked for.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
@@ -61,8 +73,9 @@ class AssetFetcher {
     wire::AssetInfo info;
     proto::Sha256 hash{};
     std::uint64_t number = 0;    ///< no other one, of the same asset neither, has it
-    proto::Bytes bytes;          ///< that have come
+    proto::Bytes bytes{};        ///< that have come
     std::uint64_t asked_to = 0;  ///< all before it has come or is awaited
+    secure::ContentHasher hasher{};
   };
   /// A piece that was asked for and not answered.
   struct Awaited {
@@ -72,7 +85,13 @@ class AssetFetcher {
     std::size_t bytes = 0;
   };
 
-  bool take_from_store(const proto::Sha256& hash, std::uint64_t size);
+  /// A query of the store.
+  struct Lookup {
+    proto::Sha256 hash{};
+    std::uint64_t size_bytes = 0;
+    std::future<FoundAsset> answer;
+  };
+
   std::vector<std::string> add(const AssetInfos& wanted);
   std::string take(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk);
   std::string finish(Wanted& wanted);
@@ -84,6 +103,8 @@ class AssetFetcher {
   std::uint64_t last_number_ = 0;
   std::deque<Wanted> wanted_;
   std::deque<Awaited> awaited_;
+  std::deque<Lookup> lookups_;
+  std::optional<LocalTime> store_answered_;  ///< or began to be waited for
 };
 
 }  // namespace tandem::client

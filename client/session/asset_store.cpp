@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <fstream>
 #include <mutex>
 #include <span>
@@ -41,11 +42,18 @@ std::vector<Entry> entries_in(const fs::path& directory) {
   return entries;
 }
 
+std::future<FoundAsset> answered(FoundAsset found) {
+  std::promise<FoundAsset> promise;
+  promise.set_value(std::move(found));
+  return promise.get_future();
+}
+
 class MemoryAssetStore final : public AssetStore {
  public:
-  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override {
+  std::future<FoundAsset> find(const proto::Sha256& hash, std::uint64_t size_bytes) override {
     const auto found = assets_.find(hash);
-    return found == assets_.end() ? nullptr : found->second;
+    const bool is_here = found != assets_.end() && found->second->size() == size_bytes;
+    return answered(is_here ? found->second : nullptr);
   }
   void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override {
     assets_[hash] = bytes;
@@ -57,55 +65,70 @@ class MemoryAssetStore final : public AssetStore {
 
 class DiskAssetStore final : public AssetStore {
  public:
-  DiskAssetStore(fs::path directory, std::uint64_t limit_bytes)
-      : directory_(std::move(directory)), limit_bytes_(limit_bytes), writer_([this](const std::stop_token& stop) {
+  DiskAssetStore(fs::path directory, std::uint64_t limit_bytes, ReadAsset read)
+      : directory_(std::move(directory)),
+        limit_bytes_(limit_bytes),
+        read_(std::move(read)),
+        worker_([this](const std::stop_token& stop) {
           realtime::drop_realtime();
-          write_until(stop);
+          work_until(stop);
         }) {}
 
-  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
+  std::future<FoundAsset> find(const proto::Sha256& hash, std::uint64_t size_bytes) override;
   void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override;
 
  private:
   using Kept = std::pair<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
+  struct Lookup {
+    proto::Sha256 hash{};
+    std::uint64_t size_bytes = 0;
+    std::promise<FoundAsset> answer{};
+  };
 
-  void write_until(const std::stop_token& stop);
+  void work_until(const std::stop_token& stop);
+  FoundAsset read(const Lookup& wanted) const noexcept;
   fs::path file_of(const proto::Sha256& hash) const;
   void make_room_for(std::uint64_t bytes) const;
 
   fs::path directory_;
   std::uint64_t limit_bytes_;
-  std::mutex mutex_;  // protects waiting_
+  ReadAsset read_;
+  std::mutex mutex_;  // protects lookups_ and waiting_; never held while the disk is used
   std::condition_variable_any news_;
+  std::deque<Lookup> lookups_;
   std::deque<Kept> waiting_;  ///< until it is in its file
-  std::jthread writer_;       ///< the last member, for it uses the others
+  std::jthread worker_;       ///< the last member, for it uses the others
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
   return directory_ / (proto::hex(hash) + kExtension);
 }
 
-std::shared_ptr<const proto::Bytes> DiskAssetStore::find(const proto::Sha256& hash) {
-  {
-    const std::scoped_lock lock(mutex_);
-    const auto waits = std::ranges::find(waiting_, hash, &Kept::first);
-    if (waits != waiting_.end()) return waits->second;
-  }
-  const fs::path file = file_of(hash);
+std::future<FoundAsset> DiskAssetStore::find(const proto::Sha256& hash, std::uint64_t size_bytes) {
+  const std::scoped_lock lock(mutex_);
+  const auto waits = std::ranges::find(waiting_, hash, &Kept::first);
+  if (waits != waiting_.end()) return answered(waits->second->size() == size_bytes ? waits->second : nullptr);
+  if (size_bytes > limit_bytes_) return answered(nullptr);
+  lookups_.push_back({hash, size_bytes});
+  news_.notify_one();
+  return lookups_.back().answer.get_future();
+}
+
+FoundAsset DiskAssetStore::read(const Lookup& wanted) const noexcept try {
+  const fs::path file = file_of(wanted.hash);
   std::error_code error;
-  if (!fs::is_regular_file(file, error)) return nullptr;
-  const std::uint64_t size = fs::file_size(file, error);
-  if (error || size > limit_bytes_) return nullptr;
-  auto bytes = std::make_shared<proto::Bytes>(static_cast<std::size_t>(size));
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(bytes->data()), static_cast<std::streamsize>(size));
-  if (!stream || proto::sha256_of(*bytes) != hash) {
+  // A pipe of that name would block this thread for ever.
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) != wanted.size_bytes || error) return nullptr;
+  auto bytes = read_(file);
+  if (!bytes || bytes->size() != wanted.size_bytes || proto::sha256_of(*bytes) != wanted.hash) {
     fs::remove(file, error);
     return nullptr;
   }
   // Used now: what is old goes first.
   fs::last_write_time(file, fs::file_time_type::clock::now(), error);
-  return bytes;
+  return std::make_shared<const proto::Bytes>(std::move(*bytes));
+} catch (const std::exception&) {
+  return nullptr;  // out of memory: it is fetched from the server, in pieces
 }
 
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
@@ -117,16 +140,25 @@ void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const
   news_.notify_one();
 }
 
-/// A disk that hangs then holds up no force. What waits at the end is written before it.
-void DiskAssetStore::write_until(const std::stop_token& stop) {
+/// A disk that hangs then holds up no force. Files that wait at the end are written before it; look-ups are dropped.
+void DiskAssetStore::work_until(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (news_.wait(lock, stop, [this] { return !waiting_.empty(); })) {
-    const Kept next = waiting_.front();
-    lock.unlock();
-    make_room_for(next.second->size());
-    replace_cache_file(file_of(next.first), {std::span<const std::byte>(*next.second)});
-    lock.lock();
-    waiting_.pop_front();
+  while (news_.wait(lock, stop, [this] { return !waiting_.empty() || !lookups_.empty(); })) {
+    if (stop.stop_requested()) lookups_.clear();
+    if (!lookups_.empty()) {
+      Lookup next = std::move(lookups_.front());
+      lookups_.pop_front();
+      lock.unlock();
+      next.answer.set_value(read(next));
+      lock.lock();
+    } else if (!waiting_.empty()) {
+      const Kept next = waiting_.front();
+      lock.unlock();
+      make_room_for(next.second->size());
+      replace_cache_file(file_of(next.first), {std::span<const std::byte>(*next.second)});
+      lock.lock();
+      waiting_.pop_front();
+    }
   }
 }
 
@@ -155,8 +187,18 @@ std::shared_ptr<AssetStore> memory_asset_store() {
   return std::make_shared<MemoryAssetStore>();
 }
 
-std::shared_ptr<AssetStore> disk_asset_store(fs::path directory, std::uint64_t limit_bytes) {
-  return std::make_shared<DiskAssetStore>(std::move(directory), limit_bytes);
+std::optional<proto::Bytes> read_asset_file(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  if (error) return std::nullopt;
+  proto::Bytes bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  return stream ? std::optional(std::move(bytes)) : std::nullopt;
+}
+
+std::shared_ptr<AssetStore> disk_asset_store(fs::path directory, std::uint64_t limit_bytes, ReadAsset read) {
+  return std::make_shared<DiskAssetStore>(std::move(directory), limit_bytes, std::move(read));
 }
 
 }  // namespace tandem::client

@@ -163,6 +163,8 @@ void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime n
 void ClientSession::poll(LocalTime now) {
   if (impl_->status.state == SessionState::kActive) {
     impl_->send_newest(now);
+    impl_->assets.check_store(now);
+    impl_->go_on_fetching();
     impl_->request_assets(now);
   }
   impl_->scene.check_when_due(now);

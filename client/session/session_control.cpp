@@ -1,56 +1,14 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <string_view>
 #include <utility>
 
 #include "client/session/session_impl.hpp"
-#include "common/geometry/drawing_asset.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/placement.hpp"
 #include "proto/soft_shape.hpp"
 
 namespace tandem::client {
 namespace {
-
-AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& offered) {
-  AssetInfos wanted;
-  for (const wire::AssetInfo& info : offered) {
-    if (std::ranges::find(kinds, info.kind()) != kinds.end()) *wanted.Add() = info;
-  }
-  return wanted;
-}
-
-/// Of each surface the smallest drawing.
-AssetInfos first_drawings(const AssetInfos& offered) {
-  std::map<std::string_view, const wire::AssetInfo*> smallest;
-  for (const wire::AssetInfo& info : offered) {
-    if (info.kind() != geometry::kDrawingAssetKind) continue;
-    const auto [known, is_first] = smallest.emplace(info.coarse_of(), &info);
-    if (!is_first && info.size_bytes() < known->second->size_bytes()) known->second = &info;
-  }
-  AssetInfos first;
-  for (const auto& [surface, info] : smallest) *first.Add() = *info;
-  return first;
-}
-
-/// What may stand for others until those are here, by their hashes.
-std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos& offered) {
-  std::map<std::string_view, const wire::AssetInfo*> coarse;
-  for (const wire::AssetInfo& info : offered) {
-    if (info.kind() == "coarse-contact") coarse.emplace(info.coarse_of(), &info);
-  }
-  return coarse;
-}
-
-/// What stands for `fine`; null: nothing. Whatever else names itself coarse stands for nothing.
-const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
-                                const std::map<std::string_view, const wire::AssetInfo*>& coarse) {
-  const auto found = coarse.find(fine.sha256());
-  const bool is_one = found != coarse.end() && fine.kind() == "contact" &&
-                      found->second->size_bytes() < fine.size_bytes() && found->second->sha256() != fine.sha256();
-  return is_one ? found->second : nullptr;
-}
 
 /// True for refusals that time can cure: our own old connection may still hold the place.
 bool may_pass(wire::ErrorCode code) {
@@ -301,8 +259,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   users.clear();
   asset_level = AssetLevel::kNone;
   fetch_rate.reset();
-  fetch(settings.asset_kinds, true);
-  announce_assets();
+  fetch(true);
   request_assets(now);
 }
 
@@ -327,14 +284,6 @@ void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime n
   const bool is_final = goodbye.reason() == wire::DISCONNECT_WRONG_VERSION ||
                         goodbye.reason() == wire::DISCONNECT_KICKED || goodbye.reason() == wire::DISCONNECT_RESUMED;
   lose(now, "the server ended the connection: " + goodbye.text(), is_final);
-}
-
-void ClientSession::Impl::take_asset_chunk(const wire::ServerControl& message, LocalTime now) {
-  if (assets.is_next(message.request())) fetch_rate.answered(now);
-  const std::string problem = assets.on_chunk(message.request(), message.asset_chunk());
-  if (!problem.empty()) log(problem);
-  announce_assets();
-  request_assets(now);
 }
 
 /// Only where the scene has such a body.
@@ -362,56 +311,6 @@ void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
   settings.room = wanted;
   status.why = "going to room " + printable(wanted);
   connect(now);
-}
-
-void ClientSession::Impl::fetch(const std::vector<std::string>& kinds, bool is_connected_anew) {
-  const AssetInfos& offered = scene.joined()->assets();
-  const auto coarse_of = coarse_ones(offered);
-  AssetInfos first, fine;
-  for (const wire::AssetInfo& info : of_kinds(kinds, offered)) {
-    const wire::AssetInfo* const coarse = assets.has(info) ? nullptr : stand_in(info, coarse_of);
-    *first.Add() = coarse != nullptr ? *coarse : info;
-    if (coarse != nullptr) *fine.Add() = info;
-  }
-  AssetInfos all = first_drawings(of_kinds(settings.drawn_asset_kinds, offered));
-  all.MergeFrom(first);
-  all.MergeFrom(fine);
-  for (const std::string& line : assets.begin(all, is_connected_anew)) log(line);
-  felt_coarse = std::move(first);
-  felt_fine = std::move(fine);
-}
-
-/// From small to large.
-void ClientSession::Impl::fetch_drawn() {
-  AssetInfos drawn = of_kinds(settings.drawn_asset_kinds, scene.joined()->assets());
-  std::ranges::stable_sort(drawn, {}, &wire::AssetInfo::size_bytes);
-  for (const std::string& line : assets.begin(drawn, false)) log(line);
-}
-
-void ClientSession::Impl::request_assets(LocalTime now) {
-  const auto may_ask = [this, now] {
-    if (!settings.fetches_one_at_a_time) return fetch_rate.may_ask(now);
-    return assets.is_awaiting() ? 0 : proto::kAssetChunkBytes;
-  };
-  while (const std::size_t bytes = may_ask()) {
-    const auto wanted = assets.next_request(last_request + 1, bytes);
-    if (!wanted) return;
-    wire::ClientControl message;
-    *message.mutable_get_asset() = *wanted;
-    send_request(message);
-    fetch_rate.asked(now, wanted->max_bytes());
-  }
-}
-
-/// Then the rest of what is only drawn follows.
-void ClientSession::Impl::announce_assets() {
-  if (asset_level == AssetLevel::kFull) return;
-  const AssetLevel before = asset_level;
-  if (assets.left_of(felt_coarse) == 0) asset_level = AssetLevel::kCoarse;
-  if (asset_level == AssetLevel::kCoarse && assets.left_of(felt_fine) == 0) asset_level = AssetLevel::kFull;
-  if (asset_level == before) return;
-  if (owner.on_assets) owner.on_assets();
-  if (asset_level == AssetLevel::kFull) fetch_drawn();
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
@@ -484,18 +383,6 @@ void ClientSession::leave(LocalTime) {
     impl_->send(message);
   }
   impl_->end("left", false);
-}
-
-void ClientSession::set_asset_kinds(std::vector<std::string> kinds) {
-  impl_->settings.asset_kinds = std::move(kinds);
-  if (impl_->status.state != SessionState::kActive) return;
-  impl_->asset_level = AssetLevel::kNone;
-  impl_->fetch(impl_->settings.asset_kinds, false);
-  impl_->announce_assets();
-}
-
-AssetLevel ClientSession::asset_level() const {
-  return impl_->status.state == SessionState::kActive ? impl_->asset_level : AssetLevel::kNone;
 }
 
 }  // namespace tandem::client

@@ -1,8 +1,10 @@
 // Private to this folder: what a ClientSession is made of, and what its two sources do with it.
 //   session.cpp          the connection as a whole: connect, lose, time-outs, state both ways
+//   session_assets.cpp   which assets are looked up and fetched
 //   session_control.cpp  what the server's control messages say, and what is asked of it
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +18,14 @@
 #include "proto/control_framing.hpp"
 
 namespace tandem::client {
+
+/// Next step of fetching a scene's assets, taken when the store has answered all look-ups.
+enum class FetchStep : std::uint8_t {
+  kNone,     ///< nothing
+  kSelect,   ///< the assets that are felt were looked up: where one is missing, what stands for it is looked up
+  kFetch,    ///< those too, and the first drawings: the rest is fetched from the server
+  kDrawings  ///< the rest of what is only drawn was looked up, and is fetched
+};
 
 struct ClientSession::Impl {
   Impl(ClientSession& session, SessionSettings session_settings, ClientTransport& session_transport,
@@ -56,8 +66,12 @@ struct ClientSession::Impl {
   void take_pointed(const wire::Pointed& told, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
-  void fetch(const std::vector<std::string>& kinds, bool is_connected_anew);
+  void fetch(bool is_connected_anew);
+  void plan_fetch();
   void fetch_drawn();
+  AssetInfos drawings_by_size() const;
+  void go_on_fetching();
+  bool is_planning() const { return fetch_step == FetchStep::kSelect || fetch_step == FetchStep::kFetch; }
   void request_assets(LocalTime now);
   void announce_assets();
   void send(wire::ClientControl& message);
@@ -102,8 +116,9 @@ struct ClientSession::Impl {
   AssetFetcher assets;
   net::FetchRate fetch_rate;
   AssetLevel asset_level = AssetLevel::kNone;  // of this join and these kinds
-  AssetInfos felt_coarse;                      // of those kinds: themselves, or what stands for them …
-  AssetInfos felt_fine;                        // … and for these, which come after
+  FetchStep fetch_step = FetchStep::kNone;
+  AssetInfos felt_coarse;  // of those kinds: themselves, or what stands for them …
+  AssetInfos felt_fine;    // … and for these, which come after
   std::vector<wire::UserJoined> users;
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
   std::optional<wire::PoseProgress> pose_progress;

@@ -1,88 +1,18 @@
 // Assets of a scene: fetched in chunks, kept by their hash, found in the store before the server is asked.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
+#include <cstring>
 #include <functional>
 #include <span>
 
 #include "client/session/asset_fetcher.hpp"
 #include "client/session/asset_store.hpp"
 #include "common/net/fetch_rate.hpp"
-#include "tests/support/session_bench.hpp"
+#include "tests/client/session/assets_bench.hpp"
 
 namespace tandem::client {
 namespace {
-
-wire::Joined joined_with_asset(const std::string& bytes) {
-  wire::Joined joined = test::minimal_joined();
-  const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(bytes)));
-  wire::AssetInfo& info = *joined.add_assets();
-  info.set_sha256(hash.data(), hash.size());
-  info.set_size_bytes(bytes.size());
-  info.set_kind("contact");
-  info.set_name("thing.obj");
-  return joined;
-}
-
-SessionSettings fetching(const std::string& kind) {
-  SessionSettings settings;
-  settings.asset_kinds = {kind};
-  return settings;
-}
-
-wire::ServerControl answer_to(const wire::ClientControl& request, const std::string& bytes) {
-  wire::ServerControl answer;
-  answer.set_request(request.request());
-  wire::AssetChunk& chunk = *answer.mutable_asset_chunk();
-  chunk.set_sha256(request.get_asset().sha256());
-  chunk.set_offset(request.get_asset().offset());
-  chunk.set_total_bytes(bytes.size());
-  chunk.set_data(bytes.substr(request.get_asset().offset(), request.get_asset().max_bytes()));
-  return answer;
-}
-
-/// Answers every asset request from the bytes of that hash, else from the only ones, until none has come for a while;
-/// returns how many bytes were asked for.
-std::size_t serve_assets(test::SessionBench& bench, const std::vector<std::string>& contents) {
-  std::size_t served = 0;
-  for (int idle = 0; idle < 100; ++idle) {
-    const auto requests = std::exchange(bench.transport.messages, {});
-    for (const wire::ClientControl& request : requests) {
-      if (!request.has_get_asset()) continue;
-      const auto is_it = [&request](const std::string& bytes) {
-        const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(bytes)));
-        return request.get_asset().sha256() == std::string(reinterpret_cast<const char*>(hash.data()), hash.size());
-      };
-      const auto found = std::ranges::find_if(contents, is_it);
-      const wire::ServerControl answer = answer_to(request, found == contents.end() ? contents.front() : *found);
-      served += answer.asset_chunk().data().size();
-      bench.say(answer);
-      idle = 0;
-    }
-    bench.wait(std::chrono::milliseconds(1));
-  }
-  return served;
-}
-
-std::size_t serve_assets(test::SessionBench& bench, const std::string& bytes) {
-  return serve_assets(bench, std::vector{bytes});
-}
-
-void join(test::SessionBench& bench, const wire::Joined& joined) {
-  bench.session.on_connected(bench.now);
-  bench.say_welcome();
-  bench.transport.messages.clear();
-  bench.say_joined(joined);
-}
-
-void lose_the_connection_and_join_again(test::SessionBench& bench, const wire::Joined& joined) {
-  bench.session.on_disconnected(bench.now, "cut");
-  bench.wait(std::chrono::milliseconds(250));
-  join(bench, joined);
-}
 
 TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   const std::string bytes(150'000, 'v');
@@ -101,22 +31,6 @@ TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   EXPECT_TRUE(cheated.session.assets().empty());
   EXPECT_EQ(cheated.state(), "active") << "a bad file is no reason to let go of the hand";
 }
-
-/// Joins with a scene that has one asset; the store and the session are asked before the server is.
-struct StoreBench {
-  explicit StoreBench(std::shared_ptr<AssetStore> store, const wire::Joined& joined)
-      : bench([&store] {
-          SessionSettings settings = fetching("contact");
-          settings.asset_store = std::move(store);
-          return settings;
-        }()) {
-    bench.session.on_assets = [this] { ++announced; };
-    join(bench, joined);
-  }
-
-  test::SessionBench bench;
-  int announced = 0;
-};
 
 TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIsToCome) {
   const std::string bytes(150'000, 'v');
@@ -263,6 +177,35 @@ TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCo
   EXPECT_EQ(serve_assets(bench.bench, {assets.fine, assets.coarse}), assets.fine.size() - served);
 }
 
+TEST(SessionAssets, RequestsNoMoreThanABoundOfWhatAServerOffers) {
+  wire::Joined joined = test::minimal_joined();
+  for (std::uint32_t i = 0; i < 5'000; ++i) {
+    wire::AssetInfo& info = *joined.add_assets();
+    std::string hash(32, 'h');
+    std::memcpy(hash.data(), &i, sizeof i);
+    info.set_sha256(hash);
+    info.set_size_bytes(1);
+    info.set_kind("contact");
+  }
+  test::SessionBench bench(fetching("contact"));
+  join(bench, joined);
+  std::size_t requests = 0;
+  for (int idle = 0; idle < 200; ++idle) {
+    for (const wire::ClientControl& request : std::exchange(bench.transport.messages, {})) {
+      if (!request.has_get_asset()) continue;
+      ++requests;
+      idle = 0;
+      wire::ServerControl refusal;
+      refusal.set_request(request.request());
+      refusal.mutable_error()->set_code(wire::ERROR_UNKNOWN_ASSET);
+      bench.say(refusal);
+    }
+    bench.wait(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(requests, 4096U);
+  EXPECT_EQ(bench.session.asset_level(), AssetLevel::kFull);
+}
+
 TEST(SessionAssets, NothingStandsForItself) {
   CoarseAndFine assets;
   assets.joined.mutable_assets(1)->set_sha256(assets.joined.assets(0).sha256());
@@ -398,79 +341,6 @@ TEST(SessionAssets, HasNoMoreInFlightThanABoundHoweverFastTheLineIs) {
   EXPECT_LE(in_flight, net::FetchRate::kMaxInFlight);
 }
 
-class DiskStore : public ::testing::Test {
- protected:
-  DiskStore() : directory_(std::filesystem::temp_directory_path() / ("tandem_store_" + std::to_string(getpid()))) {
-    std::filesystem::remove_all(directory_);
-  }
-  ~DiskStore() override { std::filesystem::remove_all(directory_); }
-
-  static std::shared_ptr<const proto::Bytes> bytes_of(char letter, std::size_t count) {
-    return std::make_shared<const proto::Bytes>(count, static_cast<std::byte>(letter));
-  }
-  std::filesystem::path only_file() const { return std::filesystem::directory_iterator(directory_)->path(); }
-
-  std::filesystem::path directory_;
-};
-
-TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
-  const auto bytes = bytes_of('a', 1000);
-  const proto::Sha256 hash = proto::sha256_of(*bytes);
-  EXPECT_EQ(disk_asset_store(directory_)->find(hash), nullptr);
-  disk_asset_store(directory_)->keep(hash, bytes);
-  const auto found = disk_asset_store(directory_)->find(hash);
-  ASSERT_NE(found, nullptr);
-  EXPECT_EQ(*found, *bytes);
-}
-
-TEST_F(DiskStore, WhatIsKeptIsThereAtOnceWhetherItIsWrittenOrNot) {
-  const auto store = disk_asset_store(directory_);
-  for (char letter = 'a'; letter <= 'z'; ++letter) {
-    const auto bytes = bytes_of(letter, 100'000);
-    const proto::Sha256 hash = proto::sha256_of(*bytes);
-    store->keep(hash, bytes);
-    const auto found = store->find(hash);
-    ASSERT_NE(found, nullptr) << letter;
-    EXPECT_EQ(*found, *bytes);
-  }
-}
-
-TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
-  const auto bytes = bytes_of('a', 1000);
-  const proto::Sha256 hash = proto::sha256_of(*bytes);
-  disk_asset_store(directory_)->keep(hash, bytes);
-  const auto store = disk_asset_store(directory_);
-  std::fstream(only_file(), std::ios::binary | std::ios::in | std::ios::out).seekp(500).put('b');
-  EXPECT_EQ(store->find(hash), nullptr);
-  EXPECT_TRUE(std::filesystem::is_empty(directory_));
-}
-
-TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
-  // One after the other, as programs use it: each has written at its end.
-  const auto store = [this] { return disk_asset_store(directory_, 2500); };
-  std::vector<proto::Sha256> hashes;
-  for (const char letter : {'a', 'b', 'c'}) {
-    const auto bytes = bytes_of(letter, 1000);
-    hashes.push_back(proto::sha256_of(*bytes));
-    store()->keep(hashes.back(), bytes);
-    // The clock of a file system may be coarse.
-    const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
-    for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
-      if (letter == 'c') continue;
-      std::filesystem::last_write_time(entry, std::filesystem::file_time_type::clock::now() - hours);
-    }
-    if (letter != 'b') continue;
-    EXPECT_NE(store()->find(hashes[0]), nullptr) << "used now, so b is the oldest";
-  }
-  EXPECT_NE(store()->find(hashes[0]), nullptr);
-  EXPECT_EQ(store()->find(hashes[1]), nullptr);
-  EXPECT_NE(store()->find(hashes[2]), nullptr);
-  const auto huge = bytes_of('d', 3000);
-  store()->keep(proto::sha256_of(*huge), huge);
-  EXPECT_EQ(store()->find(proto::sha256_of(*huge)), nullptr);
-  EXPECT_NE(store()->find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
-}
-
 TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
   AssetFetcher fetcher(1000);
   wire::Joined joined;
@@ -479,7 +349,7 @@ TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
     info.set_sha256(std::string(31, 'h') + static_cast<char>('a' + joined.assets_size()));
     info.set_size_bytes(size);
   }
-  EXPECT_EQ(fetcher.begin(joined.assets(), true).size(), 2U);
+  EXPECT_EQ(fetcher.begin(joined.assets()).size(), 2U);
 }
 
 }  // namespace
