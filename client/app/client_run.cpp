@@ -44,10 +44,6 @@ std::string joined_lines(const std::vector<std::string>& lines) {
   return text;
 }
 
-std::string stage_line(const StageSettings& stage) {
-  return "stage " + stage.name + ", predictor " + stage.predictor + ", passivity " + (stage.passivity ? "on" : "off");
-}
-
 /// Of the run with a window, while its hand may feel something.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
@@ -103,6 +99,7 @@ class ClientRun {
   void print_status(const ClientIoSnapshot& io);
   RunSummary summary(ClientIoSnapshot io) const;
   void print_json(const ClientIoSnapshot& io);
+  std::vector<std::string> problems_at_end(const ClientIoSnapshot& io);
   int finish();
 
   void say(const std::string& line) { output_.err("tandem-client: " + line + "\n"); }
@@ -120,6 +117,8 @@ class ClientRun {
   std::string recording_problem_;  ///< why none was begun
   LocalTime recording_since_{};
   Duration recorded_for_{0};
+  std::uint64_t lost_of_recordings_ = 0;
+  bool has_picture_ = false;
   boost::json::array earlier_recordings_;
   LocalTime next_link_record_{};
   RunReport report_;
@@ -135,7 +134,7 @@ class ClientRun {
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
   bool has_begun_ = false;       ///< the hand follows its path
-  bool waited_in_vain_ = false;  ///< for the room to begin
+  std::string waited_in_vain_;   ///< for the room to begin: the problem in words; empty: not so
   LocalTime waiting_since_{};
   LocalTime next_status_{};
   LocalTime picture_due_{};
@@ -175,8 +174,7 @@ void ClientRun::end_recording() {
   if (!std::exchange(is_recording_, false)) return;
   recorder_->finish();
   recorded_for_ = SteadyClock().now() - recording_since_;
-  if (recorder_->lost() == 0) return;
-  say("the recording is incomplete: " + std::to_string(recorder_->lost()) + " messages are not in it");
+  lost_of_recordings_ += recorder_->lost();
 }
 
 /// At the window.
@@ -272,6 +270,7 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   if (window_->is_making()) return;
   window_->save_next_frame(options_.window.screenshot);
   pause();
+  has_picture_ = true;
   is_over_ = true;
 }
 
@@ -354,10 +353,10 @@ void ClientRun::keep_going() {
 void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
   if (io.hand_start.kind != HandStart::Kind::kAwaited || has_begun_) waiting_since_ = now;
   if (!options_.duration || now - waiting_since_ < options_.start_timeout) return;
-  waited_in_vain_ = is_over_ = true;
+  is_over_ = true;
   char line[96];
   std::snprintf(line, sizeof line, "the room did not begin within %g s: ", to_seconds(options_.start_timeout));
-  say(line + io.news);
+  waited_in_vain_ = line + io.news;
 }
 
 void ClientRun::set_what_is_due() {
@@ -466,20 +465,31 @@ int ClientRun::finish() {
   explain_coupling(io.coupling_check);
   end_recording();
   if (options_.prints_json) print_json(io);
-  bool is_good = !waited_in_vain_;
-  if (second_ && !second_->is_good()) {
-    say("the second device's session was lost and not regained");
-    is_good = false;
-  }
-  if (trace_ && !trace_->flush()) {
-    say("the trace is incomplete: " + options_.trace.string() + " could not be written");
-    is_good = false;
-  }
-  if (io.status.state != SessionState::kActive) {
-    say("the session was lost and not regained: " + io.status.why);
-    is_good = false;
-  }
-  return is_good ? 0 : 1;
+  const std::vector<std::string> problems = problems_at_end(io);
+  for (const std::string& problem : problems) say(problem);
+  return problems.empty() ? 0 : 1;
+}
+
+/// Tasks of the run that are not done, in words. Any of them makes the exit code 1.
+std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) {
+  const auto if_true = [](bool is_so, const std::string& problem) { return is_so ? problem : std::string(); };
+  const std::size_t unset = options_.sets.size() - sets_done_;
+  const std::uint64_t refused = options_.sets.empty() ? 0 : io.counters.refused_settings;
+  std::vector<std::string> problems{
+      second_ ? second_->problem() : "",
+      if_true(trace_ && !trace_->flush(),
+              "the trace is incomplete: " + options_.trace.string() + " could not be written"),
+      waited_in_vain_,
+      if_true(lost_of_recordings_ > 0,
+              "a recording is incomplete: " + std::to_string(lost_of_recordings_) + " messages are not in it"),
+      if_true(!options_.window.screenshot.empty() && !has_picture_,
+              "--screenshot: the run ended before the picture was taken; see --after and --duration"),
+      if_true(unset > 0,
+              "--set: the run ended before " + std::to_string(unset) + " of the parameters were set; see --duration"),
+      if_true(refused > 0, "--set: the server refused " + std::to_string(refused) + " of the settings"),
+      problem_at_end(io, options_.io.client.session)};
+  std::erase(problems, "");
+  return problems;
 }
 
 }  // namespace

@@ -290,7 +290,9 @@ void take_server(const std::string& text, ClientIoSettings& io) {
 
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
-  app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
+  app.footer(
+      "Exit code: 0 done; 1 the session was lost or no state came, or what was to be set, recorded, traced or pictured "
+      "is not complete; 2 bad set-up.");
   ClientOptions options;
   net::LinkParameters link;
   SecurityOptions security;

@@ -69,4 +69,8 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
   return text;
 }
 
+std::string stage_line(const StageSettings& stage) {
+  return "stage " + stage.name + ", predictor " + stage.predictor + ", passivity " + (stage.passivity ? "on" : "off");
+}
+
 }  // namespace tandem::client

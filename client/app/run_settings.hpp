@@ -20,6 +20,8 @@ std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_han
 /// So that nobody waits in vain.
 /// Fails   std::invalid_argument: it cannot be written
 void check_screenshot(const std::filesystem::path& file);
+/// "stage local-model, predictor ar, passivity on".
+std::string stage_line(const StageSettings& stage);
 /// What a check of the coupling found, for the terminal: a line each.
 std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings);
 

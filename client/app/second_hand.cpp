@@ -97,6 +97,12 @@ void SecondHand::stop() {
   io_.stop();
 }
 
+std::string SecondHand::problem() const {
+  if (!has_started_) return "the second device had not joined when the run ended";
+  const std::string problem = problem_at_end(last_, options_.io.client.session);
+  return problem.empty() ? problem : "the second device: " + problem;
+}
+
 boost::json::object SecondHand::summary() const {
   return to_json(RunSummary{.options = options_,
                             .device = device_->spec(),

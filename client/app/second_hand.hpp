@@ -40,7 +40,8 @@ class SecondHand {
   void stop();
   /// As of a run (summary.hpp); after stop().
   boost::json::object summary() const;
-  bool is_good() const { return last_.status.state == SessionState::kActive; }
+  /// problem_at_end() of its session; after stop().
+  std::string problem() const;
 
  private:
   void follow(const std::string& room);

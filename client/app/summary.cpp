@@ -109,8 +109,14 @@ void add_loop(const RunSummary& s, json::object& out) {
   out["became_quiet"] = s.loop.became_quiet;
 }
 
+/// The state is "active" only while states arrive.
+json::object status_of(const ClientIoSnapshot& io, const SessionSettings& session) {
+  const bool is_silent = io.status.state == SessionState::kActive && !io.has_state;
+  if (is_silent) return {{"state", "silent"}, {"why", problem_at_end(io, session)}};
+  return {{"state", name_of(io.status.state)}, {"why", io.status.why}};
+}
+
 void add_network(const ClientIoSnapshot& io, json::object& out) {
-  out["status"] = {{"state", name_of(io.status.state)}, {"why", io.status.why}};
   out["reconnects"] = io.counters.reconnects;
   const auto known_ms = [&io](Duration value) {
     return io.has_clock ? json::value(to_milliseconds(value)) : json::value();
@@ -242,11 +248,19 @@ BodyId watched_body(const wire::Joined& joined) {
   return {};
 }
 
+std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session) {
+  if (io.status.state != SessionState::kActive) return "the session was lost and not regained: " + io.status.why;
+  if (io.has_state) return {};
+  return "joined, but no state came from the server before the end" +
+         std::string(session.state_over_tcp ? "" : "; is UDP blocked? state can go over TCP instead (--transport tcp)");
+}
+
 boost::json::object to_json(const RunSummary& summary) {
   json::object out;
   add_setup(summary, out);
   out["duration_s"] = to_seconds(summary.run.length());
   add_coupling_check(summary, out);
+  out["status"] = status_of(summary.io, summary.options.io.client.session);
   add_network(summary.io, out);
   add_loop(summary, out);
   add_forces(summary, out);

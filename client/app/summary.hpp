@@ -24,6 +24,9 @@ std::string joined_line(const wire::Joined& joined);
 /// What of a scene with forces and torques this device cannot show; empty: nothing.
 std::string missing_of(const devices::DeviceSpec& device);
 
+/// Why a session is of no use at the end of its run; empty: it is in a room, and states arrive.
+std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
+
 /// Everything that a run leaves behind.
 struct RunSummary {
   ClientOptions options;  ///< as given: what it takes to repeat the run

@@ -142,6 +142,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();
   snapshot.counters = session.counters();
+  snapshot.has_state = session.has_state();
   net::ClockSync& clock_sync = session.clock_sync();
   snapshot.has_clock = clock_sync.has_offset();
   if (snapshot.has_clock) {

@@ -36,6 +36,7 @@ struct ClientIoSettings {
 struct ClientIoSnapshot {
   SessionStatus status;
   SessionCounters counters;
+  bool has_state = false;  ///< ClientSession::has_state()
   bool has_clock = false;  ///< the next three are known
   Duration clock_offset{0};
   Duration round_trip{0};

@@ -30,7 +30,7 @@ std::uint16_t port_of(std::string_view text) {
   throw std::invalid_argument("port '" + std::string(text) + "' must be a whole number from 1 to 65535");
 }
 
-void run(std::uint16_t port) {
+bool run(std::uint16_t port) {
   // The device: anything that implements devices/device.hpp. This one brings its own hand, which follows a path; a
   // real one is opened here, before any real-time thread runs, because opening may block.
   devices::SimDevice device(devices::SimDevice::default_spec(), devices::HandParameters{},
@@ -76,8 +76,11 @@ void run(std::uint16_t port) {
 
   // In this order: the loop lets the hand go (ramp to zero, zero written last), then the session says good-bye.
   loop.stop();
+  const bool has_state = io.snapshot().has_state;
   io.stop();
   std::printf("latest tick %.3f ms late\n", tandem::to_seconds(loop.report().lateness.max()) * 1e3);
+  if (!has_state) std::fprintf(stderr, "01_smallest_client: the server sent no state; is UDP blocked?\n");
+  return has_state;
 }
 
 }  // namespace
@@ -85,10 +88,9 @@ void run(std::uint16_t port) {
 int main(int argc, char** argv) {
   client::block_stop_signals();  // before any thread: a signal must not end the program with a force on
   try {  // set-up errors (no server, wrong version, full room) are exceptions whose text says what would help
-    run(argc > 1 ? port_of(argv[1]) : 47800);
+    return run(argc > 1 ? port_of(argv[1]) : 47800) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "01_smallest_client: %s\n", error.what());
     return 2;
   }
-  return 0;
 }

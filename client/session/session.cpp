@@ -194,6 +194,9 @@ const haptics::CouplingParameters& ClientSession::coupling() const {
 const CouplingCheck& ClientSession::coupling_check() const {
   return impl_->scene.last_check();
 }
+bool ClientSession::has_state() const {
+  return impl_->status.state == SessionState::kActive && impl_->stream.has_heard();
+}
 const std::string& ClientSession::room() const {
   return impl_->room;
 }

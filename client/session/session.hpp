@@ -99,6 +99,7 @@ struct SessionCounters : proto::ChannelCounters {
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;
   std::uint64_t reconnects = 0;
+  std::uint64_t refused_settings = 0;  ///< parameters and laws that the server refused to set
 };
 
 /// Why the session is not active, for people: the last error, goodbye or lost connection; empty when all is well.
@@ -165,6 +166,8 @@ class ClientSession {
   const haptics::CouplingLawInfo& law() const;
   /// The last check of the coupling in force; explained() says what it found.
   const CouplingCheck& coupling_check() const;
+  /// In a room, and a state has come since the last join.
+  bool has_state() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
   const std::string& room() const;
   /// Of the last Welcome.

@@ -275,6 +275,7 @@ void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTi
     assets.on_refused(message.request());
     announce_assets();
   }
+  if (std::erase(settings_requested, message.request()) > 0) ++counters.refused_settings;
   news = "refused: " + printable(error.text());
   log(news);
   if (owner.on_refused) owner.on_refused(error);
@@ -325,6 +326,13 @@ void ClientSession::Impl::send_request(wire::ClientControl& message) {
   send(message);
 }
 
+/// The last request was one to set something: a refusal of it is counted.
+void ClientSession::Impl::remember_setting() {
+  if (status.state != SessionState::kActive) return;
+  settings_requested.push_back(last_request);
+  if (settings_requested.size() > kRemembered) settings_requested.pop_front();
+}
+
 void ClientSession::grab(BodyId body) {
   impl_->request([body](wire::ClientControl& message) { message.mutable_grab()->set_body(body.value); });
 }
@@ -338,6 +346,7 @@ void ClientSession::set_parameter(const std::string& name, double value) {
     message.mutable_set_parameter()->set_name(name);
     message.mutable_set_parameter()->set_value(value);
   });
+  impl_->remember_setting();
 }
 
 void ClientSession::set_law(const std::string& law) {
@@ -345,6 +354,7 @@ void ClientSession::set_law(const std::string& law) {
     message.mutable_set_parameter()->set_name(std::string(proto::kLawParameter));
     message.mutable_set_parameter()->set_text(law);
   });
+  impl_->remember_setting();
 }
 
 void ClientSession::reset_room() {

@@ -76,6 +76,7 @@ struct ClientSession::Impl {
   void announce_assets();
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
+  void remember_setting();
   /// Of an active user; else nothing.
   template <class Fill>
   void request(const Fill& fill) {
@@ -107,6 +108,8 @@ struct ClientSession::Impl {
   Duration retry_delay;
   proto::FrameReader reader;
   std::uint32_t last_request = 0;
+  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to set something
+  static constexpr std::size_t kRemembered = 64;
 
   std::string room;
   std::vector<std::string> rooms;

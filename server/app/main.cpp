@@ -138,7 +138,7 @@ void declare_monitoring(CLI::App& app, Options& options) {
 
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
-  app.footer("Exit code: 0 done, 1 ended by a fault, 2 bad input or set-up.");
+  app.footer("Exit code: 0 done, 1 ended by a fault or with an incomplete recording, 2 bad input or set-up.");
   app.set_config("--config", "", "file with options under these names without the dashes; the command line goes before")
       ->type_name("FILE");
   app.allow_config_extras(CLI::config_extras_mode::error);
@@ -331,6 +331,13 @@ server::ServerRecorder* start_recording(const Options& options, server::LiveServ
       options.record, server.rooms(), settings, [&output](const std::string& news) { output.log("record", news); }));
 }
 
+/// Messages and steps that a finished recording lacks.
+std::uint64_t lost_of(const server::ServerRecorder& recorder) {
+  std::uint64_t lost = 0;
+  for (const auto& room : recorder.rooms()) lost += room->file().messages_lost() + room->steps_lost();
+  return lost;
+}
+
 int serve(const Options& options, realtime::Output& output) {
   std::optional<std::uint16_t> agones;
   if (options.agones) agones = server::agones_port(*options.agones);
@@ -388,7 +395,11 @@ int serve(const Options& options, realtime::Output& output) {
   poses->start();
   const int code = run(server, output);
   if (options.writes_json) output.out(boost::json::serialize(server::report_json(server, recorder)) + "\n");
-  return code;
+  const std::uint64_t lost = recorder != nullptr ? lost_of(*recorder) : 0;
+  if (lost == 0) return code;
+  output.err("tandem-server: --record: the recording is incomplete: " + std::to_string(lost) +
+             " messages are not in it\n");
+  return kFault;
 }
 
 /// Options to exit code.

@@ -255,6 +255,8 @@ class FullDisk(ProgramTest):
         server.terminate()
         out, log = server.communicate(timeout=PATIENCE_S)
         self.assertEqual(len([line for line in log.splitlines() if "cannot be written" in line]), 1, log)
+        self.assertEqual(server.returncode, 1, "what was to be recorded is not complete")
+        self.assertIn("--record: the recording is incomplete", log)
         report = json.loads(out)["rooms"][0]["recording"]
         self.assertGreater(report["messages_lost"], 1000)
         recording = other_reader(report["file"])

@@ -501,5 +501,40 @@ TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
   EXPECT_EQ(bench.state(), "active");
 }
 
+TEST(ClientSession, HasAStateFromTheFirstOneOfAJoinUntilItIsLost) {
+  test::SessionBench bench;
+  bench.join();
+  EXPECT_EQ(bench.state(), "active");
+  EXPECT_FALSE(bench.session.has_state()) << "joined, and nothing has come";
+  bench.send_update();
+  EXPECT_TRUE(bench.session.has_state());
+  bench.session.on_disconnected(bench.now, "cut");
+  EXPECT_FALSE(bench.session.has_state());
+  bench.wait(std::chrono::milliseconds(250));
+  bench.join();
+  EXPECT_FALSE(bench.session.has_state()) << "those of the connection before do not count";
+}
+
+TEST(ClientSession, CountsOfItsRequestsOnlyTheSettingsThatAreRefused) {
+  test::SessionBench bench;
+  bench.join();
+  const auto refuse = [&bench](const wire::ClientControl& request) {
+    wire::ServerControl answer;
+    answer.set_request(request.request());
+    answer.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
+    bench.say(answer);
+  };
+  bench.session.release();
+  bench.session.set_parameter("coupling.stiffness_n_per_m", 400);
+  bench.session.set_law("spring-damper");
+  ASSERT_EQ(bench.transport.messages.size(), 3U);
+  refuse(bench.transport.messages[0]);
+  EXPECT_EQ(bench.session.counters().refused_settings, 0U);
+  refuse(bench.transport.messages[1]);
+  refuse(bench.transport.messages[1]);
+  refuse(bench.transport.messages[2]);
+  EXPECT_EQ(bench.session.counters().refused_settings, 2U);
+}
+
 }  // namespace
 }  // namespace tandem::client
