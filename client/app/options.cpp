@@ -93,6 +93,14 @@ void add_workspace_options(CLI::App& app, ClientOptions& options) {
            });
 }
 
+void add_nudge_option(CLI::App& app, ClientOptions& options) {
+  add_text(app, "--nudge",
+           "a place that another user points at nudges your hand, at most once in 5 s; off: you only see it [on]",
+           "on|off", [&options](const std::string& text) {
+             options.io.client.session.has_nudges = chosen<bool>(text, {{"on", true}, {"off", false}});
+           });
+}
+
 void add_stage_options(CLI::App& app, StageSettings& stage) {
   app.add_option("--stage", stage.name, "what the hand is shown: " + listed_stage_names())
       ->capture_default_str()
@@ -304,6 +312,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   add_deadband_option(app, options);
   devices.declare(app, options.device);
   add_workspace_options(app, options);
+  add_nudge_option(app, options);
   add_stage_options(app, options.stage);
   add_set_option(app, options.sets);
   add_link_options(app, link, has_link);

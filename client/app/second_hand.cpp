@@ -52,6 +52,7 @@ void SecondHand::start(const ClientIoSnapshot& first) {
 
 void SecondHand::poll(const ClientIoSnapshot& first) {
   last_ = io_.snapshot();
+  if (last_.has_nudges != first.has_nudges) io_.set_nudges(first.has_nudges);
   const auto is_in_room = [](const ClientIoSnapshot& of) { return of.status.state == SessionState::kActive; };
   if (is_in_room(first) && is_in_room(last_)) follow(first.room);
   if (!has_started_ && last_.status.state == SessionState::kActive && last_.joined) start_loop();

@@ -168,6 +168,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.kept_poses = session.kept_poses();
   snapshot.pose_progress = session.pose_progress();
   snapshot.pointed = session.pointed();
+  snapshot.has_nudges = session.has_nudges();
   snapshot.coupling_check = session.coupling_check();
   snapshot.stage = client.stage();
   snapshot.stage_note = client.stage_note();
@@ -255,6 +256,10 @@ void ClientIo::set_stage(const StageSettings& stage) {
 
 void ClientIo::set_workspace(const WorkspaceSettings& workspace) {
   asio::post(impl_->io, [impl = impl_.get(), workspace] { impl->session.set_workspace(workspace); });
+}
+
+void ClientIo::set_nudges(bool has_nudges) {
+  asio::post(impl_->io, [impl = impl_.get(), has_nudges] { impl->session.set_nudges(has_nudges); });
 }
 
 void ClientIo::set_links(const net::LinkParameters& both) {

@@ -49,6 +49,7 @@ struct ClientIoSnapshot {
   std::vector<std::string> rooms;                                      ///< of the server
   HandStart hand_start;                                                ///< ClientSession::hand_start()
   std::string news;                                                    ///< ClientSession::news()
+  bool has_nudges = true;                                              ///< ClientSession::has_nudges()
   haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
   std::string_view law;                                                ///< ClientSession::law()
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< ClientSession::kept_poses()
@@ -101,6 +102,7 @@ class ClientIo {
   /// Fails   std::invalid_argument: as there
   void set_stage(const StageSettings& stage);
   void set_workspace(const WorkspaceSettings& workspace);
+  void set_nudges(bool has_nudges);
   /// Changes the simulated links, both directions, at once; ignored when ClientIoSettings::links has none.
   /// Fails   std::invalid_argument: LinkParameters::problem()
   void set_links(const net::LinkParameters& both);

@@ -56,7 +56,9 @@ void JoinedScene::meet(const wire::UserJoined& user) {
   publish();
 }
 
-void JoinedScene::show(const Vec3& place_W) {
+void JoinedScene::show(const Vec3& place_W, LocalTime now) {
+  if (!has_nudges_ || (nudged_ && now - *nudged_ < kNudgeEvery)) return;
+  nudged_ = now;
   ++scene_.places_shown;
   scene_.shown_W = place_W;
   publish();

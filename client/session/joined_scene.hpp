@@ -31,9 +31,14 @@ class JoinedScene {
 
   /// Another user is in the room. Bounds that are not sound are left out.
   void meet(const wire::UserJoined& user);
-  /// Somebody else points at a place, which the hand is nudged towards.
-  void show(const Vec3& place_W);
-  /// When the hands of the room begin. False: a message that makes no sense; nothing changes.
+  /// Least time between two nudges of the hand, of all other users together. A nudge lasts 0.75 s: with this limit the hand
+  /// is free of nudges for at least 85 % of the time.
+  static constexpr Duration kNudgeEvery = std::chrono::seconds(5);
+  /// Another user points at a place. The hand is nudged towards it, unless that is muted or the last nudge was less than
+  /// kNudgeEvery ago.
+  void show(const Vec3& place_W, LocalTime now);
+  void set_nudges(bool has_nudges) { has_nudges_ = has_nudges; }
+  /// When the hands of the room begin. False: neither awaited nor at a time; nothing changes.
   bool set_start(const wire::RoomStart& start);
   /// The server says what this user's tool holds, and what a coefficient is for it.
   void hold(BodyId body, LocalTime now);
@@ -74,6 +79,8 @@ class JoinedScene {
   haptics::CouplingParameters told_;  ///< by the server; scene_.coupling once it has been checked
   std::size_t told_law_ = 0;          ///< likewise
   BodyId held_;
+  bool has_nudges_ = true;
+  std::optional<LocalTime> nudged_;  ///< last
 };
 
 }  // namespace tandem::client

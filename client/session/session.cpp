@@ -117,6 +117,7 @@ bool ClientSession::Impl::deliver_state(std::span<const std::byte> datagram) {
 ClientSession::ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes)
     : impl_(std::make_unique<Impl>(*this, std::move(settings), transport, mailboxes)) {
   set_workspace(impl_->settings.workspace);
+  set_nudges(impl_->settings.has_nudges);
 }
 
 ClientSession::~ClientSession() = default;
@@ -173,6 +174,14 @@ void ClientSession::poll(LocalTime now) {
 
 void ClientSession::set_workspace(const WorkspaceSettings& workspace) {
   impl_->scene.set_workspace(workspace);
+}
+
+void ClientSession::set_nudges(bool has_nudges) {
+  impl_->settings.has_nudges = has_nudges;
+  impl_->scene.set_nudges(has_nudges);
+}
+bool ClientSession::has_nudges() const {
+  return impl_->settings.has_nudges;
 }
 
 const SessionStatus& ClientSession::status() const {

@@ -81,6 +81,7 @@ struct SessionSettings {
   double deadband = 0;
   /// What the user changes of the scene's workspace mapping.
   WorkspaceSettings workspace{};
+  bool has_nudges = true;  ///< a place that another user points at is felt, too; false: only seen
   /// Of the coupling, that the user's device bears, in its newtons and metres: the tool at the server is pulled no harder.
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
   /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
@@ -147,6 +148,9 @@ class ClientSession {
   void change_room(const std::string& room, LocalTime now);
   /// Now and for the scenes to come. The force goes, the tool stays where it is, and the force comes back by the ramp.
   void set_workspace(const WorkspaceSettings& workspace);
+  /// Places that others point at nudge the hand from now on, or are only seen.
+  void set_nudges(bool has_nudges);
+  bool has_nudges() const;
   void leave(LocalTime now);
   /// Ends the session for a fault of this program: the force goes.
   void fail(const std::string& why);

@@ -177,7 +177,7 @@ void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now)
   const std::string at = point.body() == 0 ? "a place" : scene.name_of(BodyId{point.body()});
   news = printable(who->name()) + " points at " + at;
   log(news);
-  scene.show({point.place_w(0), point.place_w(1), point.place_w(2)});
+  scene.show({point.place_w(0), point.place_w(1), point.place_w(2)}, now);
 }
 
 void ClientSession::Impl::take_start(const wire::RoomStart& start) {

@@ -244,8 +244,8 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
   if (!choice.empty()) number = static_cast<Number>(std::ranges::find(names, choice) - names.begin());
 }
 
-/// How the hand's small space lies in the scene's large one. Set when a slider is let go of, for each change takes the force
-/// away, and it comes back by the ramp.
+/// Settings of the own hand. The workspace mapping is set when a slider is released, because each change fades the force out,
+/// and it returns by the ramp.
 void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   auto scale = static_cast<float>(workspace.scale);
   auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);
@@ -266,6 +266,8 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
     }
   }
   if (is_set) content.client->set_workspace(workspace);
+  bool has_nudges = content.io->has_nudges;
+  if (ImGui::Checkbox("nudge me where others point", &has_nudges)) content.client->set_nudges(has_nudges);
 }
 
 void draw_molecule_style(const PanelContent& content, MoleculeStyle& style) {

@@ -16,6 +16,8 @@ inline constexpr net::Rate kControlRate{100, 200};
 inline constexpr double kOwnPace = 0.05;
 /// Client updates that are taken; a client sends 1000 a second.
 inline constexpr net::Rate kUpdateRate{4000, 4000};
+/// Places that one user points at; beyond it they are refused. Each nudges the hands of the others.
+inline constexpr net::Rate kUserPointRate{1, 2};
 /// A reader that leaves more than this unread is disconnected (DISCONNECT_SLOW).
 inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
 /// While more than this waits for a reader, news of others wait beside it: of each parameter the newest, of users who is

@@ -161,6 +161,8 @@ void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& 
     refuse_with(wire::ERROR_BAD_VALUE, "a place is three numbers in metres, -1000 to 1000");
   } else if (point.body() > connection.seats->room().scene().world.bodies.size()) {
     refuse_with(wire::ERROR_UNKNOWN_BODY, "no body has that number here");
+  } else if (!connection.points.take(1, called_at)) {
+    refuse_with(wire::ERROR_NOT_ALLOWED, "you point too often: one place a second, two at once; try again later");
   } else if (!connection.seats->may_point(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
   } else {

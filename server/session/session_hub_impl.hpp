@@ -52,6 +52,7 @@ struct Connection {
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
   net::TokenBucket poses{kUserPoseRate};
+  net::TokenBucket points{kUserPointRate};
   bool wants_soft_shapes = false;
   std::map<std::uint32_t, std::string> soft_shapes_told;  ///< offsets, by soft body
   std::optional<Admission::Id> credential;                ///< by which the user may come back

@@ -45,6 +45,35 @@ class Pointing(ProgramTest):
         self.assertLess(max(abs(b - a) for a, b in zip(away, away[1:])), 0.05, "no step is felt")
         self.assertLess(abs(away[-1]), 0.05, "and it is over")
 
+    def forces_while_others_point(self, *arguments):
+        """Of a client: displayed forces away from the scene, by time, and its lines; two users point as often as they can."""
+        trace = self.path("trace.csv")
+        with Server("--scene", "two_boxes") as server:
+            partner = start_client(server.port, "--json", "--duration", "5s", "--hand", "rest", "--trace",
+                                   trace, *arguments)
+            server.wait_for_log("user 1 .* joined")
+            time.sleep(1.5)
+            ada = wire.RawClient(server.port)
+            ada.join("ada", wire.MANIPULATOR)
+            for i in range(30):
+                self.say(ada, point((0, 5, 0.1 * i)), wire.POINTED, wire.ERROR)
+                time.sleep(0.1)
+            code, _, err = finish(partner)
+            ada.close()
+        self.assertEqual(code, 0, err)
+        return [(row["t_s"], row["displayed_force_y_n"]) for row in read_trace(trace)], err
+
+    def test_who_is_pointed_at_things_again_and_again_is_nudged_once(self):
+        forces, _ = self.forces_while_others_point()
+        pushed = [at for at, force in forces if force > 0.1]
+        self.assertTrue(pushed, "the first place is felt")
+        self.assertLess(pushed[-1] - pushed[0], 0.8, "and none of those that follow within 5 s")
+
+    def test_who_mutes_it_sees_the_place_and_feels_nothing(self):
+        forces, err = self.forces_while_others_point("--nudge", "off")
+        self.assertIn("ada points at a place", err)
+        self.assertLess(max(abs(force) for _, force in forces), 0.05)
+
     def test_what_is_no_place_is_refused(self):
         with Server("--scene", "two_boxes") as server:
             ada = wire.RawClient(server.port)
@@ -52,12 +81,16 @@ class Pointing(ProgramTest):
             self.assertIn(b"three numbers", self.say(ada, point((1, 2)), wire.ERROR)[2])
             self.assertIn(b"three numbers", self.say(ada, point((1, 2, 1e9)), wire.ERROR)[2])
             self.assertIn(b"no body", self.say(ada, point((1, 2, 3), 99), wire.ERROR)[2])
-            busy = [self.say(ada, point((1, 2, 3)), wire.POINTED, wire.ERROR).get(2) for _ in range(20)]
-            self.assertIn(b"the room is busy; try again", busy, "nobody shakes the others' hands")
+            answers = [self.say(ada, point((1, 2, 3)), wire.POINTED, wire.ERROR).get(2) for _ in range(20)]
+            refused = [text for text in answers if text and b"you point too often" in text]
+            self.assertGreaterEqual(len(refused), 17, "one a second, two at once")
+            ben = wire.RawClient(server.port)
+            ben.join("ben", wire.MANIPULATOR)
+            self.assertIn(1, self.say(ben, point((1, 2, 3)), wire.POINTED), "she does not use up what others may")
             otto = wire.RawClient(server.port)
             otto.join("otto", wire.OBSERVER)
             self.assertIn(b"observers do not point", self.say(otto, point((1, 2, 3)), wire.ERROR)[2])
-            for client in (ada, otto):
+            for client in (ada, ben, otto):
                 client.close()
 
 

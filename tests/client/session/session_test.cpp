@@ -5,12 +5,15 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <tuple>
 
 #include "client/session/credentials.hpp"
+#include "client/session/joined_scene.hpp"
 #include "proto/join_token.hpp"
 #include "proto/soft_shape.hpp"
 #include "tests/support/session_bench.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem::client {
 namespace {
@@ -493,11 +496,13 @@ TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
   say(7, 0, 0.2);
   ASSERT_EQ(bench.session.pointed().size(), 1U) << "the last of each user";
   EXPECT_EQ(bench.session.pointed()[0].second.point().place(1), 0.2);
-  EXPECT_EQ(places(), 2U);
-  EXPECT_EQ(bench.mailboxes.scene.front().shown_W, Vec3::Constant(0.4));
+  EXPECT_EQ(places(), 1U) << "seen at once, felt once in a while";
+  EXPECT_EQ(bench.mailboxes.scene.front().shown_W, Vec3::Constant(0.2));
   say(test::minimal_joined().user(), 0, 0.3);
   EXPECT_EQ(bench.session.pointed().size(), 2U);
-  EXPECT_EQ(places(), 2U) << "the own hand knows";
+  bench.now += JoinedScene::kNudgeEvery;
+  say(test::minimal_joined().user(), 0, 0.3);
+  EXPECT_EQ(places(), 1U) << "the own hand knows";
   EXPECT_EQ(bench.state(), "active");
 }
 
@@ -534,6 +539,53 @@ TEST(ClientSession, CountsOfItsRequestsOnlyTheSettingsThatAreRefused) {
   refuse(bench.transport.messages[1]);
   refuse(bench.transport.messages[2]);
   EXPECT_EQ(bench.session.counters().refused_settings, 2U);
+}
+
+TEST(ClientSession, PlacesThatOthersPointAtNudgeTheHandRarelyAndAMutedOneNever) {
+  std::mt19937_64 random(test::test_seed(4));
+  const auto below = [&random](std::uint32_t limit) {
+    return std::uniform_int_distribution<std::uint32_t>(0, limit - 1)(random);
+  };
+  for (int round = 0; round < 50; ++round) {
+    SessionSettings settings;
+    settings.has_nudges = below(3) > 0;
+    settings.silence_timeout = std::chrono::hours(1);
+    test::SessionBench bench(settings);
+    bench.join();
+    for (std::uint32_t user = 10; user < 13; ++user) {
+      wire::ServerControl joined;
+      joined.mutable_user_joined()->set_user(user);
+      joined.mutable_user_joined()->set_name("user");
+      bench.say(joined);
+    }
+    std::vector<LocalTime> nudges;
+    std::uint32_t known = 0;
+    bool was_felt = false;
+    bool is_muted = !settings.has_nudges;
+    for (int i = 0; i < 400; ++i) {
+      bench.now += std::chrono::milliseconds(below(400));
+      if (below(100) == 0) {
+        is_muted = !is_muted;
+        bench.session.set_nudges(!is_muted);
+      }
+      wire::ServerControl message;
+      was_felt = was_felt || !is_muted;
+      message.mutable_pointed()->set_user(10 + below(3));
+      for (int axis = 0; axis < 3; ++axis) {
+        message.mutable_pointed()->mutable_point()->add_place(0.1);
+        message.mutable_pointed()->mutable_point()->add_place_w(0.1 * i);
+      }
+      bench.say(message);
+      EXPECT_FALSE(bench.session.pointed().empty()) << "it is seen, muted or not";
+      bench.mailboxes.scene.poll();
+      const std::uint32_t places = bench.mailboxes.scene.front().places_shown;
+      EXPECT_LE(places, known + (is_muted ? 0 : 1));
+      if (places != known) nudges.push_back(bench.now);
+      known = places;
+    }
+    for (std::size_t i = 1; i < nudges.size(); ++i) EXPECT_GE(nudges[i] - nudges[i - 1], std::chrono::seconds(5));
+    EXPECT_EQ(nudges.empty(), !was_felt) << "the first one that is not muted is felt";
+  }
 }
 
 }  // namespace
