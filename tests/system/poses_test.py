@@ -78,18 +78,26 @@ class Holder:
             return found[1]
         return found[3 if answered == wire.POSE_TAKEN else 2].decode()
 
+    def until_heard(self):
+        """Answers by their requests, until the server has read all requests and minimises."""
+        self.client.stream.sendall(wire.control(wire.PING, wire.whole(1, 59)))
+        return self.answers_until({wire.PONG, wire.POSE_PROGRESS})
+
     def rest(self):
-        """Answers by their requests, until goodbye or the connection's end."""
-        answers = {}
-        while True:
+        """Likewise until goodbye or the connection's end."""
+        return self.answers_until({wire.GOODBYE})
+
+    def answers_until(self, wanted):
+        answers, seen = {}, set()
+        while not wanted <= seen:
             try:
                 fields = dict(wire.fields(self.client.receive()))
             except OSError:
                 return answers
-            if wire.GOODBYE in fields:
-                return answers
+            seen |= set(fields)
             if fields.get(1):
-                answers[fields[1]] = {number: value for number, value in fields.items() if number != 1}
+                answers[fields[1]] = fields
+        return answers
 
 
 class KeptPoses(ProgramTest):
@@ -260,9 +268,9 @@ class KeptPoses(ProgramTest):
                     time.sleep(0.3)
                     self.assertEqual(holder.ask(KEEP)["number"], 1)
                     requests = [holder.send(kind) for kind in (MINIMISE, KEEP, KEEP, KEEP)]
-                    holder.next(wire.POSE_PROGRESS)
+                    answers = holder.until_heard()
                     server.process.terminate()
-                    answers = holder.rest()
+                    answers.update(holder.rest())
                     self.assertEqual([request for request in requests if request not in answers], [], "without an answer")
                     self.assertIn(b"the server is stopping", dict(wire.fields(answers[requests[0]][wire.ERROR]))[2])
                 finally:

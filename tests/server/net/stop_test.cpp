@@ -109,20 +109,33 @@ struct Asker {
   }
   /// The first news that a minimisation goes on.
   bool sees_progress() {
-    return connection.receive_until([](const auto& message) { return message.has_pose_progress(); }).has_value();
+    return take_until([](const auto& message) { return message.has_pose_progress(); });
   }
-  /// By their requests, until goodbye.
-  std::map<std::uint32_t, wire::ServerControl> rest() {
-    std::map<std::uint32_t, wire::ServerControl> answers;
-    while (auto message = connection.receive()) {
-      if (message->has_goodbye()) break;
-      if (message->request() != 0) answers[message->request()] = *message;
-    }
-    return answers;
+  /// The server has read all that was asked.
+  bool is_heard() {
+    wire::ClientControl message;
+    message.mutable_ping()->set_token(kToken);
+    connection.send(message);
+    return take_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
+  }
+  /// Until goodbye.
+  void take_rest() {
+    take_until([](const auto& message) { return message.has_goodbye(); });
+  }
+  template <class IsIt>
+  bool take_until(const IsIt& is_it) {
+    return connection
+        .receive_until([&](const auto& message) {
+          if (message.request() != 0) answers[message.request()] = message;
+          return is_it(message);
+        })
+        .has_value();
   }
 
+  static constexpr std::uint64_t kToken = 59;
   Connection connection;
   std::uint32_t last_request = 0;
+  std::map<std::uint32_t, wire::ServerControl> answers;  ///< by their requests
 };
 
 enum class Ending { kStop, kCrash, kException };
@@ -329,14 +342,15 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
   of_ada.push_back(ada.ask(wire::AskPose::KEEP));
   of_ada.push_back(ada.ask(wire::AskPose::DELETE, kept.kept_pose().number()));
   of_ben.push_back(ben.ask(wire::AskPose::KEEP));
+  ASSERT_TRUE(ada.is_heard() && ben.is_heard());
   EXPECT_TRUE(server.is_fetching());
   server.begin_to_end(ending);
   if (ending == Ending::kStop) {
-    auto answers = ada.rest();
-    for (const std::uint32_t request : of_ada) EXPECT_TRUE(answers.contains(request)) << "ada's request " << request;
-    auto answers_to_ben = ben.rest();
-    for (const std::uint32_t request : of_ben) EXPECT_TRUE(answers_to_ben.contains(request)) << "ben's " << request;
-    const std::string words = answers[of_ada[0]].error().text() + answers_to_ben[of_ben[0]].error().text();
+    ada.take_rest();
+    ben.take_rest();
+    for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
+    for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
+    const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();
     EXPECT_THAT(words, testing::HasSubstr("the server is stopping")) << "a minimisation was open";
     ada.connection.close();
     ben.connection.close();
