@@ -19,7 +19,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string error_of(const TriangleMesh& mesh) {
+std::string size_error(const TriangleMesh& mesh) {
   try {
     mesh_bounds(mesh);
   } catch (const MeshError& error) {
@@ -36,14 +36,14 @@ TEST(MeshBounds, IsTheBoxAroundWhatTrianglesUse) {
 }
 
 TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
-  EXPECT_THAT(error_of({}), HasSubstr("no triangle"));
+  EXPECT_THAT(size_error({}), HasSubstr("no triangle"));
   const TriangleMesh point{{{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{0, 1, 2}}};
-  EXPECT_THAT(error_of(point), HasSubstr("at one place, (1, 2, 3)"));
+  EXPECT_THAT(size_error(point), HasSubstr("at one place, (1, 2, 3)"));
   TriangleMesh far = point;
   far.vertices[1].x() = 2e100;
-  EXPECT_THAT(error_of(far), HasSubstr("vertex 1 is at (2e+100, 2, 3)"));
+  EXPECT_THAT(size_error(far), HasSubstr("vertex 1 is at (2e+100, 2, 3)"));
   far.vertices[1].x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(error_of(far), HasSubstr("vertex 1 is at"));
+  EXPECT_THAT(size_error(far), HasSubstr("vertex 1 is at"));
 }
 
 /// Scaled to a length, as a scene or a report does; repaired if that is possible.
