@@ -7,6 +7,7 @@
 #include "client/haptics/stages/stage.hpp"
 #include "client/model/proxy_world.hpp"
 #include "client/session/scene_from_wire.hpp"
+#include "common/base/progress.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/realtime/realtime.hpp"
 
@@ -54,7 +55,10 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
   };
 }
 
-Client::~Client() = default;
+// A model that is being made is called off, so that the wait for its thread is that for one of its pieces of work.
+Client::~Client() {
+  call_off_making_.request_stop();
+}
 
 bool Client::makes_something() const {
   const std::string& stage = settings_.haptics.stage.name;
@@ -101,12 +105,15 @@ void Client::begin_when_possible() {
 
 void Client::begin_rendering() {
   const StageSettings& stage = settings_.haptics.stage;
+  call_off_making_ = std::stop_source();
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside, stage,
                      makes = makes_something(), level = session_.asset_level(),
-                     generation = session_.scene_generation(), joined = *session_.joined(), assets = session_.assets(),
+                     generation = session_.scene_generation(), stop = call_off_making_.get_token(),
+                     at_point = settings_.at_point_of_making, joined = *session_.joined(), assets = session_.assets(),
                      shapes = shapes_]() mutable {
     // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
     if (is_aside) realtime::drop_realtime();
+    const CallOffScope scope(stop, at_point);
     auto made = std::make_unique<Made>();
     made->rendering = std::make_unique<Rendering>();
     made->rendering->stage = make_stage(stage);
@@ -127,6 +134,7 @@ void Client::begin_rendering() {
     }
     return made;
   };
+  making_generation_ = session_.scene_generation();
   making_ = std::async(settings_.makes_models_aside ? std::launch::async : std::launch::deferred, make);
   if (settings_.makes_models_aside) return;
   making_.wait();
@@ -135,6 +143,8 @@ void Client::begin_rendering() {
 }
 
 void Client::take_made() {
+  // The scene of the room that was left is not waited for.
+  if (making_.valid() && making_generation_ != session_.scene_generation()) call_off_making_.request_stop();
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
   if (!made_->shapes.empty()) shapes_ = std::move(made_->shapes);

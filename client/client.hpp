@@ -12,9 +12,11 @@
 // the hand is shown the old one.
 #pragma once
 
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "client/haptics/haptic_core.hpp"
@@ -31,6 +33,8 @@ struct ClientSettings {
   /// Local models and balls' worlds are made by a thread of their own. False, for virtual time: at once, on the io
   /// thread.
   bool makes_models_aside = false;
+  /// Called where the making of a model can be called off, by its thread; for tests.
+  std::function<void(const std::stop_token& stop)> at_point_of_making{};
 };
 
 class Client {
@@ -38,6 +42,7 @@ class Client {
   /// In      device, transport  must outlive the client
   /// Fails   std::invalid_argument: as HapticCore
   Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport);
+  /// Calls off a local model or ball's world that is being made, and waits for one piece of its work, about 10 ms.
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
@@ -92,6 +97,8 @@ class Client {
   ClientMailboxes mailboxes_;
   HapticCore core_;
   ClientSession session_;
+  std::stop_source call_off_making_;
+  std::uint32_t making_generation_ = 0;  ///< of the scene that is being made
   std::future<std::unique_ptr<Made>> making_;
   std::unique_ptr<Made> made_;    ///< not handed over yet
   ContactShapes shapes_;          ///< of the local model that was made last: the next may need the same

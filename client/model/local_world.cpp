@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/byte_io.hpp"
+#include "common/base/progress.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/physics/followed_bodies.hpp"
 #include "common/physics/world.hpp"
@@ -89,6 +90,7 @@ class Builder {
             shapes.size(), "from 1 to " + std::to_string(proto::kMaxShapes));
     std::vector<physics::TouchModel::Part> parts;
     for (const wire::Shape& shape : shapes) {
+      call_off_point();
       parts.push_back({contact(shape, field), proto::pose_from_placement(shape.placement())});
     }
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
@@ -115,6 +117,7 @@ class Builder {
 
   std::shared_ptr<const docking::Molecule> molecule(const wire::Shape& shape, const std::string& field) const {
     if (!joined_.scene().has_molecular_field()) throw std::runtime_error("scene.molecular_field is absent");
+    call_off_point();
     auto made = docking::molecule_from(asset(shape, field));
     if (!made) throw std::runtime_error(field + ".shapes[0].molecule: its asset cannot be read");
     return std::make_shared<const docking::Molecule>(std::move(*made));
@@ -159,8 +162,10 @@ std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Jo
 }
 
 void require_in_time(const std::shared_ptr<const physics::WorldDescription>& description, Duration most) {
+  call_off_point();
   physics::World world(description, physics::make_followed_bodies(description->bodies.size()), nullptr);
   for (std::size_t tool = 0; tool < description->tools.size(); ++tool) world.activate_tool(tool);
+  call_off_point();
   const auto ms = [](Duration time) { return proto::number_text(to_seconds(time) * 1e3) + " ms"; };
   const Duration step = world.quickest_step();
   if (step <= most) return;

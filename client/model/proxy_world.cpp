@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/base/progress.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/haptics/coupling/laws.hpp"
@@ -175,6 +176,7 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
     is_known_.push_back(body.mass_kg() > 0 ? 0 : 1);
     for (const wire::Shape& shape : body.shapes()) {
       if (!is_touchable(shape)) continue;
+      call_off_point();
       const TouchedShape what = touched(shape, assets, meshes, field + ".shapes");
       const Pose X_BS = proto::pose_from_placement(shape.placement());
       obstacles.push_back(obstacle_of(what, X_WB * X_BS, tool.friction(), body.friction()));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <utility>
 
 namespace tandem {
 namespace {
@@ -39,6 +40,27 @@ std::function<void(const std::string& what, double done)> progress_on_stderr(
   if (!write) write = [](const std::string& text) { std::cerr << text << std::flush; };
   const auto line = std::make_shared<ProgressLine>(std::move(write));
   return [line](const std::string& what, double done) { line->show(what, done); };
+}
+
+namespace {
+
+thread_local const CallOffScope* call_off_scope = nullptr;
+
+}  // namespace
+
+CallOffScope::CallOffScope(std::stop_token stop, AtPoint at_point)
+    : stop_(std::move(stop)), at_point_(std::move(at_point)) {
+  call_off_scope = this;
+}
+
+CallOffScope::~CallOffScope() {
+  call_off_scope = nullptr;
+}
+
+void call_off_point() {
+  if (call_off_scope == nullptr) return;
+  if (call_off_scope->at_point_) call_off_scope->at_point_(call_off_scope->stop_);
+  if (call_off_scope->stop_.stop_requested()) throw CalledOff();
 }
 
 }  // namespace tandem

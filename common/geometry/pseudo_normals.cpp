@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/progress.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
 namespace tandem::geometry {
@@ -10,6 +11,7 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
   vertex_normals_.assign(mesh.vertices.size(), Vec3::Zero());
   const auto angle = [](const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); };
   for (std::size_t slot = 0; slot < corners_.size(); ++slot) {
+    call_off_point(slot);
     const auto& [a, ab, ac] = corners_[slot];
     const Vec3 bc = ac - ab;
     const Vec3 normal = ab.cross(ac).normalized();
@@ -33,6 +35,7 @@ void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
   edge_normals_.reserve(edges.capacity());
   edges_of_slot_.resize(corners_.size());
   for (std::size_t slot = 0; slot < corners_.size(); ++slot) {
+    call_off_point(slot);
     const Vec3 normal = corners_[slot][1].cross(corners_[slot][2]).normalized();
     for (std::size_t side = 0; side < 3; ++side) {
       const auto [from, to] = std::minmax(vertices_of_slot_[slot][side], vertices_of_slot_[slot][(side + 1) % 3]);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/base/byte_io.hpp"
+#include "common/base/progress.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -78,6 +79,7 @@ std::optional<TriangleMesh> surface_from(std::span<const std::byte> bytes) {
   mesh.vertices.reserve(vertices);
   mesh.triangles.reserve(triangles);
   for (std::size_t i = 0; i < vertices; ++i) {
+    call_off_point(i);
     const float x = reader.f32(), y = reader.f32(), z = reader.f32();
     mesh.vertices.emplace_back(x, y, z);
   }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/base/progress.hpp"
 #include "common/geometry/closest_on_triangle.hpp"
 #include "common/geometry/mesh_edges.hpp"
 
@@ -225,11 +226,14 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t divide(std::uint32_t begin, std::uint32_t end, int level) const {
+    if (end - begin > kCallOffEvery) call_off_point();
     const std::span<std::uint32_t> triangles(&order[begin], end - begin);
     if (level < kBinnedLevels) {
       Box centre_box;
       for (const std::uint32_t triangle : triangles) centre_box.add(centres[triangle]);
+      if (triangles.size() > kCallOffEvery) call_off_point();
       const Split split = binned_split(triangles, centre_box);
+      if (triangles.size() > kCallOffEvery) call_off_point();
       if (split.first_right_bin > 0) {
         const auto middle = std::partition(triangles.begin(), triangles.end(), [&](std::uint32_t triangle) {
           return bin_of(split, triangle) < split.first_right_bin;
@@ -241,6 +245,8 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
+    // All of kCallOffEvery triangles or more, and some smaller ones: a node costs by the triangles below it.
+    if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
     const auto halved = [&](std::uint32_t first, std::uint32_t last) {
@@ -321,6 +327,7 @@ void TriangleTree::build_nodes(const TriangleMesh& mesh) {
   builder.boxes.reserve(count);
   builder.centres.reserve(count);
   for (const auto& triangle : mesh.triangles) {
+    call_off_point(builder.boxes.size());
     builder.boxes.push_back(box_of(mesh, triangle));
     builder.centres.emplace_back((builder.boxes.back().low + builder.boxes.back().high) * 0.5F);
   }
@@ -334,6 +341,7 @@ void TriangleTree::store_triangles(const TriangleMesh& mesh) {
   vertices_of_slot_.reserve(count);
   slot_of_triangle_.resize(count);
   for (std::size_t slot = 0; slot < count; ++slot) {
+    call_off_point(slot);
     const std::uint32_t triangle = triangle_of_slot_[slot];
     slot_of_triangle_[triangle] = static_cast<std::uint32_t>(slot);
     const auto& ids = mesh.triangles[triangle];

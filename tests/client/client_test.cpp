@@ -4,13 +4,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <ctime>
+#include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "common/base/progress.hpp"
+#include "common/contact/contact_shape.hpp"
+#include "common/geometry/mesh_repair.hpp"
+#include "common/haptics/proxy/proxy_mesh.hpp"
 #include "proto/scene_ranges.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
+#include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/session_bench.hpp"
@@ -198,6 +208,100 @@ TEST_P(ClientOfStage, NoTickAllocatesOrFreesWhenModelsComeAndGo) {
 
 INSTANTIATE_TEST_SUITE_P(WithAModel, ClientOfStage, testing::Values("local-model", "god-object"),
                          [](const auto& test) { return test.param == "god-object" ? "GodObject" : "LocalModel"; });
+
+/// Blocks the making of a model at its first point until it is called off.
+struct HeldMaking {
+  ClientSettings settings() {
+    return {.makes_models_aside = true, .at_point_of_making = [this](const std::stop_token& stop) {
+              const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+              ++points;
+              while (!stop.stop_requested() && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+              is_called_off = stop.stop_requested();
+            }};
+  }
+  void wait_until_it_began() const {
+    while (points == 0) std::this_thread::yield();
+  }
+  std::atomic<int> points{0};
+  std::atomic<bool> is_called_off{false};
+};
+
+TEST(Client, ThatIsClosedCallsOffTheModelThatIsBeingMade) {
+  HeldMaking making;
+  {
+    ClientBench bench(making.settings());
+    bench.join(box_scene());
+    making.wait_until_it_began();
+  }
+  EXPECT_TRUE(making.is_called_off);
+  EXPECT_EQ(making.points, 1) << "it does nothing behind the point where it is called off";
+}
+
+TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
+  HeldMaking making;
+  ClientBench bench(making.settings());
+  bench.join(box_scene());
+  making.wait_until_it_began();
+  bench.join_again(box_scene());
+  while (making.points < 2) bench.client.poll(bench.now);  // time stands still: no state has to come
+  EXPECT_TRUE(making.is_called_off);
+}
+
+/// Processor time of this thread.
+double thread_s() {
+  std::timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// 327,680 triangles, as a second of work on a slow machine: no piece of it is a large share of the whole.
+TEST(CallOff, OfALargeMeshWaitsForASmallPieceOfItsWork) {
+  const geometry::TriangleMesh mesh = contact::sphere_mesh(0.1, 7);
+  const std::size_t pieces_of_one_pass = mesh.triangles.size() / kCallOffEvery;
+  const double begun_s = thread_s();
+  double last_s = begun_s, longest_s = 0;
+  std::size_t points = 0;
+  const auto note = [&](const std::stop_token&) {
+    const double now_s = thread_s();
+    longest_s = std::max(longest_s, now_s - std::exchange(last_s, now_s));
+    ++points;
+  };
+  {
+    const CallOffScope scope({}, note);
+    const haptics::ProxyMesh made(mesh);
+  }
+  note({});
+  EXPECT_GE(points, 6 * pieces_of_one_pass);
+  EXPECT_LT(longest_s, 0.15 * (thread_s() - begun_s));
+}
+
+TEST(CallOff, EndsTheMakingAtAnyPoint) {
+  const geometry::TriangleMesh mesh = contact::sphere_mesh(0.1, 5);
+  std::size_t all = 0;
+  {
+    const CallOffScope scope({}, [&](const std::stop_token&) { ++all; });
+    const haptics::ProxyMesh made(mesh);
+  }
+  for (std::size_t point = 1; point <= all; ++point) {
+    std::stop_source stop;
+    std::size_t count = 0;
+    const CallOffScope scope(stop.get_token(), [&](const std::stop_token&) {
+      if (++count == point) stop.request_stop();
+    });
+    EXPECT_THROW(haptics::ProxyMesh{mesh}, CalledOff) << "point " << point << " of " << all;
+    EXPECT_EQ(count, point);
+  }
+  EXPECT_NO_THROW(call_off_point()) << "without a scope";
+}
+
+TEST(CallOff, OfAContactShapeIsPossibleInEachOfItsParts) {
+  const auto bytes =
+      contact::contact_asset_bytes(*contact::make_contact_mesh(geometry::repaired(contact::sphere_mesh(0.02, 3))));
+  std::size_t points = 0;
+  const CallOffScope scope({}, [&](const std::stop_token&) { ++points; });
+  EXPECT_NE(contact::contact_shape_from(bytes), nullptr);
+  EXPECT_GE(points, 8U);
+}
 
 TEST(Client, AGodObjectSaysWithWhichBallItTouches) {
   ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/byte_io.hpp"
+#include "common/base/progress.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/flat/flat_points.hpp"
@@ -65,12 +66,16 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   auto surface = PointShell::read(rest, limit_bytes);
   auto features = PointShell::read(rest, limit_bytes);
   if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
+  call_off_point();
   grid->find_planes(planes_of(*surface));
+  call_off_point();
   drop_polygons_off(*grid, *surface);
+  call_off_point();
   drop_polygons_off(*grid, *features);
   shape->field = std::move(grid);
   shape->shells = {std::move(*surface), std::move(*features)};
   for (const PointShell* shell : {&shape->shells.surface, &shape->shells.features}) {
+    call_off_point();
     realtime::use_large_pages(std::as_bytes(std::span(shell->points)));
     realtime::use_large_pages(std::as_bytes(std::span(shell->nodes)));
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/progress.hpp"
 #include "common/contact/asset/brick_lattice.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/geometry/packing.hpp"
@@ -156,6 +157,7 @@ bool DistanceGrid::read_samples(ByteReader& reader, std::size_t limit_bytes) {
   std::array<std::vector<std::uint8_t>, kDepths> blocks;
   std::array<std::span<const std::uint8_t>, kDepths> rests;
   for (std::size_t depth = 0; depth < kDepths; ++depth) {
+    call_off_point();
     auto block = geometry::read_block(reader, limit_bytes);
     if (!block) return false;
     limit_bytes -= block->size();

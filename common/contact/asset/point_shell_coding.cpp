@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "common/base/progress.hpp"
 #include "common/contact/point_shell.hpp"
 #include "common/geometry/packing.hpp"
 
@@ -104,6 +105,7 @@ std::optional<PointShell> PointShell::read(std::span<const std::uint8_t>& bytes,
   if (!is_sound || count > limit_bytes / sizeof(ShellPoint)) return {};
   std::array<std::vector<std::int32_t>, kNumbers> columns;
   for (std::vector<std::int32_t>& column : columns) {
+    call_off_point();
     const auto block = geometry::read_block(reader, 4 * count);
     if (!block || block->size() != 4 * count) return {};
     column = geometry::values_of(*block);
@@ -113,6 +115,7 @@ std::optional<PointShell> PointShell::read(std::span<const std::uint8_t>& bytes,
   points.reserve(count);
   Steps steps{};
   for (std::size_t at = 0; at < count; ++at) {
+    call_off_point(at);
     for (std::size_t i = 0; i < kNumbers; ++i) {
       if (!add(steps[i], columns[i][at])) return {};
     }

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/base/progress.hpp"
 #include "common/geometry/mesh_edges.hpp"
 
 namespace tandem::haptics {
@@ -17,11 +18,13 @@ constexpr double kCrease_rad = 0.7;
 geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
   geometry::TriangleMesh result{mesh.vertices, {}};
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    call_off_point(i);
     if (!is_finite(mesh.vertices[i])) {
       throw std::invalid_argument("vertex " + std::to_string(i) + " of the mesh is not finite; repair the mesh");
     }
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    call_off_point(i);
     std::array<const Vec3*, 3> corners{};
     for (std::size_t k = 0; k < 3; ++k) {
       const int index = mesh.triangles[i][k];
@@ -51,6 +54,7 @@ struct Fans {
     triangles.resize(first.back());
     std::vector<std::size_t> next = first;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      call_off_point(i);
       for (const int vertex : mesh.triangles[i]) triangles[next[static_cast<std::size_t>(vertex)]++] = i;
     }
   }
@@ -90,6 +94,7 @@ ProxyMesh::ProxyMesh(const geometry::TriangleMesh& mesh, double crease_cosine) :
   const Fans fans(mesh);
   normals_.resize(mesh.triangles.size());
   for (std::size_t i = 0; i < normals_.size(); ++i) {
+    call_off_point(i);
     for (std::size_t k = 0; k < 3; ++k) {
       normals_[i][k] = smooth_normal(mesh, flat, fans, i, mesh.triangles[i][k], crease_cosine).cast<float>();
     }
