@@ -10,7 +10,7 @@ import time
 import unittest
 
 from secure_test import SecureServer, SecureTest, start_client
-from support import PATIENCE_S, finish, free_port, program, read_trace, run
+from support import PATIENCE_S, finish, free_port, program, read_trace, replay_killed, run
 
 KILLS = int(os.environ.get("TANDEM_KILLS", "4"))
 # A peg that two hands move covers less in a second.
@@ -38,8 +38,8 @@ class KeptServer(SecureServer):
 class Restarts(SecureTest):
     def bodies(self, server, number):
         folder = self.path(f"tables{number}")
-        code, _, err = run("tandem-replay", "export", server.recording(), "--out", folder)
-        self.assertEqual(code, 0, err)
+        is_exported, _, err = replay_killed("export", server.recording(), "--out", folder)
+        self.assertTrue(is_exported, err)
         return read_trace(os.path.join(folder, "bodies.csv"))
 
     def moved(self, one, other):
@@ -65,8 +65,8 @@ class Restarts(SecureTest):
             self.assertLess(ended - rows[-1]["unix_s"], 1.0)
             if before is not None:
                 self.assertLess(self.moved(rows[0], before), MOST_MOVED_M, "at most a second was lost")
-            played = run("tandem-replay", "play", server.recording(), "--json")
-            self.assertEqual(played[0], 0, played)
+            played = replay_killed("play", server.recording(), "--json")
+            self.assertTrue(played[0], played)
             before = rows[-1]
             if number == KILLS:
                 break
