@@ -16,7 +16,8 @@ struct TimeUnit {
   std::string_view name;
   double seconds;
 };
-constexpr std::array<TimeUnit, 4> kTimeUnits{{{"ns", 1e-9}, {"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}}};
+constexpr std::array<TimeUnit, 7> kTimeUnits{
+    {{"ns", 1e-9}, {"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}, {"d", 86400.0}}};
 // Ten years: far inside what a Duration holds, far outside what anybody means.
 constexpr double kLongest_s = 3.2e8;
 
@@ -46,10 +47,11 @@ std::string quoted(std::string_view text) {
 
 Duration parse_duration(std::string_view text, std::string_view usual_unit) {
   const std::optional<NumberAndRest> parts = split(text);
-  if (!parts) throw std::invalid_argument(quoted(text) + " is not a time; write for example 25ms (ns, us, ms or s)");
+  if (!parts)
+    throw std::invalid_argument(quoted(text) + " is not a time; write for example 25ms (ns, us, ms, s, min, h or d)");
   if (parts->rest.empty()) {
     throw std::invalid_argument(quoted(text) + " has no unit; write " + std::string(text) + std::string(usual_unit) +
-                                " (ns, us, ms or s)");
+                                " (ns, us, ms, s, min, h or d)");
   }
   for (const TimeUnit& unit : kTimeUnits) {
     if (parts->rest != unit.name) continue;
@@ -59,7 +61,8 @@ Duration parse_duration(std::string_view text, std::string_view usual_unit) {
     }
     return Duration(std::llround(seconds * 1e9));
   }
-  throw std::invalid_argument(quoted(text) + " has the unknown unit " + quoted(parts->rest) + "; use ns, us, ms or s");
+  throw std::invalid_argument(quoted(text) + " has the unknown unit " + quoted(parts->rest) +
+                              "; use ns, us, ms, s, min, h or d");
 }
 
 double parse_fraction(std::string_view text, double largest) {

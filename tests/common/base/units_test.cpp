@@ -27,6 +27,9 @@ TEST(Units, DurationsAreReadToTheNanosecondInEveryUnit) {
   EXPECT_EQ(parse_duration("200us"), std::chrono::microseconds(200));
   EXPECT_EQ(parse_duration("7ns"), Duration(7));
   EXPECT_EQ(parse_duration("0s"), Duration{0});
+  EXPECT_EQ(parse_duration("90min"), std::chrono::minutes(90));
+  EXPECT_EQ(parse_duration("1.5h"), std::chrono::minutes(90));
+  EXPECT_EQ(parse_duration("30 d"), std::chrono::hours(720));
   EXPECT_EQ(parse_duration("0.3ms"), std::chrono::microseconds(300)) << "0.3 ms is not exact in binary";
 }
 
@@ -45,7 +48,7 @@ TEST(Units, MissingUnitIsAnsweredWithTheUsualOne) {
     parse_duration("3", "s");
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "'3' has no unit; write 3s (ns, us, ms or s)");
+    EXPECT_STREQ(error.what(), "'3' has no unit; write 3s (ns, us, ms, s, min, h or d)");
   }
 }
 
