@@ -393,6 +393,7 @@ int serve(const Options& options, realtime::Output& output) {
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
   poses->start();
+  if (checkpoint) checkpoint->start();
   const int code = run(server, output);
   if (options.writes_json) output.out(boost::json::serialize(server::report_json(server, recorder)) + "\n");
   const std::uint64_t lost = recorder != nullptr ? lost_of(*recorder) : 0;

@@ -14,7 +14,7 @@ namespace tandem::server {
 namespace {
 
 constexpr const char* kFileName = "checkpoint.pb";
-constexpr std::uint64_t kWriteEvery_ms = 500;
+constexpr Duration kCheckpointEvery = std::chrono::milliseconds(500), kMaxBackOff = std::chrono::seconds(8);
 constexpr double kTakeEvery_s = 0.1;
 constexpr Duration kLookEvery = std::chrono::milliseconds(20);
 /// Of 64 rooms, each with the nodes of eight soft bodies, and all that Admission remembers; what is longer is none of ours.
@@ -76,7 +76,10 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
   }
   newest_.set_audience(audience_);
   *newest_.mutable_admission() = admission_;
-  thread_ = std::make_unique<recording::RecorderThread>(kLookEvery, [this] { work(); });
+}
+
+void ServerCheckpoint::start() {
+  thread_ = std::make_unique<recording::RecorderThread>(kLookEvery, [this] { work(SteadyClock().now()); });
 }
 
 ServerCheckpoint::~ServerCheckpoint() {
@@ -98,6 +101,9 @@ void ServerCheckpoint::resume(const wire::ServerCheckpoint& before) {
   const std::uint64_t now_ms = unix_ms_();
   const double age_s = 1e-3 * static_cast<double>(now_ms - std::min(now_ms, before.written_ms()));
   if (before.audience() == audience_) admission_ = before.admission();
+  for (wire::ResumeCredential& credential : *admission_.mutable_credentials()) {
+    if (credential.lost_ms() == 0) credential.set_lost_ms(before.written_ms());
+  }
   for (std::size_t i = 0; i < rooms_.size(); ++i) {
     const double limit_s = rooms_[i]->scene().world.limits.reset_after_s;
     const auto found = std::ranges::find(before.rooms(), rooms_[i]->name(), &wire::RoomCheckpoint::room);
@@ -116,41 +122,45 @@ void ServerCheckpoint::note(const wire::AdmissionState& admission) {
   admissions_.publish();
 }
 
-void ServerCheckpoint::work() {
+void ServerCheckpoint::work(LocalTime now) {
   const bool has_news = admissions_.poll();
   if (has_news) newest_.mutable_admission()->ParseFromString(admissions_.front());
-  if (!has_news && unix_ms_() < written_ms_ + kWriteEvery_ms) return;
-  bool is_awake = has_news;
+  if (next_ && now < *next_ && !(has_news && back_off_ == Duration{0})) return;
+  bool is_due = has_news || back_off_ > Duration{0};
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     if (!watches_[i]->states.poll()) continue;
-    is_awake = true;
+    is_due = true;
     *newest_.mutable_rooms(static_cast<int>(i)) =
         checkpoint_of(watches_[i]->name, *watches_[i]->scene, watches_[i]->states.front());
   }
-  written_ms_ = unix_ms_();
-  if (is_awake) write();
+  next_ = now + kCheckpointEvery;
+  if (is_due) write(now);
 }
 
-void ServerCheckpoint::write() {
+void ServerCheckpoint::write(LocalTime now) {
   newest_.set_written_ms(unix_ms_());
   const std::string bytes = newest_.SerializeAsString();
   const std::error_code error = replace_file(file_, {std::as_bytes(std::span(bytes))}, 0600);
   (error ? failures_ : writes_).fetch_add(1, std::memory_order_relaxed);
-  const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
-  if (is_failing_ && !was_failing) {
-    on_news_(file_.string() + " cannot be written: " + error.message() + "; a restart would go on from an older one");
+  const bool was_failing = back_off_ > Duration{0};
+  back_off_ = error ? std::clamp(2 * back_off_, kCheckpointEvery, kMaxBackOff) : Duration{0};
+  if (error) next_ = now + back_off_;
+  if (error && !was_failing) {
+    on_news_(file_.string() + " cannot be written: " + error.message() +
+             "; a restart would go on from an older one. Free space, or make the folder writable: it is tried again");
   }
+  if (!error && was_failing) on_news_(file_.string() + " is written again");
 }
 
 void ServerCheckpoint::finish() {
-  if (thread_ == nullptr) return;
-  thread_->stop();
+  if (is_finished_) return;
+  is_finished_ = true;
   thread_.reset();
   if (admissions_.poll()) newest_.mutable_admission()->ParseFromString(admissions_.front());
   for (std::size_t i = 0; i < rooms_.size(); ++i) {
     *newest_.mutable_rooms(static_cast<int>(i)) = checkpoint_of(*rooms_[i]);
   }
-  write();
+  write(SteadyClock().now());
 }
 
 }  // namespace tandem::server

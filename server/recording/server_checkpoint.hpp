@@ -22,10 +22,11 @@ namespace tandem::server {
 /// The file is written under another name, flushed to the disk and renamed: whoever reads it finds one whole state or the next.
 class ServerCheckpoint final : public RoomService {
  public:
-  /// In a folder that is this server's alone (lock_state() of server/app): lets the rooms go on from what it holds, and watches them from then on, as long as they
-  /// step; they do not yet. What is older than a room's limits.reset_after_s, or of another scene, is left.
-  /// In      audience  the server's key; empty: nobody comes back by a credential
-  ///         unix_ms  milliseconds since 1970
+  /// In a folder that is this server's alone (lock_state() of server/app): lets the rooms go on from what it holds, and watches them
+  /// from then on, as long as they step; they do not yet. A state that is older than a room's limits.reset_after_s, or of another
+  /// scene, is ignored.
+  /// In      audience  the server's key; empty: no credentials
+  ///         unix_ms  milliseconds since 1970, for the age at the next start; writes are timed by a monotonic clock
   ///         on_news  for people; called here and on the thread
   ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                    std::string audience, std::function<std::uint64_t()> unix_ms,
@@ -40,7 +41,12 @@ class ServerCheckpoint final : public RoomService {
   const std::optional<wire::RoomCheckpoint>& restored(std::size_t room) const { return restored_.at(room); }
   /// Thread  io
   void note(const wire::AdmissionState& admission);
-  /// Writes how the rooms are after their last steps.
+  /// Starts the thread; without it work() is the caller's to call.
+  void start();
+  /// Writes what is new, each 0.5 s at most. A write that failed is tried again after 0.5 s to 8 s, also while no room is awake.
+  /// Thread  the checkpoint's
+  void work(LocalTime now);
+  /// While the rooms are there, after their last steps: writes how they are. Idempotent.
   void finish() override;
   /// How often it has been written, and how often it could not. Thread  any
   std::uint64_t writes() const { return writes_.load(std::memory_order_relaxed); }
@@ -50,8 +56,7 @@ class ServerCheckpoint final : public RoomService {
   class Watch;
   void read();
   void resume(const wire::ServerCheckpoint& before);
-  void work();
-  void write();
+  void write(LocalTime now);
 
   std::filesystem::path file_;
   std::string audience_;
@@ -64,8 +69,9 @@ class ServerCheckpoint final : public RoomService {
   realtime::Mailbox<std::string> admissions_;  ///< serialised
   // The thread's.
   wire::ServerCheckpoint newest_;
-  std::uint64_t written_ms_ = 0;
-  bool is_failing_ = false;
+  std::optional<LocalTime> next_{};  ///< write; nothing: none was yet
+  Duration back_off_{};              ///< 0: the last write has worked
+  bool is_finished_ = false;
   std::atomic<std::uint64_t> writes_{0}, failures_{0};
   std::unique_ptr<recording::RecorderThread> thread_;
 };

@@ -1,0 +1,104 @@
+#include "server/recording/server_checkpoint.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/hub_bench.hpp"
+
+namespace tandem::server {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+class ServerCheckpointTest : public testing::Test {
+ protected:
+  ServerCheckpointTest() {
+    char folder[] = "/tmp/tandem-checkpoint-XXXXXX";
+    root_ = ::mkdtemp(folder);
+    state = root_ / "state";
+    std::filesystem::create_directory(state);
+  }
+  ~ServerCheckpointTest() override { std::filesystem::remove_all(root_); }
+
+  std::unique_ptr<ServerCheckpoint> open() {
+    return std::make_unique<ServerCheckpoint>(
+        state, bench.rooms, "key", [this] { return unix_ms; }, [this](const std::string& line) { news.push_back(line); });
+  }
+  /// Also for root, who may write everywhere.
+  void make_unwritable() {
+    std::filesystem::rename(state, root_ / "aside");
+    std::ofstream(state.string()) << "in the way";
+  }
+  void make_writable() {
+    std::filesystem::remove(state);
+    std::filesystem::rename(root_ / "aside", state);
+  }
+
+  std::uint64_t unix_ms = 1'700'000'000'000;
+  std::vector<std::string> news;
+  std::filesystem::path state;
+  test::HubBench bench;
+
+ private:
+  std::filesystem::path root_;
+};
+
+TEST_F(ServerCheckpointTest, AFailedWriteIsRetriedWithBackOffWhileRoomsAreIdle) {
+  auto checkpoint = open();
+  checkpoint->note({});
+  make_unwritable();
+  std::vector<std::int64_t> tried;
+  for (Duration at = 0s; at < 30s; at += 20ms) {
+    const std::uint64_t before = checkpoint->failures();
+    checkpoint->work(LocalTime(at));
+    if (checkpoint->failures() > before) tried.push_back(at / 1ms);
+  }
+  EXPECT_THAT(tried, testing::ElementsAre(0, 500, 1500, 3500, 7500, 15'500, 23'500));
+  ASSERT_EQ(news.size(), 1U);
+  EXPECT_THAT(news[0], testing::AllOf(HasSubstr("checkpoint.pb cannot be written"), HasSubstr("Not a directory")));
+  make_writable();
+  checkpoint->work(LocalTime(31s));
+  EXPECT_EQ(checkpoint->writes(), 0U) << "not before its time";
+  checkpoint->work(LocalTime(32s));
+  EXPECT_EQ(checkpoint->writes(), 1U);
+  EXPECT_TRUE(std::filesystem::exists(state / "checkpoint.pb"));
+  ASSERT_EQ(news.size(), 2U);
+  EXPECT_THAT(news[1], HasSubstr("is written again"));
+  for (Duration at = 32s; at < 60s; at += 20ms) checkpoint->work(LocalTime(at));
+  EXPECT_EQ(checkpoint->writes(), 1U) << "nothing is new";
+}
+
+TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
+  auto checkpoint = open();
+  std::uint64_t writes = 0;
+  for (int i = 0; i < 10; ++i) {
+    unix_ms -= 3'600'000;
+    bench.step(200);  // empty rooms step, too, until they are idle
+    checkpoint->work(LocalTime(1s * i));
+    EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);
+    writes = checkpoint->writes();
+  }
+}
+
+TEST_F(ServerCheckpointTest, WhoWasConnectedLostTheConnectionWhenTheFileWasWritten) {
+  {
+    auto checkpoint = open();
+    wire::AdmissionState admission;
+    admission.add_credentials()->set_id("here");
+    admission.add_credentials()->set_lost_ms(5);
+    checkpoint->note(admission);
+    checkpoint->work(LocalTime{});
+  }
+  unix_ms += 1'000'000;
+  const auto checkpoint = open();
+  ASSERT_EQ(checkpoint->admission().credentials_size(), 2);
+  EXPECT_EQ(checkpoint->admission().credentials(0).lost_ms(), unix_ms - 1'000'000);
+  EXPECT_EQ(checkpoint->admission().credentials(1).lost_ms(), 5U);
+}
+
+}  // namespace
+}  // namespace tandem::server
