@@ -21,6 +21,7 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
+constexpr int kMaxSilentPeriods = 5;  // a haptic loop that has shown nothing for 0.1 s hangs
 constexpr std::uint16_t kLength_ms = 200;
 constexpr double kSmallest = 1.0 / 64;  // a change that is not sent
 
@@ -57,12 +58,16 @@ Rumble::~Rumble() {
 void Rumble::show(double share) noexcept {
   share_.store(std::isfinite(share) ? static_cast<float>(std::clamp(share, 0.0, 1.0)) : 0.0F,
                std::memory_order_relaxed);
+  shows_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Rumble::run() {
   double sent = 0;
+  std::uint32_t shows = 0;
+  int silent_periods = 0;
   for (int periods = 1; !should_stop_.load(std::memory_order_relaxed); ++periods) {
-    const double share = share_.load(std::memory_order_relaxed);
+    silent_periods = std::exchange(shows, shows_.load(std::memory_order_relaxed)) == shows ? silent_periods + 1 : 0;
+    const double share = silent_periods < kMaxSilentPeriods ? share_.load(std::memory_order_relaxed) : 0.0;
     const bool is_due = std::abs(share - sent) >= kSmallest || (sent > 0 && periods % kPeriodsAPlay == 0);
     if (pad_ >= 0 && is_due) {
       sent = share < kSmallest ? 0 : share;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <thread>
@@ -9,7 +10,8 @@
 namespace tandem::devices {
 
 /// Sends how strong it is to the pad, 50 times a second at most, from a thread of its own, for the pad may take its time.
-/// An effect lasts 0.2 s: a program that dies or stands still leaves no pad rumbling. One that is unplugged is opened again.
+/// An effect lasts 0.2 s, and is repeated while show() is called: neither a program that dies or is stopped nor a haptic loop that
+/// hangs leaves a pad rumbling. A pad that is unplugged is opened again.
 class Rumble {
  public:
   /// Fails   std::runtime_error: it cannot be opened, or does not rumble
@@ -31,6 +33,7 @@ class Rumble {
   int pad_ = -1;     ///< below 0: not there
   int effect_ = -1;  ///< the pad's number of it; below 0: none yet
   std::atomic<float> share_{0};
+  std::atomic<std::uint32_t> shows_{0};  ///< calls of show()
   std::atomic<bool> should_stop_{false};
   std::thread thread_;
 };
