@@ -38,12 +38,6 @@ constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
 // The session has time-outs of its own for each step; this only bounds their sum.
 constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 
-std::string joined_lines(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
-  return text;
-}
-
 /// Of the run with a window, while its hand may feel something.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
@@ -133,8 +127,8 @@ class ClientRun {
   std::uint64_t explained_check_ = 0;
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
-  bool has_begun_ = false;       ///< the hand follows its path
-  std::string waited_in_vain_;   ///< for the room to begin: the problem in words; empty: not so
+  bool has_begun_ = false;      ///< the hand follows its path
+  std::string waited_in_vain_;  ///< for the room to begin: the problem in words; empty: not so
   LocalTime waiting_since_{};
   LocalTime next_status_{};
   LocalTime picture_due_{};

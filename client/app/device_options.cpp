@@ -36,8 +36,8 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   app.add_option("--hand", device.hand,
                  "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))
       ->capture_default_str();
-  add_text(app, "--hand-shift", "how much later than the room the simulated hand begins its path, 0s to 60s [0s]", "TIME",
-           [&device](const std::string& text) {
+  add_text(app, "--hand-shift", "how much later than the room the simulated hand begins its path, 0s to 60s [0s]",
+           "TIME", [&device](const std::string& text) {
              device.hand_shift = parse_duration(text, "s");
              if (device.hand_shift < Duration{0} || device.hand_shift > std::chrono::seconds(60)) {
                throw std::invalid_argument("'" + text + "' must be 0s to 60s");

@@ -59,6 +59,12 @@ void check_screenshot(const std::filesystem::path& file) {
   }
 }
 
+std::string joined_lines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
 std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings) {
   std::string text;
   for (const haptics::StabilityFinding& finding : findings) {

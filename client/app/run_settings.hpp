@@ -22,6 +22,8 @@ std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_han
 void check_screenshot(const std::filesystem::path& file);
 /// "stage local-model, predictor ar, passivity on".
 std::string stage_line(const StageSettings& stage);
+/// "a; b; c".
+std::string joined_lines(const std::vector<std::string>& lines);
 /// What a check of the coupling found, for the terminal: a line each.
 std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings);
 

@@ -76,7 +76,8 @@ void check_user(const std::string& scope, const ClientRun& user, const SessionTa
                                 user.watched_body + "\"");
   }
   if (task.place_W) {
-    const double off_m = largest(rows, [&](std::size_t row) { return (at(user.trace.body_m, row) - *task.place_W).norm(); });
+    const double off_m =
+        largest(rows, [&](std::size_t row) { return (at(user.trace.body_m, row) - *task.place_W).norm(); });
     out.push_back({scope, "task: " + body + " at " + place_text(*task.place_W) + ", largest distance from it",
                    off_m * kTask_mm, Relation::kAtMost, task.within_m * kTask_mm, "mm", 2});
   }

@@ -16,10 +16,10 @@ namespace tandem::lab {
 
 /// All of it holds in the settled part of each user's phase "hold". What is left out is not checked.
 struct SessionTask {
-  std::string body;              ///< that users are to watch; empty: any
-  std::optional<Vec3> place_W;   ///< of the origin of the watched body [m] …
-  double within_m = 0;           ///< … which is at most this far from it
-  std::optional<double> rest_m;  ///< largest distance of the watched body from its mean position
+  std::string body;                         ///< that users are to watch; empty: any
+  std::optional<Vec3> place_W;              ///< of the origin of the watched body [m] …
+  double within_m = 0;                      ///< … which is at most this far from it
+  std::optional<double> rest_m;             ///< largest distance of the watched body from its mean position
   std::optional<double> energy_kj_per_mol;  ///< the molecular field has at most this: molecules in contact attract
 };
 

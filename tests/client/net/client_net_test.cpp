@@ -9,6 +9,7 @@
 #include "server/app/security.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/support/hub_bench.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/running_server.hpp"
 
 namespace tandem::client {
@@ -388,7 +389,7 @@ TEST(SeveralAddresses, ARejoinUsesTheRememberedAddressWhileTheNameServerHangs) {
 }
 
 TEST(Ipv6, AServerOfAllAddressesHasUsersOfBothFamilies) {
-  if (!std::ifstream("/proc/net/if_inet6").good()) GTEST_SKIP() << "this machine has no IPv6";
+  TANDEM_NEEDS_OF_MACHINE(std::ifstream("/proc/net/if_inet6").good(), "IPv6");
   EncryptedServer server("::");
   for (const std::string host : {"::1", "127.0.0.1"}) {
     ClientIoSettings settings = server.client();
@@ -401,7 +402,7 @@ TEST(Ipv6, AServerOfAllAddressesHasUsersOfBothFamilies) {
 }
 
 TEST(Ipv6, LocalhostIsEitherFamilyOfThisMachine) {
-  if (!std::ifstream("/proc/net/if_inet6").good()) GTEST_SKIP() << "this machine has no IPv6";
+  TANDEM_NEEDS_OF_MACHINE(std::ifstream("/proc/net/if_inet6").good(), "IPv6");
   for (const std::string bind : {"::1", "127.0.0.1"}) {
     test::RunningServer running(test::two_hands_scene(), server::LiveServerSettings{.bind_address = bind, .port = 0});
     ClientIoSettings settings = settings_for(running.server->port());

@@ -65,7 +65,8 @@ struct Session {
       for (const auto& user : users) {
         user->transport.deliver(user->client.session(), now);
         user->has_joined |= user->client.session().status().state == client::SessionState::kActive;
-        if (is_tick && user->has_joined) user->client.haptics().tick(now);  // as tandem-client: the loop runs once joined
+        if (is_tick && user->has_joined)
+          user->client.haptics().tick(now);  // as tandem-client: the loop runs once joined
         user->client.poll(now);
       }
     }

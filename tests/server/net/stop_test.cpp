@@ -172,6 +172,7 @@ class BusyServer {
       if (throws_) throw std::runtime_error("the log cannot be written");
     };
     poses->start();
+    checkpoint_->start();
     running_ = std::thread([this] {
       try {
         server_->run();

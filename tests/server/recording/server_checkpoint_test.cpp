@@ -26,7 +26,8 @@ class ServerCheckpointTest : public testing::Test {
 
   std::unique_ptr<ServerCheckpoint> open() {
     return std::make_unique<ServerCheckpoint>(
-        state, bench.rooms, "key", [this] { return unix_ms; }, [this](const std::string& line) { news.push_back(line); });
+        state, bench.rooms, "key", [this] { return unix_ms; },
+        [this](const std::string& line) { news.push_back(line); });
   }
   /// Also for root, who may write everywhere.
   void make_unwritable() {
