@@ -12,7 +12,7 @@ namespace {
 
 /// Assets of a list, for what is felt and what is drawn each; the rest is left out. A server chooses how many it offers, and the
 /// io thread goes through the list once a chunk.
-constexpr int kMaxAssets = 4096;
+constexpr int kMaxAssets = 1024;
 
 AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& offered) {
   AssetInfos wanted;
