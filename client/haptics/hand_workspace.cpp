@@ -11,6 +11,9 @@ constexpr double kInnerShare = 0.8;
 constexpr double kMaxWall_n = 2, kWallShare = 0.25;  // of the device's limit
 constexpr double kStandsAtShare = 0.5;               // likewise
 constexpr double kWidths_per_s = 1;
+// Of the workspace's largest width: three strokes of a hand. It slows down over the last 0.6.
+constexpr double kMaxTravel_widths = 3, kSlowShare = 0.2;
+constexpr double kFreshShare = 0.7;  // a handle that trembles about the border does not begin anew
 
 bool is_same(const WorkspaceMapping& a, const WorkspaceMapping& b) {
   return tandem::is_same(a.X_WD, b.X_WD) && a.position_scale == b.position_scale && a.force_scale == b.force_scale;
@@ -57,7 +60,9 @@ void HandWorkspace::stand() noexcept {
 
 void HandWorkspace::advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept {
   stand();
-  was_within_ = was_within_ || (p_DH.cwiseAbs().array() <= kInnerShare * half_.array()).all();
+  const auto is_within = [&](double share) { return (p_DH.cwiseAbs().array() <= share * half_.array()).all(); };
+  was_within_ = was_within_ || is_within(kInnerShare);
+  if (is_within(kFreshShare)) travelled_m_ = 0;
   if (half_.isZero(0) || !was_within_) return;
   Vec3 rate_D = Vec3::Zero();
   const double wall_n = std::min(kMaxWall_n, kWallShare * force_limit_n_);
@@ -72,6 +77,9 @@ void HandWorkspace::advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, doubl
   const double against_n = -scene_on_hand_D.dot(rate_D.normalized());
   const double stands_at_n = kStandsAtShare * force_limit_n_;
   if (stands_at_n > 0) rate_D *= std::clamp(1 - against_n / stands_at_n, 0.0, 1.0);
+  const double most_m = kMaxTravel_widths * 2 * half_.maxCoeff();
+  rate_D *= std::clamp((most_m - travelled_m_) / (kSlowShare * most_m), 0.0, 1.0);
+  travelled_m_ += rate_D.norm() * period_s;
   rate_W_ = mapping_.X_WD.q * (mapping_.position_scale * rate_D);
   mapping_.X_WD.p += rate_W_ * period_s;
 }

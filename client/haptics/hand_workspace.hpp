@@ -22,12 +22,15 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 ///         d_max = 0.1 × its width. Within the box the hand moves the tool. Beyond it the base moves too, by
 ///         v = s_p · width/s · (d / d_max)², and a spring F = −F_wall · d / d_max is felt, F_wall = a quarter of the device's
 ///         limit, at most 2 N: both begin at zero with the border. Against a force of the scene the base slows down, and
-///         stands at half the device's limit, so that nothing is wound up.
+///         stands at half the device's limit, so that nothing is wound up. Its way, in the device's metres, is at most
+///         L = 3 × the largest width each time that the handle is beyond the border: v is multiplied by
+///         min(1, (L − way) / 0.2 L). So a device that is laid down there drives nothing away for ever. The way begins anew when
+///         the handle has been within 0.7 of the workspace.
 ///         Rate × the scene's force is power that no hand gives: at most F_limit / 2 · width/s, a fifth of a watt
-///         on a device of 0.1 m and 4 N. It counts as the hand's for whatever limits energy.
+///         on a device of 0.1 m and 4 N, and F_limit / 2 · L in all. It counts as the hand's for whatever limits energy.
 /// Source  Dominjon, Lécuyer, Burkhardt, Andrade-Barroso, Richir, "The 'Bubble' technique: interacting with large
 ///         virtual environments using haptic devices with limited workspace", World Haptics 2005: position within, rate
-///         beyond, with a spring; theirs is a ball and a cubic, and its rate knows no force
+///         beyond, with a spring; theirs is a ball and a cubic, and its rate has no limit by force or way
 /// Thread  haptic: no allocation, no throw
 class HandWorkspace {
  public:
@@ -44,8 +47,8 @@ class HandWorkspace {
   /// Moves the base for a period.
   /// In      p_DH  of the handle; scene_on_hand_D  what the hand feels of the scene
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
-  /// The base stands, and no wall is felt, until the handle comes back from within: who begins at the border, or lets go
-  /// of the clutch there, is not carried off.
+  /// The base stands, and no wall is felt, until the handle comes back from within: a hand that begins at the border, or
+  /// releases the clutch there, is not carried off.
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }
@@ -63,6 +66,7 @@ class HandWorkspace {
   WorkspaceMapping mapping_;
   bool is_changing_ = false;
   bool was_within_ = false;
+  double travelled_m_ = 0;  ///< of the base beyond the border, in D
   Vec3 rate_W_ = Vec3::Zero();
   Vec3 wall_on_hand_D_ = Vec3::Zero();
 };

@@ -86,6 +86,73 @@ TEST(HandWorkspace, AtTheBorderItPressesNoHarderThanHalfTheDevice) {
   EXPECT_GE(of_scene.norm(), 3.5) << "it goes on until then";
 }
 
+TEST(HandWorkspace, ADeviceLaidDownAtItsBorderStopsAfterThreeWidthsAndAHandThatComesBackGoesOn) {
+  SmallRig rig("hold");
+  rig.enter_scene();
+  rig.stay(700);
+  double begin_m = 0;
+  for (int stroke = 1; stroke <= 2; ++stroke) {
+    for (double x = 0; x < 0.049; x += 0.0003) rig.move_to(Vec3(x, 0, 0));
+    rig.stay(20'000);
+    const double at_m = rig.x_W();
+    EXPECT_LE(at_m - begin_m, 3 * 2 * kHalf_m + kHalf_m);
+    EXPECT_GT(at_m - begin_m, 0.28);
+    rig.stay(20'000);
+    EXPECT_NEAR(rig.x_W(), at_m, 1e-6) << "it stands";
+    EXPECT_NEAR(rig.force().x(), -0.9 * 2, 0.1) << "the wall stays";
+    for (double x = 0.049; x > 0; x -= 0.0003) rig.move_to(Vec3(x, 0, 0));
+    begin_m = rig.x_W();
+  }
+  EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
+}
+
+/// Hands that push, tremble, lie down and are clutched, on devices and in scenes of all sizes.
+TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) {
+  const std::uint64_t seed = test::test_seed(9);
+  SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
+  Random random(seed);
+  const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(i);
+    devices::DeviceSpec device;
+    device.workspace_m = Vec3(random.uniform(0.03, 0.4), random.uniform(0.03, 0.4), random.uniform(0.03, 0.4));
+    device.force_limit_n = random.uniform(0, 10);
+    const Vec3 half = device.workspace_m / 2;
+    HandWorkspace workspace(device, true);
+    workspace.enter({{any(), quaternion_of(any())}, random.uniform(0.1, 10), random.uniform(0.1, 10)});
+    const double scale = workspace.mapping().position_scale;
+    const double most_m = 3 * device.workspace_m.maxCoeff();
+    Vec3 p = Vec3::Zero();
+    double way_m = 0;
+    for (int stretch = 0; stretch < 12; ++stretch) {
+      const Vec3 to = random.uniform(0, 1) < 0.3 ? Vec3(Vec3::Zero()) : Vec3(1.2 * any().cwiseProduct(half));
+      const double tremor_m = random.uniform(0, 1) < 0.5 ? 0 : random.uniform(0, 0.02) * half.minCoeff();
+      const Vec3 force = random.uniform(0, 1) < 0.5 ? Vec3(Vec3::Zero()) : Vec3(3 * any());
+      const double period_s = random.uniform(1e-5, 0.01);
+      if (random.uniform(0, 1) < 0.2) workspace.rest();
+      for (int tick = 0; tick < 3000; ++tick) {
+        p += 0.01 * (to - p) + tremor_m * any();
+        const Vec3 before = workspace.mapping().X_WD.p, rate_before = workspace.rate_W();
+        workspace.advance(p, force, period_s);
+        const double moved_m = (workspace.mapping().X_WD.p - before).norm() / scale;
+        const auto share = [&] { return p.cwiseAbs().cwiseQuotient(half).maxCoeff(); };
+        if (share() <= 0.7) way_m = 0;
+        way_m += moved_m;
+        ASSERT_LE(way_m, most_m * (1 + 1e-9)) << stretch << " " << tick;
+        if (share() <= 0.8) {
+          ASSERT_EQ(moved_m, 0);
+        }
+        ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
+        ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
+        // A hand that lies still changes the rate by what the way takes of it and no more.
+        if (tremor_m == 0 && tick > 2500) {
+          ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
+        }
+      }
+    }
+  }
+}
+
 TEST(HandWorkspace, WhoBeginsAtTheBorderIsNotCarriedOff) {
   SmallRig rig("hold");
   rig.device.sample.X_DH.p = Vec3(0, -0.049, 0);
