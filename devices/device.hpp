@@ -85,8 +85,10 @@ class Device {
   /// A simulated or recorded hand rests where its path begins until `start`, which may be called again until then with
   /// another time. A hand of a person ignores it. Without a call, the path begins at the first read().
   virtual void begin_path_at(LocalTime /*start*/) noexcept {}
-  /// Since the last call the hand was let go, whatever was written: a watchdog said zero while this program stood still.
+  /// Since the last call the hand was let go, whatever was written: a watchdog wrote zero while this program was stopped.
   virtual bool has_let_go() noexcept { return false; }
+  /// The device may still show a force although write() has taken zero: zero is on its way, or could not be delivered.
+  virtual bool may_be_on() const noexcept { return false; }
 };
 
 }  // namespace tandem::devices

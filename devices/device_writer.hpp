@@ -19,7 +19,10 @@ class DeviceWriter {
   explicit DeviceWriter(Device& device);
   /// Writes the clamped wrench (zero when not finite). Returns false when the device did not take it.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
-  bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}); }
+  /// True once zero has reached the device: over a device thread not before the second call.
+  bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}) && !device_.may_be_on(); }
+  /// As Device::may_be_on().
+  bool may_be_on() const noexcept { return device_.may_be_on(); }
   /// The last command that the device took, after the clamp: it acts until the next one is taken.
   const Wrench& written() const { return written_; }
   /// Whether the clamp changed the last command, taken or not.

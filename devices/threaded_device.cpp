@@ -78,27 +78,33 @@ bool ThreadedDevice::has_let_go() noexcept {
 void ThreadedDevice::run(int realtime_priority) {
   // What is not granted here is not granted to the haptic thread either, which says so.
   static_cast<void>(realtime::request_realtime(realtime_priority));
-  while (!should_stop_.load(std::memory_order_relaxed)) step(newest_command(SteadyClock().now()));
+  while (!should_stop_.load(std::memory_order_relaxed)) {
+    if (watchdog_) watchdog_->begin_command();
+    step(newest_command(SteadyClock().now()));
+  }
   for (int i = 0; i < kLastZeros; ++i) step(Wrench{});
 }
 
 void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
   const LocalTime now = SteadyClock().now();
   DeviceSample sample;
-  may_be_on_ = may_be_on_ || !is_zero(wrench_on_hand_D);
-  if (watchdog_) watchdog_->beat(now, may_be_on_);
+  note_may_be_on(now, driver_->may_be_on() || !is_zero(wrench_on_hand_D));
+  const bool is_obsolete = watchdog_ && watchdog_->is_command_obsolete();
   try {
-    sample = driver_->step(now, wrench_on_hand_D);
+    sample = driver_->step(now, is_obsolete ? Wrench{} : wrench_on_hand_D);
   } catch (const std::exception&) {
     sample.state = DeviceState::kLost;
     sample.reason = "its driver failed for want of memory or by a fault of its own; start again";
   }
-  // Zero counts once it has come to the device, not when it sets out.
-  const bool has_exchanged = sample.state == DeviceState::kReady && sample.taken >= now;
-  if (is_zero(wrench_on_hand_D) && has_exchanged) may_be_on_ = false;
+  if (!driver_->may_be_on()) note_may_be_on(SteadyClock().now(), false);
   samples_.publish(sample);
   const bool is_absent = sample.state == DeviceState::kOpening || sample.state == DeviceState::kLost;
   std::this_thread::sleep_for((is_absent ? kWhileAbsent : kMinStep) - (SteadyClock().now() - now));
+}
+
+void ThreadedDevice::note_may_be_on(LocalTime now, bool may_be_on) noexcept {
+  may_be_on_.store(may_be_on, std::memory_order_release);
+  if (watchdog_) watchdog_->beat(now, may_be_on);
 }
 
 Wrench ThreadedDevice::newest_command(LocalTime now) noexcept {

@@ -4,9 +4,10 @@
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most some 10 ms
 //
 // 1. A command that is older than 20 ms is a loop that stands still: the driver is given zero instead, until the loop has
-//    asked has_let_go() and so knows from where its force has to come back.
+//    called has_let_go() and so knows from where its force has to come back.
 // 2. A driver that hangs gives no newer sample: its time stamp grows old, which DeviceReader takes for a fault.
-// 3. A program that is stopped or killed says nothing: a watchdog, where there is one, says zero in its place.
+// 3. A program that is stopped or killed sends nothing: a watchdog, where there is one, writes zero in its place. A command that
+//    was chosen before the loop knows of that zero is replaced by zero.
 // 4. The end, and so the destructor, gives the driver zero before it is closed.
 #pragma once
 
@@ -31,6 +32,9 @@ class DeviceDriver {
   virtual const DeviceSpec& spec() const noexcept = 0;
   /// One exchange with the device, or one step towards one: waits at most 20 ms. Zero on the hand unless it is ready.
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
+  /// The device may show a force: it was given one, and zero was not delivered since. A command that failed or is on its way
+  /// counts as given when it is a force, and not when it is zero.
+  virtual bool may_be_on() const noexcept = 0;
 };
 
 /// A device that is not there, to its driver: when to look for it again, and what to say meanwhile. One that was there
@@ -73,10 +77,12 @@ class ThreadedDevice final : public Device {
   /// The driver takes it with its next step: a few milliseconds later at most.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
   bool has_let_go() noexcept override;
+  bool may_be_on() const noexcept override { return may_be_on_.load(std::memory_order_acquire); }
 
  private:
   void run(int realtime_priority);
   void step(const Wrench& wrench_on_hand_D) noexcept;
+  void note_may_be_on(LocalTime now, bool may_be_on) noexcept;
   Wrench newest_command(LocalTime now) noexcept;
 
   std::shared_ptr<Watchdog> watchdog_;
@@ -86,7 +92,7 @@ class ThreadedDevice final : public Device {
   realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< and when each was given
   std::atomic<bool> should_stop_{false};
   std::atomic<bool> gave_zero_{false};  ///< in place of a force, and the loop does not know yet
-  bool may_be_on_ = false;              ///< a force that the device has not exchanged for zero yet
+  std::atomic<bool> may_be_on_{false};  ///< of the driver, and of the command that it is given
   std::thread thread_;
 };
 

@@ -3,17 +3,21 @@
 
 #include <fcntl.h>
 #include <linux/usbdevice_fs.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -77,7 +81,10 @@ class FreshAttributes {
 
 bool say_zero(const ZeroCommand& zero) noexcept {
   if (!zero.usb_endpoint) {
-    return write(zero.descriptor, zero.bytes.data(), zero.bytes.size()) == static_cast<ssize_t>(zero.bytes.size());
+    const std::size_t size = zero.bytes.size();
+    ssize_t count = ::send(zero.descriptor, zero.bytes.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (count < 0 && errno == ENOTSOCK) count = write(zero.descriptor, zero.bytes.data(), size);
+    return count == static_cast<ssize_t>(size);
   }
   usbdevfs_bulktransfer transfer{};
   transfer.ep = *zero.usb_endpoint;
@@ -117,14 +124,16 @@ Watchdog::~Watchdog() {
 
 bool Watchdog::watch_over(const ZeroCommand& zero) {
   release();
-  if (zero.bytes.empty() || zero.bytes.size() > kMaxZeroBytes) return false;
+  if (zero.bytes.empty() || zero.bytes.size() > kMaxFrameBytes) return false;
   int ends[2] = {-1, -1};
-  if (pipe2(ends, O_CLOEXEC) != 0) return false;
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return false;
   lifeline_ = ends[1];
+  zero_ = zero;
+  beat_->is_in_frame.store(false, std::memory_order_relaxed);
   Inherited inherited;
   const bool are_given = inherited.give(zero.descriptor, watchdog_program::kDevice) &&
                          inherited.give(memory_, watchdog_program::kMemory) &&
-                         inherited.give(ends[0], watchdog_program::kLifeline);
+                         inherited.give(ends[0], watchdog_program::kOwner);
   close(ends[0]);
   posix_spawn_file_actions_addclosefrom_np(&inherited.actions, watchdog_program::kFirstFree);
   const FreshAttributes fresh;
@@ -140,20 +149,28 @@ bool Watchdog::watch_over(const ZeroCommand& zero) {
 
 void Watchdog::release() {
   if (lifeline_ >= 0) close(std::exchange(lifeline_, -1));
-  if (process_ > 0) {
-    // It ends as soon as its lifeline does; one that is stopped must not hold up the end.
-    const auto deadline = std::chrono::steady_clock::now() + kEndsWithin;
-    pid_t ended = 0;
-    while ((ended = waitpid(process_, nullptr, WNOHANG)) == 0 && std::chrono::steady_clock::now() < deadline) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    if (ended == 0) {
-      kill(process_, SIGKILL);
-      while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-      }
-    }
+  if (process_ > 0) await_end();
+  forget_ended();
+}
+
+void Watchdog::await_end() {
+  kill(process_, SIGCONT);  // one that is stopped could not write zero
+  const auto deadline = std::chrono::steady_clock::now() + kEndsWithin;
+  int status = 0;
+  pid_t ended = 0;
+  while ((ended = waitpid(process_, &status, WNOHANG)) == 0 && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  if (ended == 0) ending_.push_back(process_);
   process_ = -1;
+  // One that was killed has written nothing; within a frame another's zero would be noise.
+  const bool was_killed = ended > 0 && WIFSIGNALED(status);
+  const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);
+  if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) say_zero(zero_);
+}
+
+void Watchdog::forget_ended() {
+  std::erase_if(ending_, [](pid_t process) { return waitpid(process, nullptr, WNOHANG) != 0; });
 }
 
 void Watchdog::beat(LocalTime now, bool is_force_on) noexcept {
@@ -163,7 +180,34 @@ void Watchdog::beat(LocalTime now, bool is_force_on) noexcept {
 
 bool Watchdog::has_let_go() noexcept {
   const std::uint32_t let_go = beat_->let_go.load(std::memory_order_acquire);
-  return std::exchange(seen_, let_go) != let_go;
+  return seen_.exchange(let_go, std::memory_order_acq_rel) != let_go;
+}
+
+bool Watchdog::send_packet(const WatchdogFrameHead& head, std::span<const std::uint8_t> frame) noexcept {
+  std::array<std::uint8_t, sizeof(WatchdogFrameHead) + kMaxFrameBytes> packet;
+  if (frame.empty() || frame.size() > kMaxFrameBytes) return false;
+  std::memcpy(packet.data(), &head, sizeof head);
+  std::ranges::copy(frame, packet.begin() + sizeof head);
+  const std::size_t size = sizeof head + frame.size();
+  return ::send(lifeline_, packet.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size);
+}
+
+bool Watchdog::send(std::span<const std::uint8_t> frame, bool is_force_on) noexcept {
+  sent_ = std::max(sent_ + 1, 1U);
+  return send_packet({.number = sent_, .let_go_known = let_go_known_, .is_force_on = is_force_on ? 1U : 0U}, frame);
+}
+
+bool Watchdog::send_reply(std::span<const std::uint8_t> frame) noexcept {
+  return send_packet({}, frame);
+}
+
+bool Watchdog::has_ended() const noexcept {
+  pollfd end{lifeline_, 0, 0};
+  return lifeline_ >= 0 && poll(&end, 1, 0) == 1 && (end.revents & (POLLHUP | POLLERR)) != 0;
+}
+
+bool Watchdog::is_written() const noexcept {
+  return beat_->written.load(std::memory_order_acquire) == sent_;
 }
 
 }  // namespace tandem::devices

@@ -1,16 +1,26 @@
-// tandem-watchdog: says zero to one device when the program that owns it is silent or gone. Started by it: see watchdog.hpp.
+// tandem-watchdog: writes zero to one device when the program that owns it is silent or gone. Started by it: see watchdog.hpp.
 #include "devices/watchdog_program.hpp"
 
+#include <fcntl.h>
+#include <linux/sockios.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <iostream>
+#include <optional>
 #include <string_view>
-#include <thread>
+#include <utility>
 
 #include "common/realtime/realtime.hpp"
 #include "devices/watchdog.hpp"
@@ -22,52 +32,253 @@ using namespace tandem::devices::watchdog_program;
 namespace {
 
 constexpr int kLook_ms = 5;
-// Some may be lost with what is on its way; more would be answers that nobody reads.
-constexpr int kMaxZeros = 5;
+constexpr Duration kLook = std::chrono::milliseconds(kLook_ms);
+// Some may be lost within the device with data that is still on its way; more would be answers that nothing reads.
+constexpr int kZeros = 5;
+// A device that has taken nothing for so long after its owner's end is taken for gone; ours.
+constexpr Duration kMaxRetry = std::chrono::seconds(10);
+// A late command of a resumed owner is answered by zero within this time, or not at all: the owner's own zero follows.
+constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
+
+using Bytes = std::vector<std::uint8_t>;
 
 ZeroCommand zero_from(std::string_view endpoint, std::string_view hex) {
   ZeroCommand zero{.descriptor = kDevice, .bytes = {}};
   if (endpoint != "-") zero.usb_endpoint = static_cast<std::uint8_t>(std::atoi(endpoint.data()));
-  for (std::size_t i = 0; i + 1 < hex.size() && zero.bytes.size() < kMaxZeroBytes; i += 2)
+  for (std::size_t i = 0; i + 1 < hex.size() && zero.bytes.size() < kMaxFrameBytes; i += 2)
     zero.bytes.push_back(static_cast<std::uint8_t>(std::stoi(std::string(hex.substr(i, 2)), nullptr, 16)));
   return zero;
 }
 
-/// What has become of the owner.
-class Watch {
+/// The device's descriptor, to which one frame after the other is written.
+class Line {
  public:
-  Watch(ZeroCommand zero, WatchdogBeat& beat) : zero_(std::move(zero)), beat_(beat) {}
-
-  void look(LocalTime now) {
-    const bool is_force_on = beat_.is_force_on.load(std::memory_order_acquire);
-    const LocalTime heard{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
-    if (now - heard <= Watchdog::kMaxSilence) {
-      // What it was about to say when it was stopped, it may have said by now.
-      if (said_ > 0) say_zero(zero_);
-      said_ = 0;
-    } else if (is_force_on || said_ > 0) {
-      say();
-    }
+  explicit Line(ZeroCommand zero) : zero_(std::move(zero)) {
+    struct stat status {};
+    is_socket_ = fstat(zero_.descriptor, &status) == 0 && S_ISSOCK(status.st_mode);
   }
-  void owner_is_gone() {
-    if (!beat_.is_force_on.load(std::memory_order_acquire)) return;
-    for (said_ = 0; said_ < kMaxZeros;) {
-      say();
-      std::this_thread::sleep_for(std::chrono::milliseconds(kLook_ms));
-    }
-  }
+  const Bytes& zero() const { return zero_.bytes; }
+  /// Only while it is not within a frame; empty: none.
+  void set_next(const Bytes& frame) { frame_ = frame; }
+  bool has_frame() const { return !frame_.empty(); }
+  /// Writes as much of the frame as the device takes now. True: it is out whole.
+  bool push() noexcept;
+  /// A part of a frame is out.
+  bool is_within() const { return out_ > 0; }
+  /// The device is unplugged or has closed the connection: it takes nothing more.
+  bool is_lost() const { return is_lost_; }
+  /// The device takes bytes again at the latest when poll(2) says so.
+  bool is_full() const { return is_full_; }
+  /// Of a socket: discards input that the owner's end left unread. A peer that is blocked by it would not read zero, and a
+  /// socket that is closed with unread input drops its output.
+  void discard_input() const noexcept;
+  /// Of a socket: bytes that were written and that the peer does not have yet.
+  int unsent_bytes() const noexcept;
 
  private:
-  void say() {
-    if (said_ >= kMaxZeros) return;
-    if (++said_ == 1) beat_.let_go.fetch_add(1, std::memory_order_release);
-    say_zero(zero_);
-  }
+  ssize_t write_some() const noexcept;
 
   ZeroCommand zero_;
-  WatchdogBeat& beat_;
-  int said_ = 0;
+  Bytes frame_;
+  std::size_t out_ = 0;
+  bool is_socket_ = false;
+  bool is_full_ = false;
+  bool is_lost_ = false;
 };
+
+/// Never blocks, except for the 20 ms of a USB transfer.
+ssize_t Line::write_some() const noexcept {
+  const std::uint8_t* const bytes = frame_.data() + out_;
+  const std::size_t size = frame_.size() - out_;
+  if (zero_.usb_endpoint) return say_zero(zero_) ? static_cast<ssize_t>(size) : -1;
+  if (is_socket_) return send(zero_.descriptor, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL);
+  pollfd room{zero_.descriptor, POLLOUT, 0};
+  const bool may_block = (fcntl(zero_.descriptor, F_GETFL) & O_NONBLOCK) == 0;
+  if (may_block && (poll(&room, 1, 0) != 1 || (room.revents & POLLOUT) == 0)) {
+    errno = EAGAIN;
+    return -1;
+  }
+  return write(zero_.descriptor, bytes, size);
+}
+
+bool Line::push() noexcept {
+  constexpr std::array kLost{ENODEV, ESHUTDOWN, ECONNRESET, ENOTCONN, EBADF};
+  while (out_ < frame_.size()) {
+    errno = 0;
+    const ssize_t count = write_some();
+    if (count < 0 && errno == EINTR) continue;
+    is_full_ = count < 0 && errno == EAGAIN && !zero_.usb_endpoint;
+    is_lost_ = count < 0 && (std::ranges::find(kLost, errno) != kLost.end() || (is_socket_ && errno == EPIPE));
+    if (count <= 0) return false;
+    out_ += static_cast<std::size_t>(count);
+  }
+  out_ = 0;
+  frame_.clear();
+  return true;
+}
+
+void Line::discard_input() const noexcept {
+  std::array<std::uint8_t, 4096> input;
+  while (is_socket_ && recv(zero_.descriptor, input.data(), input.size(), MSG_DONTWAIT) > 0) {
+  }
+}
+
+int Line::unsent_bytes() const noexcept {
+  int bytes = 0;
+  return is_socket_ && ioctl(zero_.descriptor, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
+}
+
+/// A frame of the owner of which no byte is out.
+struct Waiting {
+  WatchdogFrameHead head;
+  Bytes frame;
+};
+
+/// Chooses what the device gets next, by what has become of the owner.
+class Watch {
+ public:
+  Watch(ZeroCommand zero, WatchdogBeat& beat) : line_(std::move(zero)), beat_(beat) {}
+
+  /// False: the owner is gone.
+  bool receive();
+  void look(LocalTime now);
+  void owner_is_gone(const Clock& clock);
+  /// Sleeps until the device may take bytes or the owner sends, at most for kLook.
+  void wait() const noexcept;
+
+ private:
+  enum class Kind : std::uint8_t { kNone, kZero, kAnswer, kCommand, kReply };
+  void write_all(LocalTime now);
+  void choose(LocalTime now);
+  void set_next(Kind kind, const Bytes& frame);
+  void choose_command();
+  void note_begun();
+  void note_written(LocalTime now);
+  void set_in_frame(bool is_in_frame) noexcept;
+
+  Line line_;
+  WatchdogBeat& beat_;
+  Kind kind_ = Kind::kNone;   ///< of the line's frame
+  std::uint32_t number_ = 0;  ///< of its command
+  std::optional<Waiting> command_, reply_;
+  bool is_writer_ = false;  ///< of all frames
+  bool is_silent_ = false;  ///< with a force on
+  bool is_owner_gone_ = false;
+  LocalTime silent_since_{};
+  int zeros_ = 0;  ///< that the device has taken in this silence
+  LocalTime next_zero_{};
+  LocalTime answer_until_{};
+};
+
+bool Watch::receive() {
+  std::array<std::uint8_t, sizeof(WatchdogFrameHead) + kMaxFrameBytes> packet;
+  while (true) {
+    const ssize_t size = recv(kOwner, packet.data(), packet.size(), MSG_DONTWAIT);
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && errno == EAGAIN) return true;
+    if (size <= static_cast<ssize_t>(sizeof(WatchdogFrameHead))) return false;
+    Waiting waiting;
+    std::memcpy(&waiting.head, packet.data(), sizeof waiting.head);
+    waiting.frame.assign(packet.begin() + sizeof waiting.head, packet.begin() + size);
+    is_writer_ = true;
+    (waiting.head.number != 0 ? command_ : reply_) = std::move(waiting);
+  }
+}
+
+void Watch::look(LocalTime now) {
+  const bool is_force_on = beat_.is_force_on.load(std::memory_order_acquire);
+  const LocalTime heard{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
+  const bool was_silent = is_silent_;
+  is_silent_ = now - heard > Watchdog::kMaxSilence && (is_force_on || was_silent);
+  // Between two looks the owner may have gone on and been stopped again: then it is another silence.
+  if (is_silent_ && (!was_silent || heard != silent_since_)) {
+    zeros_ = 0;
+    next_zero_ = now;
+  }
+  silent_since_ = heard;
+  // The owner may have written the command in which it was stopped; where all frames pass here that cannot be.
+  if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
+  write_all(now);
+}
+
+// Until a byte of a frame is out a newer one may take its place: so the choice is made anew each time.
+void Watch::write_all(LocalTime now) {
+  while (true) {
+    const bool was_within = line_.is_within();
+    if (!was_within) choose(now);
+    if (!line_.has_frame()) return;
+    set_in_frame(true);
+    const bool is_out = line_.push();
+    if (!was_within && (is_out || line_.is_within())) note_begun();
+    if (is_out) note_written(now);
+    if (!line_.is_within()) set_in_frame(false);
+    if (!is_out) return;
+  }
+}
+
+void Watch::choose(LocalTime now) {
+  if (is_silent_ && zeros_ < kZeros && now >= next_zero_) return set_next(Kind::kZero, line_.zero());
+  if (!is_silent_ && now < answer_until_) return set_next(Kind::kAnswer, line_.zero());
+  if (command_) return choose_command();
+  if (reply_) return set_next(Kind::kReply, reply_->frame);
+  set_next(Kind::kNone, {});
+}
+
+void Watch::set_next(Kind kind, const Bytes& frame) {
+  kind_ = kind;
+  line_.set_next(frame);
+}
+
+void Watch::choose_command() {
+  const bool is_obsolete = command_->head.let_go_known != beat_.let_go.load(std::memory_order_relaxed);
+  number_ = command_->head.number;
+  set_next(Kind::kCommand, is_obsolete && command_->head.is_force_on != 0 ? line_.zero() : command_->frame);
+}
+
+void Watch::note_begun() {
+  if (kind_ == Kind::kCommand) command_.reset();
+  if (kind_ == Kind::kReply) reply_.reset();
+}
+
+void Watch::note_written(LocalTime now) {
+  if (kind_ == Kind::kAnswer) answer_until_ = {};
+  if (kind_ == Kind::kCommand && !is_owner_gone_) beat_.written.store(number_, std::memory_order_release);
+  if (kind_ != Kind::kZero) return;
+  if (zeros_++ == 0 && !is_owner_gone_) beat_.let_go.fetch_add(1, std::memory_order_release);
+  next_zero_ = now + kLook;
+}
+
+/// Not after the owner's end: its memory may by then be that of another watchdog.
+void Watch::set_in_frame(bool is_in_frame) noexcept {
+  if (!is_owner_gone_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
+}
+
+void Watch::owner_is_gone(const Clock& clock) {
+  const bool is_force_on = beat_.is_force_on.load(std::memory_order_acquire);
+  is_owner_gone_ = is_silent_ = true;
+  zeros_ = is_force_on ? 0 : kZeros;
+  next_zero_ = clock.now();
+  command_.reset();
+  reply_.reset();
+  LocalTime end = clock.now() + kMaxRetry;
+  int unsent_before = 0;
+  while (true) {
+    write_all(clock.now());
+    line_.discard_input();
+    const int unsent = line_.unsent_bytes();
+    if (std::exchange(unsent_before, unsent) != unsent) end = clock.now() + kMaxRetry;
+    const bool is_done = zeros_ >= kZeros && !line_.is_within() && unsent == 0;
+    if (is_done || line_.is_lost() || clock.now() >= end) return;
+    wait();
+  }
+}
+
+void Watch::wait() const noexcept {
+  const int owner = is_owner_gone_ ? -1 : kOwner;
+  const int device = line_.has_frame() && line_.is_full() ? kDevice : -1;
+  std::array<pollfd, 2> wakes{pollfd{owner, POLLIN, 0}, pollfd{device, POLLOUT, 0}};
+  poll(wakes.data(), wakes.size(), kLook_ms);
+}
 
 }  // namespace
 
@@ -79,8 +290,11 @@ int main(int count, char** arguments) {
   }
   for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP, SIGPIPE, SIGTSTP}) std::signal(signal, SIG_IGN);
   static_cast<void>(realtime::request_realtime(std::atoi(arguments[1])));
+  const SteadyClock clock;
   Watch watch(zero_from(arguments[2], arguments[3]), *static_cast<WatchdogBeat*>(shared));
-  pollfd lifeline{kLifeline, POLLIN, 0};
-  while (poll(&lifeline, 1, kLook_ms) == 0) watch.look(SteadyClock().now());
-  watch.owner_is_gone();
+  while (watch.receive()) {
+    watch.look(clock.now());
+    watch.wait();
+  }
+  watch.owner_is_gone(clock);
 }

@@ -127,7 +127,7 @@ void HapticCore::advance_time(LocalTime now) noexcept {
 }
 
 bool HapticCore::write_zero(LocalTime now) noexcept {
-  return write(now, Wrench{});
+  return write(now, Wrench{}) && !writer_.may_be_on();
 }
 
 // What a device did not take, the hand does not feel: it keeps the command before, and what comes next starts there.

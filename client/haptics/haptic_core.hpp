@@ -65,8 +65,8 @@ class HapticCore {
   /// Ramps to zero from the next tick on; is_quiet() once nothing is displayed any more.
   void begin_shutdown() noexcept { safety_.begin_shutdown(); }
   bool is_quiet() const noexcept { return safety_.is_quiet(); }
-  /// Gives the device zero, whatever came before: the last call before the device is closed. False when the device
-  /// did not take it.
+  /// Gives the device zero, whatever came before: the last call before the device is closed. False as long as the device
+  /// has not taken it.
   bool write_zero(LocalTime now) noexcept;
   /// Off-path work of the stage (Stage::service()), a millisecond of it at most.
   /// Thread  one at a time other than the haptic one

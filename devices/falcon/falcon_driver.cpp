@@ -129,7 +129,7 @@ void FalconDriver::begin_probing() {
 
 void FalconDriver::probe(LocalTime now) {
   FalconReply reply;
-  if (exchange(falcon_request(FalconCounts::Zero(), kFalconRed), kReplyWait, reply)) {
+  if (exchange(FalconCounts::Zero(), kFalconRed, reply)) {
     phase_ = Phase::kRunning;
     absence_.end();
     attempts_ = 0;
@@ -213,12 +213,24 @@ void FalconDriver::lose(LocalTime now, std::string_view reason) {
 }
 
 /// False: no reply; the port is gone when the line failed.
-bool FalconDriver::exchange(const FalconPacket& packet, Duration longest, FalconReply& reply) {
-  const LocalTime end = SteadyClock().now() + 2 * longest;
+bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_home, FalconReply& reply) {
+  may_be_on_ = may_be_on_ || !motors.isZero();
+  if (!port_->write(falcon_request(motors, lights_and_home))) {
+    port_.reset();
+    return false;
+  }
+  const bool has_reply = receive(reply);
+  // The reply may answer a packet before: zero counts once its own transfer is done, too.
+  if (has_reply && motors.isZero() && port_->is_written()) may_be_on_ = false;
+  return has_reply;
+}
+
+bool FalconDriver::receive(FalconReply& reply) {
+  const LocalTime end = SteadyClock().now() + 2 * kReplyWait;
   bool has_reply = false;
-  int length = port_->write(packet) ? port_->read(bytes_, longest) : -1;
+  int length = port_->read(bytes_, kReplyWait);
   // The newest counts; what is cut off in the middle is ended by the next read.
-  for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : longest)) {
+  for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
       if (const auto one = parser_.take(byte)) {
         reply = *one;
@@ -239,7 +251,7 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
   const std::uint8_t in_or_out = is_in_ ? kFalconBlue : kFalconGreen;
   const std::uint8_t light = is_homed_ ? in_or_out : kFalconRed;
   FalconReply reply;
-  const bool has_reply = exchange(falcon_request(motors, light | kFalconHome), kReplyWait, reply);
+  const bool has_reply = exchange(motors, light | kFalconHome, reply);
   if (!port_) {
     lose(now, kUnplugged);
     return absence_.sample(now);

@@ -43,6 +43,7 @@ class FalconDriver final : public DeviceDriver {
 
   const DeviceSpec& spec() const noexcept override { return settings_.spec; }
   DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override;
+  bool may_be_on() const noexcept override { return may_be_on_; }
 
  private:
   enum class Phase : std::uint8_t { kClosed, kProbing, kLoader, kUpload, kRunning };
@@ -58,7 +59,8 @@ class FalconDriver final : public DeviceDriver {
   void note_encoders(LocalTime now, const FalconCounts& encoders);
   DeviceSample homing_sample(LocalTime now);
   FalconCounts motors_for(const Wrench& wrench_on_hand_D);
-  bool exchange(const FalconPacket& packet, Duration longest, FalconReply& reply);
+  bool exchange(const FalconCounts& motors, std::uint8_t lights_and_home, FalconReply& reply);
+  bool receive(FalconReply& reply);
   bool set_line(std::uint16_t baud, std::uint16_t latency_ms);
   void fail(LocalTime now, std::string_view reason);
   void lose(LocalTime now, std::string_view reason);
@@ -86,6 +88,7 @@ class FalconDriver final : public DeviceDriver {
   haptics::VelocityEstimator velocity_;
   FalconCounts encoders_ = FalconCounts::Zero();
   double force_n_ = 0;  ///< sent last
+  bool may_be_on_ = false;
   LocalTime changed_{};
   bool is_frozen_ = false;
 };

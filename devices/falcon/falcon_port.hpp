@@ -30,6 +30,8 @@ class FalconPort {
   virtual bool control(FtdiRequest request, std::uint16_t value) = 0;
   /// Starts to send; waits for what is under way before. At most 64 bytes. False: not sent, or the device is gone.
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
+  /// The device has taken the bytes of the last write().
+  virtual bool is_written() const = 0;
   /// Out   bytes, without the bridge's status; 0: none came within `longest`; below 0: the device is gone
   virtual int read(std::span<std::uint8_t> bytes, Duration longest) = 0;
 };

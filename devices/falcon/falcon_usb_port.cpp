@@ -93,6 +93,7 @@ class FalconUsbPort final : public FalconPort {
 
   bool control(FtdiRequest request, std::uint16_t value) override;
   bool write(std::span<const std::uint8_t> bytes) override;
+  bool is_written() const override { return !out_.is_under_way && !is_gone_; }
   int read(std::span<std::uint8_t> bytes, Duration longest) override;
 
  private:

@@ -11,6 +11,10 @@ namespace {
 constexpr std::string_view kNotFound =
     "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
 
+constexpr std::string_view kRefused =
+    "its maker's SDK opens it, but refuses its watchdog or its force; start it by its maker's program, then start "
+    "again";
+
 /// Of 125 µs, as many as there can be: without a new force for 32 ms the device lets go by itself, says its maker.
 constexpr unsigned char kWatchdogUnits = 255;
 
@@ -71,16 +75,24 @@ bool ForceDimensionDriver::open(LocalTime now) {
     absence_.go_on(kNotFound);
     return false;
   }
+  const auto id = static_cast<char>(id_);
+  if (dhd_.set_watchdog(kWatchdogUnits, id) < 0 || dhd_.enable_force(1, id) < 0) {
+    close();
+    absence_.go_on(kRefused);
+    return false;
+  }
   absence_.end();
   velocity_.reset();
-  dhd_.set_watchdog(kWatchdogUnits, static_cast<char>(id_));
-  dhd_.enable_force(1, static_cast<char>(id_));
   return true;
 }
 
 bool ForceDimensionDriver::show(const Wrench& wrench_on_hand_D) {
   const Vec3 f = dhd_from_D(wrench_on_hand_D.f), t = dhd_from_D(wrench_on_hand_D.t);
-  return dhd_.set_force(f.x(), f.y(), f.z(), t.x(), t.y(), t.z(), static_cast<char>(id_)) >= 0;
+  const bool is_on = !f.isZero(0) || !t.isZero(0);
+  may_be_on_ = may_be_on_ || is_on;
+  const bool is_shown = dhd_.set_force(f.x(), f.y(), f.z(), t.x(), t.y(), t.z(), static_cast<char>(id_)) >= 0;
+  if (is_shown) may_be_on_ = is_on;
+  return is_shown;
 }
 
 DeviceSample ForceDimensionDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {

@@ -37,6 +37,7 @@ class ForceDimensionDriver final : public DeviceDriver {
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override;
+  bool may_be_on() const noexcept override { return may_be_on_; }
 
  private:
   bool open(LocalTime now);
@@ -47,6 +48,7 @@ class ForceDimensionDriver final : public DeviceDriver {
   DhdFunctions dhd_;
   Absence absence_;
   int id_ = -1;  ///< below 0: not open
+  bool may_be_on_ = false;
   haptics::VelocityEstimator velocity_;
 };
 

@@ -2,8 +2,11 @@
 #include "devices/inverse3/inverse3_driver.hpp"
 
 #include <boost/asio/ip/address.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/bind_handler.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket.hpp>
 #include <charconv>
 #include <chrono>
@@ -30,6 +33,9 @@ constexpr std::string_view kServiceSilent =
     "its service says nothing; look whether it runs, and plug the device in again";
 constexpr std::string_view kNoDevice =
     "its service knows of no Inverse3, or says what cannot be read; plug the device in";
+constexpr std::string_view kOtherDevice = "its service names another device now; its force begins anew";
+constexpr std::string_view kWatchdogEnded =
+    "its watchdog was ended or does not run; another one is started with a new connection";
 constexpr std::string_view kWatchdogMissing =
     "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
 
@@ -47,11 +53,80 @@ std::vector<std::uint8_t> websocket_message(std::string text) {
 
 }  // namespace
 
+/// The connection's socket as Beast uses it: each write is one whole frame, and goes to the watchdog where there is one.
+class ServiceSocket {
+ public:
+  using executor_type = asio::ip::tcp::socket::executor_type;
+
+  explicit ServiceSocket(asio::io_context& io) : socket_(io) {}
+  executor_type get_executor() { return socket_.get_executor(); }
+  asio::ip::tcp::socket& socket() { return socket_; }
+  void close() {
+    error_code ignored;
+    socket_.close(ignored);
+  }
+  /// From now on the watchdog writes. A write of this socket's own must not be under way.
+  void write_through(Watchdog& watchdog) { watchdog_ = &watchdog; }
+  bool is_writing() const { return is_writing_; }
+  /// Of the command that is written next.
+  void set_force_on(bool is_force_on) { is_force_on_ = is_force_on; }
+
+  template <class Buffers, class Handler>
+  void async_read_some(const Buffers& buffers, Handler&& handler) {
+    socket_.async_read_some(buffers, std::forward<Handler>(handler));
+  }
+  template <class Buffers, class Handler>
+  void async_write_some(const Buffers& buffers, Handler&& handler) {
+    if (watchdog_ != nullptr) {
+      const error_code error = give(beast::buffers_to_string(buffers));
+      const std::size_t size = error ? 0 : beast::buffer_bytes(buffers);
+      return asio::post(get_executor(), beast::bind_front_handler(std::forward<Handler>(handler), error, size));
+    }
+    is_writing_ = true;
+    asio::async_write(socket_, buffers,
+                      [this, handler = std::forward<Handler>(handler)](error_code error, std::size_t size) mutable {
+                        is_writing_ = false;
+                        handler(error, size);
+                      });
+  }
+
+ private:
+  error_code give(const std::string& frame) {
+    constexpr unsigned kOpcode = 0x0f, kFirstControl = 0x08;
+    const std::span bytes(reinterpret_cast<const std::uint8_t*>(frame.data()), frame.size());
+    const bool is_reply = !bytes.empty() && (bytes[0] & kOpcode) >= kFirstControl;
+    const bool is_sent = is_reply ? watchdog_->send_reply(bytes) : watchdog_->send(bytes, is_force_on_);
+    return is_sent ? error_code() : asio::error::make_error_code(asio::error::no_buffer_space);
+  }
+
+  asio::ip::tcp::socket socket_;
+  Watchdog* watchdog_ = nullptr;
+  bool is_writing_ = false;
+  bool is_force_on_ = false;
+};
+
+/// The driver closes a connection at once; Beast calls these only after it has failed.
+void teardown(beast::role_type, ServiceSocket& socket, error_code& error) {
+  socket.close();
+  error = {};
+}
+template <class Handler>
+void async_teardown(beast::role_type, ServiceSocket& socket, Handler&& handler) {
+  socket.close();
+  asio::post(socket.get_executor(), beast::bind_front_handler(std::forward<Handler>(handler), error_code()));
+}
+
+void beast_close_socket(ServiceSocket& socket) {
+  socket.close();
+}
+
 /// One connection. Handlers hold it, so that what was abandoned ends by itself.
 struct Inverse3Driver::Link {
   explicit Link(asio::io_context& io) : stream(io) {}
 
-  websocket::stream<beast::tcp_stream> stream;
+  ServiceSocket& socket() { return stream.next_layer(); }
+
+  websocket::stream<ServiceSocket> stream;
   beast::flat_buffer buffer;
   std::string command;
   bool is_open = false;
@@ -80,40 +155,47 @@ Inverse3Driver::Inverse3Driver(DeviceSpec spec, asio::ip::tcp::endpoint service,
 
 Inverse3Driver::~Inverse3Driver() {
   if (watchdog_) watchdog_->release();
-  if (link_) beast::get_lowest_layer(link_->stream).close();
+  if (link_) link_->socket().close();
   link_.reset();
 }
 
 DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
   now_ = now;
   if (!link_) connect(now);
-  if (link_ && state_ && !is_watched_over()) fail(kWatchdogMissing);
+  if (link_ && state_ && !link_->socket().is_writing()) watch_over();
   // One command a state; but zero waits for none.
   const bool must_let_go = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
-  if (link_ && (is_new_ || must_let_go) && !link_->is_sending) send(wrench_on_hand_D);
+  const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
+  if (may_send && (is_new_ || must_let_go)) send(wrench_on_hand_D);
   work();
   if (is_taken_) heard_ = now;
   if (link_ && now - heard_ > kServiceSilence) fail(state_ ? kServiceSilent : kNoDevice);
   return sample(now);
 }
 
-/// Of this connection and device.
-bool Inverse3Driver::is_watched_over() {
-  if (!watchdog_ || state_->device_id == watched_id_) return true;
+/// Over this connection and its device: another device has a connection of its own, as this one's frames are not at an end.
+void Inverse3Driver::watch_over() {
+  if (!watchdog_) return;
+  if (watchdog_->has_ended()) return fail(kWatchdogEnded);
+  if (state_->device_id == watched_id_) return;
+  if (!watched_id_.empty()) return fail(kOtherDevice);
+  const bool is_watched =
+      watchdog_->watch_over({.descriptor = link_->socket().socket().native_handle(),
+                             .usb_endpoint = std::nullopt,
+                             .bytes = websocket_message(inverse3_command(state_->device_id, Vec3::Zero()))});
+  if (!is_watched) return fail(kWatchdogMissing);
   watched_id_ = state_->device_id;
-  return watchdog_->watch_over({.descriptor = beast::get_lowest_layer(link_->stream).socket().native_handle(),
-                                .usb_endpoint = std::nullopt,
-                                .bytes = websocket_message(inverse3_command(watched_id_, Vec3::Zero()))});
+  link_->socket().write_through(*watchdog_);
 }
 
 void Inverse3Driver::connect(LocalTime now) {
   if (!absence_.is_time_to_look(now)) return;
   heard_ = now;
   const auto link = link_ = std::make_shared<Link>(io_);
-  beast::get_lowest_layer(link->stream).async_connect(service_, [this, link](const error_code& error) {
+  link->socket().socket().async_connect(service_, [this, link](const error_code& error) {
     if (link != link_) return;
     if (error) return fail(kNoService);
-    beast::get_lowest_layer(link->stream).socket().set_option(asio::ip::tcp::no_delay(true));
+    link->socket().socket().set_option(asio::ip::tcp::no_delay(true));
     link->stream.read_message_max(kMaxMessage);
     link->stream.async_handshake(service_.address().to_string() + ":" + std::to_string(service_.port()), "/",
                                  [this, link](const error_code& refused) {
@@ -153,14 +235,24 @@ void Inverse3Driver::take(std::string_view text) {
 void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   const Vec3 force_n = is_finite(wrench_on_hand_D.f) && absence_.was_there() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
   const auto link = link_;
+  may_be_on_ = may_be_on() || !force_n.isZero(0);
   shown_n_ = force_n;
+  link->socket().set_force_on(!force_n.isZero(0));
   link->command = inverse3_command(state_->device_id, force_n);
   link->is_sending = true;
   is_new_ = false;
   link->stream.async_write(asio::buffer(link->command), [this, link](const error_code& error, std::size_t) {
     link->is_sending = false;
-    if (link == link_ && error) fail(kClosed);
+    if (link != link_) return;
+    if (error) return fail(error == asio::error::no_buffer_space ? kWatchdogEnded : kClosed);
+    if (!watchdog_ && shown_n_.isZero(0)) may_be_on_ = false;
   });
+}
+
+/// A watched connection's zero counts once the watchdog has written it.
+bool Inverse3Driver::may_be_on() const noexcept {
+  const bool is_zero_out = watchdog_ && !watched_id_.empty() && shown_n_.isZero(0) && watchdog_->is_written();
+  return may_be_on_ && !is_zero_out;
 }
 
 /// Until a state comes, or for some milliseconds.
@@ -178,9 +270,10 @@ void Inverse3Driver::fail(std::string_view reason) {
     absence_.begin(now_, reason);
   else
     absence_.say(reason);
+  may_be_on_ = may_be_on();
   if (watchdog_) watchdog_->release();
   watched_id_.clear();
-  beast::get_lowest_layer(link_->stream).close();
+  link_->socket().close();
   link_.reset();
   state_.reset();
   is_new_ = is_taken_ = has_last_ = false;

@@ -1,8 +1,9 @@
 // A Haply Inverse3 by its maker's service, which runs on the same machine: JSON over a WebSocket.
 //
 // The service answers each command with the next state, so there is one command for each state, zero when there is nothing
-// to feel. Who sends none gets none. What the service does with the last force of a program that is stopped or dies is not
-// known; so a watchdog has the connection too, and says zero on it.
+// to feel. Without a command it sends no state. It is not known what the service does with the last force of a program that is
+// stopped or dies. So a watchdog has the connection too, and writes zero to it. From the first command on the watchdog is the only
+// writer: a stream of WebSocket frames would be lost with a part of a frame, which a killed or stopped program can leave.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -35,6 +36,7 @@ class Inverse3Driver final : public DeviceDriver {
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override;
+  bool may_be_on() const noexcept override;
 
  private:
   struct Link;
@@ -42,7 +44,7 @@ class Inverse3Driver final : public DeviceDriver {
   void connect(LocalTime now);
   void work();
   void read_next(const std::shared_ptr<Link>& link);
-  bool is_watched_over();
+  void watch_over();
   void send(const Wrench& wrench_on_hand_D);
   void take(std::string_view text);
   void fail(std::string_view reason);
@@ -58,6 +60,7 @@ class Inverse3Driver final : public DeviceDriver {
   LocalTime now_{};  ///< of this step
   LocalTime heard_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< sent last
+  bool may_be_on_ = false;       ///< a force was sent, and zero has not gone out since
   bool is_new_ = false;          ///< a state came that no command answers yet
   bool is_taken_ = false;        ///< … and that no sample tells yet
   std::optional<Inverse3State> state_;

@@ -105,7 +105,9 @@ bool OpenHapticsDriver::run(const Vec3& force_on_hand_D) {
   const Vec3 force = sdk_from_D(force_on_hand_D);
   for (int i = 0; i < 3; ++i) frame_.force_n[i] = force[i];
   frame_.is_good = false;
+  may_be_on_ = may_be_on_ || !force.isZero(0);
   hd_.schedule(&OpenHapticsDriver::exchange, &frame_, kUsualPriority);
+  if (frame_.is_good) may_be_on_ = !force.isZero(0);
   return frame_.is_good;
 }
 

@@ -46,6 +46,7 @@ class OpenHapticsDriver final : public DeviceDriver {
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override;
+  bool may_be_on() const noexcept override { return may_be_on_; }
 
  private:
   /// What one servo tick takes and gives.
@@ -67,6 +68,7 @@ class OpenHapticsDriver final : public DeviceDriver {
   HdFunctions hd_;
   Absence absence_;
   bool is_open_ = false;
+  bool may_be_on_ = false;
   Frame frame_;
 };
 

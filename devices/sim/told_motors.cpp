@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <climits>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -13,6 +14,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr std::size_t kCommandBytes = 3 * sizeof(double);
+static_assert(kCommandBytes <= PIPE_BUF);
 
 int opened(const std::filesystem::path& file) {
   const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644);
@@ -36,9 +38,14 @@ ToldMotors::~ToldMotors() {
 }
 
 bool ToldMotors::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  watchdog_.beat(now, wrench_on_hand_D.f != Vec3::Zero());
-  const bool is_told = ::write(file_, wrench_on_hand_D.f.data(), kCommandBytes) == static_cast<ssize_t>(kCommandBytes);
-  return device_->write(now, wrench_on_hand_D) && is_told;
+  const bool is_on = wrench_on_hand_D.f != Vec3::Zero();
+  watchdog_.begin_command();
+  may_be_on_ = may_be_on_ || is_on;
+  watchdog_.beat(now, may_be_on_);
+  if (watchdog_.is_command_obsolete()) return false;
+  if (::write(file_, wrench_on_hand_D.f.data(), kCommandBytes) != static_cast<ssize_t>(kCommandBytes)) return false;
+  if (!is_on) watchdog_.beat(now, may_be_on_ = false);
+  return device_->write(now, wrench_on_hand_D);
 }
 
 }  // namespace tandem::devices

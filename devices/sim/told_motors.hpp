@@ -9,8 +9,9 @@
 
 namespace tandem::devices {
 
-/// Shows what motors are told, also by the watchdog, without hardware: each command is three doubles of this machine, the
-/// force on the hand [N], written at once or lost.
+/// Shows what the motors of a device receive, also from the watchdog, without hardware. Each command is three doubles of this
+/// machine, the force on the hand [N]. It is written at once and whole (a pipe takes up to PIPE_BUF bytes so), or it is lost: then
+/// the motors keep the command before.
 class ToldMotors final : public Device {
  public:
   /// In      file  a pipe with a reader, or a file, to which is added
@@ -25,11 +26,13 @@ class ToldMotors final : public Device {
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
   void begin_path_at(LocalTime start) noexcept override { device_->begin_path_at(start); }
   bool has_let_go() noexcept override { return watchdog_.has_let_go(); }
+  bool may_be_on() const noexcept override { return may_be_on_; }
 
  private:
   std::unique_ptr<Device> device_;
   int file_;
   Watchdog watchdog_;
+  bool may_be_on_ = false;  ///< a force was given, and zero was not delivered since
 };
 
 }  // namespace tandem::devices

@@ -32,6 +32,7 @@ class SpaceMouseDriver final : public DeviceDriver {
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override;
+  bool may_be_on() const noexcept override { return false; }
 
  private:
   DeviceSample absent(LocalTime now);

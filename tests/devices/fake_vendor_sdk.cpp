@@ -25,6 +25,8 @@ __attribute__((visibility("default"))) double fake_force[6] = {};
 __attribute__((visibility("default"))) int fake_is_open = 0;
 __attribute__((visibility("default"))) int fake_has_force_on = 0;
 __attribute__((visibility("default"))) int fake_watchdog_units = 0;
+__attribute__((visibility("default"))) int fake_refuses_watchdog = 0;
+__attribute__((visibility("default"))) int fake_refuses_force = 0;
 __attribute__((visibility("default"))) int fake_is_in_frame = 0;
 __attribute__((visibility("default"))) int fake_calls_out_of_frame = 0;
 }
@@ -40,6 +42,7 @@ EXPORTED int dhdClose(char) {
 }
 #ifndef WITHOUT_FORCE
 EXPORTED int dhdSetWatchdog(unsigned char units, char) {
+  if (fake_refuses_watchdog != 0) return -1;
   fake_watchdog_units = units;
   return 0;
 }
@@ -61,7 +64,7 @@ EXPORTED int dhdGetButton(int index, char) {
 }
 #ifndef WITHOUT_FORCE
 EXPORTED int dhdSetForceAndTorque(double fx, double fy, double fz, double tx, double ty, double tz, char) {
-  if (fake_is_there == 0) return -1;
+  if (fake_is_there == 0 || fake_refuses_force != 0) return -1;
   const double told[6] = {fx, fy, fz, tx, ty, tz};
   std::memcpy(fake_force, told, sizeof told);
   return 0;

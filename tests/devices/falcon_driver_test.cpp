@@ -30,6 +30,7 @@ class SimulatedPort final : public FalconPort {
     return falcon_.control(static_cast<std::uint8_t>(request), value);
   }
   bool write(std::span<const std::uint8_t> bytes) override { return falcon_.write(bytes); }
+  bool is_written() const override { return true; }
   int read(std::span<std::uint8_t> bytes, Duration longest) override {
     // The bridge gives a packet each millisecond.
     for (Duration waited{0}; waited <= longest; waited += milliseconds(1)) {

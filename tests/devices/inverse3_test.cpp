@@ -1,6 +1,7 @@
 // The Inverse3 against a service that speaks as its maker's does, on a real WebSocket of this machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/types.h>
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -9,6 +10,9 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -297,6 +301,66 @@ TEST(Inverse3, WithoutAServiceItSaysWhatToStart) {
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("haply-inverse-service"));
   }
+}
+
+/// Kills the processes that this one has started.
+void kill_children() {
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream children(task.path() / "children");
+    for (pid_t process = 0; children >> process;) kill(process, SIGKILL);
+  }
+}
+
+TEST(Inverse3, AWatchdogThatIsKilledCostsTheForceAndIsReplaced) {
+  FakeService service;
+  DeviceOptions options;
+  options.name = "inverse3";
+  options.profile = find_device_profile("inverse3");
+  options.service = "127.0.0.1:" + std::to_string(service.endpoint().port());
+  const auto device = open_device(options);
+  const SteadyClock clock;
+  const auto ticks_until = [&](auto is_so) {
+    const LocalTime give_up = clock.now() + seconds(20);
+    while (!is_so() && clock.now() < give_up) {
+      device->write(clock.now(), {Vec3(0, 1, 0), Vec3::Zero()});
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return is_so();
+  };
+  const auto is_shown = [&service] { return service.last_command().find(R"("y":1E0)") != std::string::npos; };
+  ASSERT_TRUE(ticks_until(is_shown));
+  kill_children();
+  DeviceSample sample;
+  EXPECT_TRUE(ticks_until([&] { return (sample = device->read(clock.now())).state == DeviceState::kLost; }));
+  EXPECT_THAT(std::string(sample.reason), HasSubstr("watchdog"));
+  EXPECT_TRUE(ticks_until([&] { return service.last_command().find(R"("y":0E0)") != std::string::npos; }));
+  EXPECT_TRUE(ticks_until([&] { return service.connections >= 2 && is_shown(); })) << "with another one";
+}
+
+TEST(Inverse3, AnotherDeviceOfTheServiceHasAConnectionOfItsOwn) {
+  FakeService service;
+  const auto watchdog = std::make_shared<Watchdog>(0);
+  const SteadyClock clock;
+  Inverse3Driver driver(DeviceSpec{}, service.endpoint(), watchdog);
+  const auto steps_until = [&](auto is_so) {
+    const LocalTime give_up = clock.now() + seconds(20);
+    while (!is_so() && clock.now() < give_up) {
+      watchdog->begin_command();
+      watchdog->beat(clock.now(), true);
+      driver.step(clock.now(), {Vec3(0, 1, 0), Vec3::Zero()});
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return is_so();
+  };
+  const auto is_shown_by = [&](const char* id) {
+    return service.last_command().find(id) != std::string::npos &&
+           service.last_command().find(R"("y":1E0)") != std::string::npos;
+  };
+  ASSERT_TRUE(steps_until([&] { return is_shown_by("0417"); }));
+  EXPECT_TRUE(driver.may_be_on());
+  service.set_state(R"({"inverse3":[{"device_id":"0500","state":{"cursor_position":{"x":0.1,"y":-0.05,"z":0.2}}}]})");
+  EXPECT_TRUE(steps_until([&] { return is_shown_by("0500"); }));
+  EXPECT_EQ(service.connections, 2);
 }
 
 TEST(Inverse3, FromTheRegistryItRunsOnItsThread) {

@@ -27,15 +27,17 @@ struct Seen {
   std::atomic<double> most_n{0};
   std::atomic<bool> throws{false};
   std::atomic<bool> hangs{false};
+  std::atomic<bool> sends_nothing{false};  ///< but reads states
 };
 
 class PlainDriver final : public DeviceDriver {
  public:
   explicit PlainDriver(Seen& seen) : seen_(seen) {}
   const DeviceSpec& spec() const noexcept override { return spec_; }
+  bool may_be_on() const noexcept override { return seen_.force_n != 0; }
   DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override {
     while (seen_.hangs) std::this_thread::sleep_for(milliseconds(1));
-    seen_.force_n = wrench_on_hand_D.f.norm();
+    if (!seen_.sends_nothing) seen_.force_n = wrench_on_hand_D.f.norm();
     if (seen_.force_n > seen_.most_n) seen_.most_n = seen_.force_n.load();
     if (seen_.throws) throw std::runtime_error("of this test");
     DeviceSample sample;
@@ -133,6 +135,34 @@ TEST(ThreadedDevice, AWatchdogSaysZeroForADriverThatHangsWithAForceAndTheHandIsL
   EXPECT_TRUE(push()) << "once only";
   seen.hangs = false;
   EXPECT_TRUE(wait_for([&] { return push() && seen.force_n == 1.0; }));
+}
+
+TEST(ThreadedDevice, AForceWhoseZeroTheDriverCouldNotSendIsOnAlthoughStatesCome) {
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(pipe2(ends, O_CLOEXEC | O_NONBLOCK), 0);
+  const auto watchdog = std::make_shared<Watchdog>(0);
+  ASSERT_TRUE(watchdog->watch_over({.descriptor = ends[1], .usb_endpoint = std::nullopt, .bytes = {42}}));
+  Seen seen;
+  const SteadyClock clock;
+  ThreadedDevice device(std::make_unique<PlainDriver>(seen), 0, watchdog);
+  DeviceWriter writer(device);
+  DeviceReader reader(device);
+  EXPECT_TRUE(wait_for([&] {
+    writer.write(clock.now(), {Vec3(1, 0, 0), Vec3::Zero()});
+    return seen.force_n == 1.0;
+  }));
+  seen.sends_nothing = true;
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_FALSE(writer.write_zero(clock.now())) << i;
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_TRUE(wait_for([&] { return reader.read(clock.now()).is_valid; }));
+  seen.hangs = true;
+  int written = -1;
+  EXPECT_TRUE(wait_for([&] { return (written = std::max(written, newest_byte(ends[0]))) == 42; }))
+      << "its watchdog takes it for off";
+  seen.hangs = seen.sends_nothing = false;
+  EXPECT_TRUE(wait_for([&] { return writer.write_zero(clock.now()); }));
 }
 
 TEST(ThreadedDevice, AWatchdogLeavesADriverAloneThatHangsWithoutAForce) {

@@ -27,6 +27,7 @@ class FakeSdk {
   FakeSdk() : handle_(dlopen(TANDEM_FAKE_SDK, RTLD_NOW)) {
     if (handle_ == nullptr) throw std::runtime_error(dlerror());
     number("fake_is_there") = 1;
+    number("fake_refuses_watchdog") = number("fake_refuses_force") = 0;
     number("fake_buttons") = number("fake_is_open") = number("fake_has_force_on") = 0;
     turn(Quat::Identity());
     place(Vec3::Zero());
@@ -98,6 +99,46 @@ TEST(ForceDimension, GoneItIsLostAndComesBackAndItsEndIsZero) {
   EXPECT_EQ(sdk.force(), Vec3::Zero());
   EXPECT_EQ(sdk.number("fake_has_force_on"), 0);
   EXPECT_EQ(sdk.number("fake_is_open"), 0);
+}
+
+TEST(ForceDimension, WithoutItsWatchdogItIsNotReady) {
+  FakeSdk sdk;
+  ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
+  sdk.number("fake_refuses_watchdog") = 1;
+  const DeviceSample refused = driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
+  EXPECT_EQ(refused.state, DeviceState::kOpening);
+  EXPECT_THAT(std::string(refused.reason), HasSubstr("refuses"));
+  EXPECT_EQ(sdk.number("fake_is_open"), 0);
+  sdk.number("fake_refuses_watchdog") = 0;
+  EXPECT_EQ(driver.step(at(1100), {}).state, DeviceState::kReady);
+}
+
+TEST(ForceDimension, AForceIsOnUntilTheSdkHasTakenZero) {
+  FakeSdk sdk;
+  ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
+  driver.step(at(0), {});
+  EXPECT_FALSE(driver.may_be_on());
+  driver.step(at(1), {Vec3(1, 0, 0), Vec3::Zero()});
+  EXPECT_TRUE(driver.may_be_on());
+  sdk.number("fake_refuses_force") = 1;
+  driver.step(at(2), {});
+  EXPECT_TRUE(driver.may_be_on()) << "zero did not reach it";
+  sdk.number("fake_refuses_force") = 0;
+  driver.step(at(1100), {});
+  EXPECT_FALSE(driver.may_be_on());
+}
+
+TEST(OpenHaptics, AForceIsOnUntilTheSdkHasTakenZero) {
+  FakeSdk sdk;
+  OpenHapticsDriver driver(spec(), hd_functions(TANDEM_FAKE_SDK));
+  driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
+  EXPECT_TRUE(driver.may_be_on());
+  sdk.number("fake_is_there") = 0;
+  driver.step(at(1), {});
+  EXPECT_TRUE(driver.may_be_on()) << "zero did not reach it";
+  sdk.number("fake_is_there") = 1;
+  driver.step(at(1100), {});
+  EXPECT_FALSE(driver.may_be_on());
 }
 
 TEST(OpenHaptics, IsReadInMillimetresWithinFramesAndFeelsNewtons) {

@@ -212,13 +212,18 @@ class SpaceMouse(FakeDevice):
 class Service:
     """The Inverse3's: a state for each command, of a cursor that the test moves."""
 
-    def __init__(self, port=0):
+    def __init__(self, port=0, receive_bytes=None):
         self.listener = socket.create_server(("127.0.0.1", port))
+        if receive_bytes is not None:
+            self.listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_bytes)
         self.port = self.listener.getsockname()[1]
         self.place = [0.0, 0.0, 0.0]
         self.force = [0.0, 0.0, 0.0]
         self.commands = 0
         self.delay_s = 0
+        self.reads = True  # else it sends states without reading a command
+        self.answers = True  # else it reads commands without sending a state
+        self.is_broken = False  # something else than whole commands came
         self.connection = None
         threading.Thread(target=self._serve, daemon=True).start()
 
@@ -243,12 +248,30 @@ class Service:
                            b"Sec-WebSocket-Accept: " + accept + b"\r\n\r\n")
         self._send(connection)
         while True:
-            command = json.loads(self._receive(connection))
-            force = command["inverse3"][0]["commands"]["set_cursor_force"]["values"]
-            self.force = [force["x"], force["y"], force["z"]]
-            self.commands += 1
-            time.sleep(0.001 + self.delay_s)
-            self._send(connection)
+            try:
+                while not self.reads:
+                    self._send(connection)
+                    time.sleep(0.0003)
+                self._take(self._receive(connection))
+                if self.answers:
+                    time.sleep(0.001 + self.delay_s)
+                    self._send(connection)
+            except (ConnectionResetError, BrokenPipeError):
+                self._take_rest(connection)
+
+    def _take(self, message):
+        try:
+            force = json.loads(message)["inverse3"][0]["commands"]["set_cursor_force"]["values"]
+        except (ValueError, KeyError):
+            self.is_broken = True
+            raise
+        self.force = [force["x"], force["y"], force["z"]]
+        self.commands += 1
+
+    def _take_rest(self, connection):
+        """Of a peer that takes no states any more: its commands up to the end, which is an OSError."""
+        while True:
+            self._take(self._receive(connection))
 
     def _send(self, connection):
         place = dict(zip("xyz", self.place))
@@ -342,6 +365,34 @@ class Inverse3(ProgramTest):
                 self.until(lambda: service.force[2] > 0.1, "the force comes back")
             session.process.kill()
             self.until(lambda: service.force == [0, 0, 0], "its watchdog says zero")
+
+
+    def unsent_bytes(self, service):
+        """Of the client's connection: written, and not yet with the service."""
+        with open("/proc/net/tcp") as file:
+            fields = [line.split() for line in file.readlines()[1:]]
+        queues = [line[4] for line in fields if int(line[2].split(":")[1], 16) == service.port]
+        return max((int(queue.split(":")[0], 16) for queue in queues), default=0)
+
+    def wait_until_full(self, service):
+        unsent = -1
+        while (now := self.unsent_bytes(service)) != unsent or unsent < 1000:
+            unsent = now
+            time.sleep(0.5)
+
+    def test_a_client_that_is_killed_while_its_service_reads_nothing_leaves_no_force_and_no_half_frame(self):
+        service = Service(receive_bytes=4096)
+        self.addCleanup(service.end)
+        with Server("--scene", "two_boxes") as server:
+            session = self.pressing(server, service)
+            service.reads = False
+            self.wait_until_full(service)
+            session.process.kill()
+            time.sleep(1)
+            service.answers = False
+            service.reads = True
+            self.until(lambda: service.force == [0, 0, 0] or service.is_broken, "its watchdog writes zero")
+            self.assertFalse(service.is_broken, "a part of a frame stands in the stream")
 
 
 class TwoDevices(ProgramTest):

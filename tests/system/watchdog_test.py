@@ -1,4 +1,4 @@
-"""The client stands still or is killed while it shows a force: its watchdog says zero to the motors.
+"""The client is stopped or killed while it shows a force: its watchdog writes zero to the motors, also when they take nothing then.
 
 `--motors` is where the commands of a simulated device go, as those of a real one go to its USB descriptor.
 """
@@ -20,20 +20,23 @@ SLEW_N = 4.0  # a tick's, of the simulated device
 
 
 class Motors:
-    """The far end of a device's line: what it was told, and when."""
+    """The far end of a device's line: the commands that it received, and when."""
 
-    def __init__(self, path):
+    def __init__(self, path, pipe_bytes=1 << 20):
         os.mkfifo(path)
         self.path = path
         self.told = []  # (time, force [N])
+        self.reads = threading.Event()
+        self.reads.set()
         self._pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-        fcntl.fcntl(self._pipe, F_SETPIPE_SZ, 1 << 20)
+        fcntl.fcntl(self._pipe, F_SETPIPE_SZ, pipe_bytes)
         os.set_blocking(self._pipe, True)
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self):
         data = b""
         while True:
+            self.reads.wait()
             more = os.read(self._pipe, 65536)
             if not more:
                 time.sleep(0.001)  # nobody has it open
@@ -55,12 +58,15 @@ class Motors:
         raise AssertionError("the motors were never told so")
 
 
-class Watchdog(ProgramTest):
+class Pressing(ProgramTest):
+    """A client that presses on a wall, and its motors."""
+    pipe_bytes = 1 << 20
+
     def setUp(self):
         super().setUp()
         self.server = Server("--scene", "wall")
         self.addCleanup(self.server.__exit__)
-        self.motors = Motors(self.path("motors"))
+        self.motors = Motors(self.path("motors"), self.pipe_bytes)
         self.trace = self.path("trace.csv")
         self.client = start_client(self.server.port, "--hand", self.write("press.json", PRESSES), "--motors",
                                    self.motors.path, "--trace", self.trace, "--duration", "600s")
@@ -83,6 +89,17 @@ class Watchdog(ProgramTest):
         with open(f"/proc/{self.client.pid}/task/{self.client.pid}/children") as file:
             return [int(word) for word in file.read().split()]
 
+    def check_return(self, forces_n):
+        """A command that was under way when it was stopped may come out, and is answered by zero at once; then the ramp."""
+        late = [force_n for force_n in forces_n[:20] if force_n > 1]
+        self.assertLessEqual(len(late), 2, "the old force was shown again")
+        ramp = forces_n[20:]
+        for before, now in zip(ramp, ramp[1:]):
+            self.assertLessEqual(now - before, 0.5, "the force did not come back by its ramp")
+        self.assertGreater(len(forces_n), 100, "the force was back at once")
+
+
+class Watchdog(Pressing):
     def test_says_zero_while_the_client_stands_still_and_the_force_comes_back_by_its_ramp(self):
         for _ in range(3):
             stopped = time.monotonic()
@@ -94,15 +111,6 @@ class Watchdog(ProgramTest):
             os.kill(self.client.pid, signal.SIGCONT)
             back = self.wait_for_force(time.monotonic())
             self.check_return([force_n for at, force_n in self.motors.told[told:] if at <= back])
-
-    def check_return(self, forces_n):
-        """A command that was under way when it was stopped may come out, and is answered by zero at once; then the ramp."""
-        late = [force_n for force_n in forces_n[:20] if force_n > 1]
-        self.assertLessEqual(len(late), 2, "the old force was shown again")
-        ramp = forces_n[20:]
-        for before, now in zip(ramp, ramp[1:]):
-            self.assertLessEqual(now - before, 0.5, "the force did not come back by its ramp")
-        self.assertGreater(len(forces_n), 100, "the force was back at once")
 
     def test_says_zero_when_the_client_is_killed_and_ends(self):
         processes = self.watchdogs()
@@ -130,6 +138,39 @@ class Watchdog(ProgramTest):
         os.kill(self.client.pid, signal.SIGSTOP)
         self.wait_for_zero(stopped)
         os.kill(self.client.pid, signal.SIGCONT)
+
+
+class BusyMotors(Pressing):
+    """The line takes nothing when the client is stopped or killed, and for a second more."""
+    pipe_bytes = 4096
+
+    def end_while_busy(self, number):
+        """A client that is sent this signal while its line is full; the line is read a second later. When that was."""
+        self.motors.reads.clear()
+        time.sleep(0.5)  # 170 commands fill it
+        os.kill(self.client.pid, number)
+        time.sleep(1)
+        self.motors.reads.set()
+        return time.monotonic()
+
+    def test_says_zero_once_they_take_it_after_the_client_was_killed(self):
+        self.wait_for_zero(self.end_while_busy(signal.SIGKILL))
+        time.sleep(0.1)
+        self.assertEqual(self.motors.told[-1][1], 0, "zero was not the last word")
+
+    def test_says_zero_once_they_take_it_while_the_client_is_stopped_and_the_force_comes_back_by_its_ramp(self):
+        self.wait_for_zero(self.end_while_busy(signal.SIGSTOP))
+        time.sleep(0.1)
+        self.assertEqual(self.motors.told[-1][1], 0, "zero was not the last word")
+        told = len(self.motors.told)
+        os.kill(self.client.pid, signal.SIGCONT)
+        back = self.wait_for_force(time.monotonic())
+        self.check_return([force_n for at, force_n in self.motors.told[told:] if at <= back])
+
+    def test_an_end_in_order_lets_go_of_them_too(self):
+        self.wait_for_zero(self.end_while_busy(signal.SIGINT))
+        finish(self.client)
+        self.assertEqual(self.motors.told[-1][1], 0)
 
 
 class WithoutWatchdog(ProgramTest):

@@ -1,0 +1,129 @@
+// A line to a device with little room, and a reader of it that accepts whole frames only.
+#pragma once
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/time.hpp"
+
+namespace tandem::devices {
+
+inline constexpr std::size_t kFrame = 300;
+inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
+/// Magic, kind, let-go that the owner knew; the rest repeats the kind.
+inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t let_go_known = 0) {
+  std::vector<std::uint8_t> frame(kFrame, kind);
+  frame[0] = kMagic;
+  frame[2] = static_cast<std::uint8_t>(let_go_known);
+  return frame;
+}
+
+enum class LineKind : std::uint8_t { kPipe, kTcp };
+
+/// The two ends of a line with little room.
+struct TestLine {
+  explicit TestLine(LineKind kind) {
+    if (kind == LineKind::kPipe) {
+      int ends[2] = {-1, -1};
+      EXPECT_EQ(pipe2(ends, O_CLOEXEC | O_NONBLOCK), 0);
+      EXPECT_GE(fcntl(ends[1], F_SETPIPE_SZ, 4096), 4096);
+      reading = ends[0];
+      writing = ends[1];
+      return;
+    }
+    const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), small = 4096;
+    setsockopt(listener, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(bind(listener, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(listen(listener, 1), 0);
+    getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+    writing = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    setsockopt(writing, SOL_SOCKET, SO_SNDBUF, &small, sizeof small);
+    EXPECT_EQ(connect(writing, reinterpret_cast<sockaddr*>(&address), size), 0);
+    reading = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    fcntl(writing, F_SETFL, O_NONBLOCK);
+    close(listener);
+  }
+  ~TestLine() {
+    close(reading);
+    if (writing >= 0) close(writing);
+  }
+  TestLine(const TestLine&) = delete;
+  TestLine& operator=(const TestLine&) = delete;
+
+  int reading = -1, writing = -1;
+};
+
+/// Reads a line and checks that it is nothing but whole frames.
+class Reader {
+ public:
+  explicit Reader(int line) : line_(line) {}
+
+  /// Takes at most so many bytes of what there is. False: none.
+  bool take(std::size_t most = 65536) {
+    std::array<std::uint8_t, 65536> bytes;
+    const ssize_t count = read(line_, bytes.data(), std::min(most, bytes.size()));
+    if (count == 0) has_ended = true;
+    if (count <= 0) return false;
+    data_.insert(data_.end(), bytes.begin(), bytes.begin() + count);
+    while (data_.size() >= kFrame) {
+      note(std::span(data_).first(kFrame));
+      data_.erase(data_.begin(), data_.begin() + kFrame);
+    }
+    return true;
+  }
+  bool is_between_frames() const { return data_.empty(); }
+  /// Reads until `is_so`, at most for `longest`.
+  template <class Is>
+  bool until(Is is_so, Duration longest = std::chrono::seconds(20)) {
+    const SteadyClock clock;
+    for (const LocalTime end = clock.now() + longest; !is_so() && clock.now() < end && !has_ended;) {
+      pollfd ready{line_, POLLIN, 0};
+      poll(&ready, 1, 5);
+      while (take()) {
+      }
+    }
+    return is_so();
+  }
+
+  int zeros = 0;     ///< since the last force
+  int silences = 0;  ///< in which the watchdog wrote zero
+  int forces = 0, replies = 0;
+  std::uint8_t last = kForce;  ///< that is no reply
+  std::uint32_t let_go_of_last_force = 0;
+  bool is_whole = true;
+  bool has_ended = false;
+
+ private:
+  void note(std::span<const std::uint8_t> frame) {
+    const std::uint8_t kind = frame[1];
+    is_whole = is_whole && frame[0] == kMagic && kind <= kOwnZero &&
+               std::all_of(frame.begin() + 3, frame.end(), [kind](std::uint8_t byte) { return byte == kind; });
+    if (kind == kForce) zeros = 0;
+    if (kind == kZero && zeros++ == 0) ++silences;
+    forces += kind == kForce ? 1 : 0;
+    replies += kind == kReply ? 1 : 0;
+    if (kind != kReply) last = kind;
+    if (kind == kForce) let_go_of_last_force = frame[2];
+  }
+
+  int line_;
+  std::vector<std::uint8_t> data_;
+};
+
+}  // namespace tandem::devices
