@@ -25,6 +25,7 @@
 
 #include "common/base/random.hpp"
 #include "tests/devices/watchdog_line.hpp"
+#include "tests/support/needs.hpp"
 #include "tests/support/test_seed.hpp"
 
 namespace tandem::devices {
@@ -280,7 +281,9 @@ TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
       }
       left = std::move(again);
     }
-    if (!left.empty() && !was_peer_in_time) GTEST_SKIP() << "no process of this machine acts within 10 ms";
+    if (!left.empty() && !was_peer_in_time) {
+      return test::note_left_out("WatchdogLine", "no process of this machine acts within 10 ms");
+    }
     for (const Case& one : left) ADD_FAILURE() << describe(one) << ": late each time";
   }
   std::cout << trials() << " times " << cases.size() << " cases: zero at the latest after "
