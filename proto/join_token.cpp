@@ -54,7 +54,7 @@ Bytes sign_token(wire::TokenClaims claims, const secure::KeyPair& issuer) {
   }
   if (!is_within_limits(claims)) {
     throw std::invalid_argument(
-        "a token lasts at most 15 minutes, names are at most 64 bytes, and a force is 0.001 to 1000 N, or 0");
+        "a token is valid for 1 ms to 30 days, names are at most 64 bytes, and a force is 0.001 to 1000 N, or 0");
   }
   wire::JoinToken token;
   token.set_claims(claims.SerializeAsString());

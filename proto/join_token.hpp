@@ -16,7 +16,7 @@ namespace tandem::proto {
 inline constexpr std::size_t kTokenIdBytes = 16;
 inline constexpr std::size_t kMaxTokenBytes = 512;
 /// From issue to expiry; servers refuse longer ones.
-inline constexpr std::uint64_t kMaxTokenLife_ms = 15 * 60 * 1000;
+inline constexpr std::uint64_t kMaxTokenLife_ms = 30ULL * 24 * 60 * 60 * 1000;
 
 /// Signs the claims; a missing id is drawn.
 /// Fails   std::invalid_argument: the key is not of Ed25519, or the claims are out of their ranges

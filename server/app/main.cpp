@@ -68,7 +68,7 @@ void add_duration(CLI::App& app, const std::string& name, const std::string& hel
 void declare_security(CLI::App& app, Options& options) {
   app.add_option_function<int>(
          "--invite", [&options](int number) { options.invitations = number; },
-         "print so many invitations, each for one person, who pastes it after tandem-client --join within 15 minutes; "
+         "print so many invitations, each for one person, who pastes it after tandem-client --join within --valid; "
          "tandem-token makes more [0; 1 without a number]")
       ->expected(0, 1)
       ->default_str("1")
@@ -78,12 +78,25 @@ void declare_security(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
       ->capture_default_str()
       ->type_name("manipulator|operator|observer");
+  app.add_option_function<std::string>(
+         "--valid",
+         [&options](const std::string& text) {
+           try {
+             options.invited.life = server::valid_for(text);
+           } catch (const std::invalid_argument& error) {
+             throw CLI::ValidationError(error.what());
+           }
+         },
+         "until when an invitation of --invite must be used, with unit (s, min, h or d), at most 30d; restarts of the "
+         "server do not end it [15min]")
+      ->type_name("TIME");
   app.add_option(
          "--address", options.address,
          "name or address, without a port, by which others reach this server, for invitations and --dev-certs [an "
          "address of this machine]")
       ->type_name("ADDRESS|NAME");
-  app.add_option("--state", options.security.state, "folder of the keys that the server makes itself")
+  app.add_option("--state", options.security.state,
+                 "folder of the keys that the server makes itself, and of the list of used invitations")
       ->capture_default_str()
       ->type_name("DIR");
   app.add_option("--cert", options.security.certificate, "certificate of the server, with those below the authority's")
@@ -100,9 +113,10 @@ void declare_security(CLI::App& app, Options& options) {
 }
 
 void declare_recording(CLI::App& app, Options& options) {
-  app.add_flag("--resume", options.resumes,
-               "keep in --state, every 0.5 s, where things are, who may come back and which tokens were used; after a "
-               "restart the server goes on from there");
+  app.add_flag(
+      "--resume", options.resumes,
+      "keep in --state, every 0.5 s, where things are and which users may come back; after a restart the server "
+      "goes on from there (used invitations are kept there always)");
   app.add_option_function<std::string>(
          "--keep", [&options](const std::string& folder) { options.keep = folder; },
          "folder of the poses of two molecules that users keep: lists and structure files (\"\": none are written) "
@@ -282,6 +296,14 @@ std::string invitations(const Options& options, std::uint16_t port, const server
   return lines;
 }
 
+/// Warning where no other machine can use the invitations; else empty.
+std::string reach_of_invitations(const Options& options) {
+  if (options.invitations == 0 || !server::is_loopback(options.bind)) return "";
+  return "warning: the server listens on " + options.bind +
+         " only, so these invitations can be used on this machine alone; for other machines give --bind 0.0.0.0 (or "
+         "::)";
+}
+
 void make_dev_certificates(const Options& options, realtime::Output& output) {
   const std::filesystem::path& folder = options.dev_certificates;
   secure::write_dev_certificates(folder, {address_for_clients(options), server::own_address(true),
@@ -353,11 +375,16 @@ int serve(const Options& options, realtime::Output& output) {
   }
   std::optional<server::ServerKeys> keys;
   std::shared_ptr<void> lock;
+  std::unique_ptr<server::InvitationLedger> ledger;  // outlives the server
   if (!options.is_insecure || options.resumes) lock = server::lock_state(options.security.state);
   if (!options.is_insecure) {
     keys = server::open_keys(options.security);
     settings.tls = server::tls_of(*keys);
     settings.hub.admission = server::admission_of(*keys, options.security);
+    ledger = std::make_unique<server::InvitationLedger>(
+        server::ledger_file(options.security.state),
+        [&output](const std::string& news) { output.log("invitations", news); });
+    settings.hub.admission->ledger = ledger.get();
   }
   server::ServerRooms rooms(open_rooms(options, output));
   server::ServerCheckpoint* checkpoint = nullptr;
@@ -377,6 +404,7 @@ int serve(const Options& options, realtime::Output& output) {
   for (const auto& room : server.rooms()) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
   }
+  if (ledger) ledger->begin(options.resumes, server::unix_ms_now());
   // Not before all set-up has worked: an error is then the only line.
   for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
@@ -392,9 +420,12 @@ int serve(const Options& options, realtime::Output& output) {
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
+  if (const std::string warning = reach_of_invitations(options); !warning.empty()) output.log("invite", warning);
   poses->start();
+  if (ledger) ledger->start();
   if (checkpoint) checkpoint->start();
   const int code = run(server, output);
+  if (ledger) ledger->finish();
   if (options.writes_json) output.out(boost::json::serialize(server::report_json(server, recorder)) + "\n");
   const std::uint64_t lost = recorder != nullptr ? lost_of(*recorder) : 0;
   if (lost == 0) return code;

@@ -12,11 +12,12 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <stdexcept>
 
+#include "common/base/units.hpp"
 #include "common/secure/certificate.hpp"
+#include "server/session/unix_time.hpp"
 
 namespace tandem::server {
 namespace {
@@ -38,15 +39,6 @@ wire::Role role_named(const std::string& name) {
   return name == "operator" ? wire::ROLE_OPERATOR : wire::ROLE_MANIPULATOR;
 }
 
-std::string minute_of(std::uint64_t unix_ms) {
-  const auto seconds = static_cast<std::time_t>(unix_ms / 1000);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
-  return text.data();
-}
-
 }  // namespace
 
 std::filesystem::path default_state_folder() {
@@ -63,10 +55,16 @@ ServerKeys open_keys(const SecurityOptions& options) {
   }
   using Kind = secure::KeyPair::Kind;
   const bool has_own = options.key.empty();
+  const bool is_new = has_own && !std::filesystem::exists(options.state / "server-key.pem");
   const auto identity = has_own ? secure::KeyPair::load_or_make(options.state / "server-key.pem", Kind::kP256)
                                 : secure::KeyPair::load(options.key);
+  if (is_new) InvitationLedger::make(ledger_file(options.state));
   const std::string pem = has_own ? secure::self_signed_certificate(identity) : text_in(options.certificate);
   return {identity, secure::KeyPair::load_or_make(options.state / "token-key.pem", Kind::kEd25519), pem};
+}
+
+std::filesystem::path ledger_file(const std::filesystem::path& state) {
+  return state / "invitations.pb";
 }
 
 std::shared_ptr<void> lock_state(const std::filesystem::path& state) {
@@ -105,6 +103,26 @@ std::uint64_t unix_ms_now() {
   return static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));
 }
 
+Duration valid_for(const std::string& text) {
+  constexpr Duration kMost = std::chrono::milliseconds(proto::kMaxTokenLife_ms);
+  static_assert(kMost == std::chrono::hours(30 * 24));
+  Duration life{};
+  try {
+    life = parse_duration(text, "min");
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("--valid: ") + error.what());
+  }
+  if (life > kMost) {
+    throw std::invalid_argument("--valid: an invitation is valid for 30 days at most, not '" + text +
+                                "'; give 30d or less, and issue it later");
+  }
+  if (life < std::chrono::milliseconds(1)) {
+    throw std::invalid_argument("--valid: an invitation that is valid for '" + text +
+                                "' lets nobody in; give for example 15min");
+  }
+  return life;
+}
+
 proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer) {
   wire::TokenClaims claims;
   claims.set_audience(audience.data(), audience.size());
@@ -120,8 +138,12 @@ proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, co
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys) {
   const proto::Bytes token = token_for(invited, keys.identity.id(), keys.issuer);
   const auto until = proto::peek_token(token)->expires_ms();
-  return "invitation (one " + invited.role + ", until " + minute_of(until) + "): tandem-client --join " +
+  return "invitation (one " + invited.role + ", until " + utc_text(until) + "): tandem-client --join " +
          proto::text_of(proto::Invitation{server, keys.identity.id(), token});
+}
+
+bool is_loopback(const std::string& address) {
+  return address.starts_with("127.") || address == "::1" || address == "localhost";
 }
 
 std::string own_address(bool may_be_v6) {

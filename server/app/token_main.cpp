@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "common/base/units.hpp"
 #include "common/net/host_port.hpp"
 #include "server/app/security.hpp"
 
@@ -19,7 +18,7 @@ struct Options {
   std::string server_key;
   std::filesystem::path issuer;
   std::filesystem::path new_key;
-  std::string life = "900s";
+  std::string life = "15min";
 };
 
 void declare(CLI::App& app, Options& options) {
@@ -40,7 +39,7 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--max-force", options.invited.max_force_n,
                  "most force of the user's coupling [N]; 0: as the scene says")
       ->capture_default_str();
-  app.add_option("--valid", options.life, "until it must be used, at most 900s")
+  app.add_option("--valid", options.life, "until it must be used, with unit (s, min, h or d), at most 30d")
       ->capture_default_str()
       ->type_name("TIME");
   app.add_option("--issuer-key", options.issuer,
@@ -82,7 +81,7 @@ std::string run(Options& options) {
     key.save(options.new_key);
     return secure::text_of(key.public_key());
   }
-  options.invited.life = parse_duration(options.life, "s");
+  options.invited.life = server::valid_for(options.life);
   return issued(options);
 }
 

@@ -36,18 +36,20 @@ std::optional<std::uint8_t> RoomSeats::free_tool(std::optional<std::uint8_t> wan
   return std::nullopt;
 }
 
-std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds,
-                                    std::string_view user_name, std::optional<std::uint8_t> wanted_tool) {
+bool RoomSeats::has_place(UserRole role) const {
   const auto& limits = room_.scene().description.limits();
   const std::size_t limit = has_tool(role) ? limits.manipulators() : limits.observers();
+  const bool has_seat = std::find(seats_.begin(), seats_.end(), std::nullopt) != seats_.end();
+  return has_seat && count(role) < limit && waiting_.size() < kMaxNewUsers && (!has_tool(role) || free_tool({}));
+}
+
+std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds,
+                                    std::string_view user_name, std::optional<std::uint8_t> wanted_tool) {
+  if (!has_place(role)) return std::nullopt;
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
-  if (waiting_.size() >= kMaxNewUsers) return std::nullopt;
-  if (free == seats_.end() || count(role) >= limit) return std::nullopt;
   Seat seat{static_cast<std::uint8_t>(free - seats_.begin()), UserId{}, role, 0, leaves_gaps};
   if (has_tool(role)) {
-    const auto tool = free_tool(wanted_tool);
-    if (!tool) return std::nullopt;
-    seat.tool = *tool;
+    seat.tool = *free_tool(wanted_tool);
     seat.coupling_bounds = haptics::coupling_bounds_in_world(device_bounds, room_.scene().workspaces[seat.tool]);
   }
   std::ranges::copy(user_name.substr(0, seat.user_name.size() - 1), seat.user_name.begin());

@@ -44,6 +44,8 @@ class RoomSeats {
   std::optional<Seat> take(UserRole role, bool leaves_gaps = false,
                            const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                            std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
+  /// Whether take() has a seat and a tool for that role now.
+  bool has_place(UserRole role) const;
   /// With an operator goes what was set: the coupling is the scene's again.
   void leave(const Seat& seat);
   bool has_operator() const;

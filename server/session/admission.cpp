@@ -11,6 +11,7 @@ namespace {
 
 /// What the issuer's clock may be ahead.
 constexpr std::uint64_t kClockError_ms = 60'000;
+constexpr Duration kReadClockEvery = std::chrono::milliseconds(100), kNoteTimeEvery = std::chrono::minutes(10);
 
 std::span<const std::byte> bytes_in(const std::string& text) {
   return std::as_bytes(std::span(text));
@@ -49,23 +50,25 @@ std::optional<Refusal> cut_to(const wire::TokenClaims& claims, wire::JoinRoom& j
 
 }  // namespace
 
-Admission::Admission(AdmissionSettings settings) : settings_(std::move(settings)) {
+Admission::Admission(AdmissionSettings settings)
+    : settings_(std::move(settings)),
+      own_ledger_(settings_.ledger == nullptr ? std::make_unique<InvitationLedger>() : nullptr),
+      ledger_(settings_.ledger == nullptr ? own_ledger_.get() : settings_.ledger),
+      time_(ledger_->time_ms()) {
   if (!settings_.unix_ms) throw std::invalid_argument("AdmissionSettings.unix_ms is empty; give it a clock");
-  started_ms_ = settings_.unix_ms();
   resume(settings_.resumed);
 }
 
 void Admission::resume(const wire::AdmissionState& state) {
-  if (state.started_ms() != 0) started_ms_ = std::min(started_ms_, state.started_ms());
-  for (const wire::UsedToken& token : state.used()) {
-    if (token.id().size() == sizeof(Id)) used_[array_of<Id>(token.id())] = token.expires_ms();
-  }
+  // Credentials from before a run without --resume have ended with it.
+  if (state.generation() != ledger_->generation()) return;
   for (const wire::ResumeCredential& in : state.credentials()) {
     if (in.id().size() != sizeof(Id) || in.key().size() != sizeof(secure::PublicKey)) continue;
+    if (ledger_->is_revoked(array_of<Id>(in.id()))) continue;
     Credential& credential = credentials_[array_of<Id>(in.id())];
     credential.key = array_of<secure::PublicKey>(in.key());
     credential.granted = in.granted();
-    // Who was connected when the server ended has lost it then.
+    // A user who was connected when the server ended has lost the connection then.
     credential.lost_before_ms = in.lost_ms() != 0 ? in.lost_ms() : settings_.unix_ms();
     if (in.tool() > 0) credential.tool = static_cast<std::uint8_t>(in.tool() - 1);
     credential.claims = in.claims();
@@ -78,12 +81,7 @@ wire::AdmissionState Admission::state(LocalTime now) const {
     return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   };
   wire::AdmissionState out;
-  out.set_started_ms(started_ms_);
-  for (const auto& [id, expires_ms] : used_) {
-    wire::UsedToken& token = *out.add_used();
-    token.set_id(text(id));
-    token.set_expires_ms(expires_ms);
-  }
+  out.set_generation(ledger_->generation());
   for (const auto& [id, credential] : credentials_) {
     wire::ResumeCredential& to = *out.add_credentials();
     to.set_id(text(id));
@@ -92,7 +90,7 @@ wire::AdmissionState Admission::state(LocalTime now) const {
     to.set_lost_ms(credential.lost_before_ms);
     if (credential.lost) {
       const auto ago_ms = static_cast<std::uint64_t>((now - *credential.lost) / std::chrono::milliseconds(1));
-      to.set_lost_ms(settings_.unix_ms() - ago_ms);
+      to.set_lost_ms(time_.at(now) - ago_ms);
     }
     if (credential.tool) to.set_tool(1U + *credential.tool);
     *to.mutable_claims() = credential.claims;
@@ -106,14 +104,32 @@ Admission::Id Admission::first_of(const Id& credential) const {
   return found == credentials_.end() ? credential : found->second.beside.value_or(credential);
 }
 
-std::optional<Admission::Id> Admission::revoke(const Id& credential) {
+void Admission::erase(Credentials::iterator credential) {
+  ledger_->revoke(credential->first);
   credentials_.erase(credential);
   ++changes_;
+}
+
+std::optional<Admission::Id> Admission::revoke(const Id& credential) {
+  if (const auto first = credentials_.find(credential); first != credentials_.end()) erase(first);
   const auto second = find_beside(credential);
   if (second == credentials_.end()) return std::nullopt;
   const Id id = second->first;
-  credentials_.erase(second);
+  erase(second);
   return id;
+}
+
+void Admission::poll(LocalTime now) {
+  ledger_->poll();
+  if (read_clock_ && now - *read_clock_ < kReadClockEvery) return;
+  read_clock_ = now;
+  const std::uint64_t now_ms = time_.update(settings_.unix_ms(), now);
+  // Not one that may be wrong for a moment, as after the machine's start.
+  if (!note_time_) note_time_ = now + kClockHold;
+  if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;  // when it has followed
+  if (now < *note_time_) return;
+  note_time_ = now + kNoteTimeEvery;
+  ledger_->note_time(now_ms);
 }
 
 std::optional<Refusal> Admission::admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
@@ -125,10 +141,10 @@ std::optional<Refusal> Admission::admit(wire::JoinRoom& join, const std::optiona
     ticket.has_resume_key = true;
   }
   if (join.has_beside()) return admit_beside(join, exported, ticket);
-  return admit_by_token(join, ticket);
+  return admit_by_token(join, now, ticket);
 }
 
-std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, Ticket& ticket) {
+std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, LocalTime now, Ticket& ticket) {
   const auto claims = proto::read_token(bytes_in(join.token()), settings_.issuers);
   if (!claims) {
     return Refusal{wire::ERROR_BAD_TOKEN, join.token().empty()
@@ -138,29 +154,48 @@ std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, Ticket& t
   if (!secure::is_equal(bytes_in(claims->audience()), settings_.audience)) {
     return Refusal{wire::ERROR_BAD_TOKEN, "the token is for another server; ask for a new invitation"};
   }
-  if (auto refusal = check_times(*claims)) return refusal;
+  if (auto refusal = check_times(*claims, now)) return refusal;
   ticket.id = array_of<Id>(claims->id());
   ticket.expires_ms = claims->expires_ms();
-  if (used_.contains(ticket.id)) {
+  if (ledger_->use_of(ticket.id) != InvitationLedger::Use::kNone) {
     return Refusal{wire::ERROR_TOKEN_USED, "the token was used before, and lets in once; ask for a new invitation"};
   }
-  if (used_.size() >= settings_.max_used_tokens) {
-    return Refusal{wire::ERROR_SERVER_FULL, "too many have joined lately; try later"};
+  if (!ledger_->has_room(time_.at(now))) {
+    return Refusal{wire::ERROR_SERVER_FULL,
+                   "the server's list of used invitations is full: " + std::to_string(ledger_->max_used()) +
+                       " have not expired yet; try later, and issue them for a shorter time"};
   }
   ticket.claims = *claims;
   return cut_to(*claims, join);
 }
 
-std::optional<Refusal> Admission::check_times(const wire::TokenClaims& claims) {
-  const std::uint64_t now = unix_ms();
-  const char* problem = nullptr;
-  if (now >= claims.expires_ms()) problem = "the token has expired; ask for a new invitation";
-  if (claims.issued_ms() > now + kClockError_ms) problem = "the token is from the future; set the clocks";
-  if (claims.issued_ms() < started_ms_) {
-    problem = "the token is older than the server's start, and may have been used; ask for a new invitation";
+std::optional<Refusal> Admission::check_times(const wire::TokenClaims& claims, LocalTime now) const {
+  const std::uint64_t now_ms = time_.at(now);
+  const std::string here = "; the server's time is " + utc_text(now_ms);
+  std::string problem;
+  if (claims.expires_ms() <= now_ms) {
+    problem = "the token has expired, at " + utc_text(claims.expires_ms()) + here + "; ask for a new invitation";
+  } else if (claims.issued_ms() > now_ms + kClockError_ms) {
+    problem = "the token is from the future, " + utc_text(claims.issued_ms()) + here + "; set the clocks";
+  } else if (claims.issued_ms() < ledger_->issued_from_ms()) {
+    problem = "the token is older than the server's list of used invitations, which begins at " +
+              utc_text(ledger_->issued_from_ms()) + ", and may have been used; ask for a new invitation";
+  } else if (claims.expires_ms() <= ledger_->forgotten_to_ms()) {
+    problem = "the server does not list invitations any more that expire until " +
+              utc_text(ledger_->forgotten_to_ms()) +
+              ", and this one may have been used; ask for one that is valid for longer";
   }
-  if (problem == nullptr) return std::nullopt;
+  if (problem.empty()) return std::nullopt;
+  if (const auto wait = time_.follows_in(now)) {
+    problem += ". The server's clock was set; it is followed in " +
+               std::to_string(1 + *wait / std::chrono::seconds(1)) + " s: try again then";
+  }
   return Refusal{wire::ERROR_TOKEN_EXPIRED, problem};
+}
+
+Refusal Admission::unwritten() const {
+  return {wire::ERROR_SERVER_FULL, "the server cannot write down that the invitation is used (" + ledger_->problem() +
+                                       "); it is still valid: tell the operator, and try later"};
 }
 
 Admission::Credentials::iterator Admission::find_signed(const wire::Resume& by,
@@ -235,11 +270,9 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
     return ticket.id;
   }
   if (ticket.beside) {
-    // One that was lost, and will not come back now.
+    // The credential of a second device that was lost; it cannot come back now.
     const auto before = find_beside(*ticket.beside);
-    if (before != credentials_.end()) credentials_.erase(before);
-  } else {
-    used_[ticket.id] = ticket.expires_ms;
+    if (before != credentials_.end()) erase(before);
   }
   if (!ticket.has_resume_key || credentials_.size() >= settings_.max_credentials) return std::nullopt;
   Id id{};
@@ -262,13 +295,8 @@ void Admission::note_lost(const Id& credential, LocalTime now) {
   ++changes_;
 }
 
-std::uint64_t Admission::unix_ms() {
-  return newest_ms_ = std::max(newest_ms_, settings_.unix_ms());
-}
-
 void Admission::forget_expired(LocalTime now) {
-  const std::uint64_t now_ms = unix_ms();
-  std::erase_if(used_, [now_ms](const auto& entry) { return now_ms >= entry.second; });
+  const std::uint64_t now_ms = time_.update(settings_.unix_ms(), now);
   for (auto& [id, credential] : credentials_) {
     if (credential.lost_before_ms == 0 || credential.lost) continue;
     const std::uint64_t ago_ms = now_ms - std::min(now_ms, credential.lost_before_ms);

@@ -5,9 +5,9 @@
 //                      in another room where the token was for any
 //   JoinRoom.beside ─▶ likewise, of a user who is here, with one device ──▶ his room, and what his token allows
 //
-// A token is used up only when its user has got a seat. What has been used is remembered until it expires; when there is
-// no room to remember one more, it is refused and nothing is forgotten. What is remembered can outlive the server (state(),
-// AdmissionSettings::resumed); where it does not, tokens from before the start are refused.
+// A token is used only when its user has a seat, and a seat is given only when the use is on the disk (invitation_ledger.hpp). The
+// list of used tokens outlives every restart. Credentials outlive one with --resume (state(), AdmissionSettings::resumed). Times are
+// those of unix_time.hpp: a wall clock that is wrong for less than 10 s changes nothing.
 #pragma once
 
 #include <array>
@@ -21,6 +21,8 @@
 #include "common/base/time.hpp"
 #include "common/secure/key_pair.hpp"
 #include "common/secure/tls.hpp"
+#include "server/session/invitation_ledger.hpp"
+#include "server/session/unix_time.hpp"
 #include "tandem/checkpoint.pb.h"
 #include "tandem/control.pb.h"
 #include "tandem/token.pb.h"
@@ -33,10 +35,10 @@ inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
 struct AdmissionSettings {
   secure::KeyId audience{};                ///< this server's key
   std::vector<secure::PublicKey> issuers;  ///< whose tokens let in
-  std::function<std::uint64_t()> unix_ms;  ///< milliseconds since 1970, UTC
-  std::size_t max_used_tokens = 4096;
+  std::function<std::uint64_t()> unix_ms;  ///< of the wall clock: milliseconds since 1970, UTC
+  InvitationLedger* ledger = nullptr;      ///< outlives the Admission; null: one in memory, for trials
   std::size_t max_credentials = 1024;
-  wire::AdmissionState resumed{};  ///< of a server that was this one before; empty: it begins anew
+  wire::AdmissionState resumed{};  ///< of the run before; empty: no credential outlives it
 };
 
 /// Why somebody is not let in.
@@ -59,6 +61,7 @@ class Admission {
     std::optional<std::uint8_t> tool{};  ///< of who comes back: the one he had
     wire::TokenClaims claims;            ///< of a newcomer's token, or of the user's beside whom it is
     std::optional<Id> beside{};
+    bool uses_token() const { return !is_resumed && !beside; }
   };
 
   explicit Admission(AdmissionSettings settings);
@@ -68,7 +71,16 @@ class Admission {
   /// In      exported  of this connection for kResumeExport; none: nobody can resume
   std::optional<Refusal> admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported, LocalTime now,
                                Ticket& ticket);
-  /// The ticket's holder has a seat: its token is used, and it may come back as `granted` says, to `tool` if that is free.
+  // Of a ticket that uses_token(): a seat is given only when the use is kWritten.
+  /// Begins to write the use down.
+  void use(const Ticket& ticket) { ledger_->use(ticket.id, ticket.expires_ms); }
+  /// kNone after use(): it could not be written.
+  InvitationLedger::Use use_of(const Ticket& ticket) const { return ledger_->use_of(ticket.id); }
+  Refusal unwritten() const;
+  /// The ticket's holder got no seat: its token is valid as before.
+  void release(const Ticket& ticket) { ledger_->release(ticket.id); }
+
+  /// The ticket's holder has a seat, and may come back as `granted` says, to `tool` if that is free.
   /// Out     the credential; none: it named no key, or too many are remembered
   std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, std::optional<std::uint8_t> tool,
                                 LocalTime now);
@@ -76,9 +88,11 @@ class Admission {
   void note_lost(const Id& credential, LocalTime now);
   /// That of the device which this one is beside; of a first device, its own.
   Id first_of(const Id& credential) const;
-  /// It lets in no more, nor does that of a second device beside it.
+  /// It lets in no more, nor does that of a second device beside it; also after a restart, once that is on the disk.
   /// Out     the second device's; none: there is no such
   std::optional<Id> revoke(const Id& credential);
+  /// Reads the wall clock, and takes over what is on the disk. Often: it costs little.
+  void poll(LocalTime now);
   /// All that must outlive the server, and how often that has changed.
   wire::AdmissionState state(LocalTime now) const;
   std::uint64_t changes() const { return changes_; }
@@ -95,7 +109,8 @@ class Admission {
   };
   using Credentials = std::map<Id, Credential>;
   void resume(const wire::AdmissionState& state);
-  std::optional<Refusal> admit_by_token(wire::JoinRoom& join, Ticket& ticket);
+  void erase(Credentials::iterator credential);
+  std::optional<Refusal> admit_by_token(wire::JoinRoom& join, LocalTime now, Ticket& ticket);
   std::optional<Refusal> admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                      Ticket& ticket);
   std::optional<Refusal> admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
@@ -103,15 +118,14 @@ class Admission {
   /// Whose it is who has signed that; end(): nobody's.
   Credentials::iterator find_signed(const wire::Resume& by, const std::optional<secure::Exported>& exported);
   Credentials::iterator find_beside(const Id& first);
-  std::optional<Refusal> check_times(const wire::TokenClaims& claims);
-  /// Milliseconds since 1970, never before what they were.
-  std::uint64_t unix_ms();
+  std::optional<Refusal> check_times(const wire::TokenClaims& claims, LocalTime now) const;
   void forget_expired(LocalTime now);
 
   AdmissionSettings settings_;
-  std::uint64_t started_ms_;
-  std::uint64_t newest_ms_ = 0;       ///< a clock that is set back makes no used token valid again
-  std::map<Id, std::uint64_t> used_;  ///< tokens, until when they would have been valid
+  std::unique_ptr<InvitationLedger> own_ledger_;
+  InvitationLedger* ledger_;
+  UnixTime time_;
+  std::optional<LocalTime> read_clock_{}, note_time_{};  ///< when last; when next
   Credentials credentials_;
   std::uint64_t changes_ = 1;
 };

@@ -36,7 +36,8 @@ void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<cons
 /// What waits of it, as far as its turn goes; the rest stays in the reader.
 void SessionHub::Impl::serve(Connection& connection, LocalTime now) {
   wire::ClientControl message;
-  while (connection.state != ConnectionState::kClosed && connection.reader.has_next() && has_turn(connection, now)) {
+  while (connection.state != ConnectionState::kClosed && !connection.held_join && connection.reader.has_next() &&
+         has_turn(connection, now)) {
     if (!proto::parse_control(*connection.reader.next(), message)) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message could not be read");
       return;
@@ -247,9 +248,36 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE,
            "coupling_bounds: " + std::string(bad->name) + " must be " + std::to_string(bad->low) + " to " +
                std::to_string(bad->high) + ", or absent");
+  } else if (!seats->has_place(*role_of(wanted.role()))) {
+    refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
+           "room " + seats->room().name() + " is full: no free place for " +
+               (has_tool(*role_of(wanted.role())) ? "a manipulator; join as an observer, or wait" : "an observer"));
+  } else if (admission && ticket.uses_token() && admission->use_of(ticket) != InvitationLedger::Use::kWritten) {
+    hold(connection, message, ticket);
   } else {
     take_seat(connection, message, *seats, ticket);
   }
+}
+
+/// A kill between the seat and the write would leave the token valid, so the write goes before; io does not wait for it.
+void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message,
+                            const Admission::Ticket& ticket) {
+  connection.held_join = std::make_unique<HeldJoin>(HeldJoin{message, ticket});
+  admission->use(ticket);
+  settle(connection);
+}
+
+/// Once the write is done or has failed. Checks everything again: meanwhile others may have taken the last place.
+void SessionHub::Impl::settle(Connection& connection) {
+  const InvitationLedger::Use use = admission->use_of(connection.held_join->ticket);
+  if (use == InvitationLedger::Use::kBeingWritten) return;
+  const auto held = std::move(connection.held_join);
+  if (use == InvitationLedger::Use::kNone) {
+    const Refusal refusal = admission->unwritten();
+    return refuse(connection, held->granted.request(), refusal.code, refusal.text);
+  }
+  join_as_granted(connection, held->granted, held->ticket);
+  if (connection.state != ConnectionState::kActive) admission->release(held->ticket);
 }
 
 void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
@@ -266,12 +294,7 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   const std::string user_name = name_beside(wanted.user_name(), taken);
   const auto seat =
       seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), user_name, ticket.tool);
-  if (!seat) {
-    refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
-           "room " + seats.room().name() + " is full: no free place for " +
-               (has_tool(role) ? "a manipulator; join as an observer, or wait" : "an observer"));
-    return;
-  }
+  if (!seat) return refuse(connection, message.request(), wire::ERROR_ROOM_FULL, kRoomBusy);
   connection.user_name = user_name;
   connection.seats = &seats;
   connection.seat = *seat;

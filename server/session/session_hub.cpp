@@ -221,9 +221,11 @@ void SessionHub::Impl::end_overdue(Connection& connection, LocalTime now) {
   const bool has_greeted = connection.state == ConnectionState::kJoining;
   const Duration allowed = has_greeted ? settings.join_timeout : settings.hello_timeout;
   if (now - connection.connected < allowed) return;
+  const char* const what = connection.held_join ? "the server's disk did not take the use of the token"
+                           : has_greeted        ? "did not join"
+                                                : "said no hello";
   end(connection, wire::DISCONNECT_SILENCE,
-      std::string(has_greeted ? "did not join" : "said no hello") + " within " +
-          std::to_string(allowed / std::chrono::milliseconds(1)) + " ms");
+      std::string(what) + " within " + std::to_string(allowed / std::chrono::milliseconds(1)) + " ms");
 }
 
 void SessionHub::Impl::send(Connection& connection, const wire::ServerControl& message) {
@@ -265,6 +267,7 @@ void SessionHub::Impl::end(Connection& connection, wire::DisconnectReason reason
 void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason reason, const std::string& text) {
   const bool was_active = connection.state == ConnectionState::kActive;
   connection.state = ConnectionState::kClosed;
+  if (const auto held = std::move(connection.held_join)) admission->release(held->ticket);
   ++counters.ends[static_cast<std::size_t>(reason)];
   active.erase(connection.id);
   if (!was_active) {
@@ -378,7 +381,9 @@ void SessionHub::poll(const Clock& clock) {
     impl_->tell_soft_shapes(*seats);
   }
   impl_->tell_poses();
+  if (impl_->admission) impl_->admission->poll(now);
   for (const auto& [handle, connection] : impl_->connections) {
+    if (connection->held_join) impl_->settle(*connection);
     if (connection->state == ConnectionState::kActive) impl_->tell_news(*connection);
     if (connection->state != ConnectionState::kClosed) impl_->end_overdue(*connection, now);
   }

@@ -29,6 +29,12 @@ struct AddressUse {
   std::size_t connections = 0;
 };
 
+/// A join that waits until the use of its token is on the disk.
+struct HeldJoin {
+  wire::ClientControl granted;
+  Admission::Ticket ticket;
+};
+
 struct Connection {
   ConnectionHandle handle = 0;
   ConnectionState state = ConnectionState::kGreeting;
@@ -41,6 +47,7 @@ struct Connection {
   net::TokenBucket control{kControlRate};
   net::TokenBucket turn{kConnectionTurn};
   bool state_over_tcp = false;
+  std::unique_ptr<HeldJoin> held_join;  ///< kJoining; until it is settled no other message is served
 
   // kActive
   LocalTime joined{};
@@ -92,6 +99,8 @@ struct SessionHub::Impl {
   void join_as_granted(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
   void take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
                  const Admission::Ticket& ticket);
+  void hold(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
+  void settle(Connection& connection);
   void give_credential(Connection& connection, const wire::JoinRoom& granted, const Admission::Ticket& ticket,
                        wire::Joined& joined);
   void introduce(Connection& newcomer);

@@ -97,6 +97,25 @@ class Restarts(SecureTest):
         client.communicate()
         server.end()
 
+    def test_a_run_without_the_option_between_two_with_it_makes_nothing_valid_again(self):
+        port = free_port()
+        server = KeptServer(self.folder, port, 0)
+        client = start_client("--join", server.invitation("--name", "anna"), "--duration", "60s")
+        server.wait_for("anna.*joined")
+        time.sleep(0.7)  # in the checkpoint
+        server.end()
+        os.kill(client.pid, signal.SIGSTOP)  # she comes back only in the last run
+        with SecureServer(self.folder, port=port) as server:
+            used = server.invitation("--name", "ben")
+            self.assert_joined(start_client("--join", used, "--duration", "1s"))
+        server = KeptServer(self.folder, port, 2)
+        self.assert_refused(["used before"], "--join", used)
+        os.kill(client.pid, signal.SIGCONT)
+        code, _, err = finish(client)
+        self.assertNotEqual(code, 0)
+        self.assertIn("cannot be resumed", err)
+        server.end()
+
     def test_two_servers_do_not_share_a_folder(self):
         with SecureServer(self.folder, "--resume") as server:
             result = run("tandem-server", "--scene", "free", "--port", "0", "--resume", "--state", server.state)

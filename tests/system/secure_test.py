@@ -156,11 +156,73 @@ class Invitations(SecureTest):
         self.assertEqual(refusals["ERROR_NOT_ALLOWED"], 2)
         self.assertGreaterEqual(server.report["failed_handshakes"], 2, "the wrong key, and what was no TLS")
 
-    def test_are_worth_nothing_after_a_restart(self):
+    def test_let_in_after_a_restart_and_once_over_all_of_them(self):
+        with SecureServer(self.folder, "--invite", "1", "--valid", "30d") as server:
+            prepared = server.wait_for(r"invitation \(.*--join (\S+)").group(1)
+            until = server.wait_for(r"until (\d{4}-\d\d-\d\d) ").group(1)
+            port = server.port
+        days = (time.mktime(time.strptime(until, "%Y-%m-%d")) - time.time()) / 86400
+        self.assertTrue(28 < days < 31, until)
+        with SecureServer(self.folder, port=port):
+            self.assert_joined(start_client("--join", prepared, "--duration", "1s"))
+            self.assert_refused(["used before"], "--join", prepared)
+        with SecureServer(self.folder, port=port):
+            self.assert_refused(["used before"], "--join", prepared)
+
+    def test_that_are_prepared_before_the_first_start_let_in(self):
+        port, state = free_port(), self.path("state")
+        code, out, err = run("tandem-token", "--state", state, "--server", f"127.0.0.1:{port}", "--valid", "7d")
+        self.assertEqual(code, 0, err)
+        with SecureServer(self.folder, port=port):
+            self.assert_joined(start_client("--join", out.split("--join ")[1].strip(), "--duration", "1s"))
+
+    def test_from_before_the_list_was_removed_are_refused(self):
         with SecureServer(self.folder) as server:
-            invitation, port = server.invitation(), server.port
-        with SecureServer(self.folder, port=port) as server:
-            self.assert_refused(["older than the server's start"], "--join", invitation)
+            used, port = server.invitation(), server.port
+            self.assert_joined(start_client("--join", used, "--duration", "1s"))
+        os.remove(os.path.join(server.state, "invitations.pb"))
+        with SecureServer(self.folder, port=port):
+            self.assert_refused(["older than the server's list of used invitations"], "--join", used)
+
+    def test_let_nobody_in_while_their_use_cannot_be_written(self):
+        with SecureServer(self.folder) as server:
+            invitation, aside = server.invitation(), self.path("aside")
+            os.rename(server.state, aside)  # root may write everywhere, but not into a file
+            with open(server.state, "w") as file:
+                file.write("in the way")
+            self.assert_refused(["cannot write down", "Not a directory"], "--join", invitation)
+            server.wait_for("invitations.pb cannot be written: Not a directory; nobody is let in")
+            os.remove(server.state)
+            os.rename(aside, server.state)
+            self.assert_joined(start_client("--join", invitation, "--duration", "1s"))
+            server.wait_for("is written again")
+
+    def test_of_a_damaged_list_stop_the_start(self):
+        with SecureServer(self.folder) as server:
+            port = server.port
+        with open(os.path.join(server.state, "invitations.pb"), "r+b") as file:
+            file.write(b"damage")
+        result = run("tandem-server", "--scene", "free", "--port", str(port), "--state", server.state)
+        self.assert_setup_error(result, "invitations.pb is damaged", "remove it")
+
+    def test_for_this_machine_alone_are_said_to_be(self):
+        for bind, is_warned in (("127.0.0.1", True), ("0.0.0.0", False)):
+            with SecureServer(self.folder, "--invite", bind=bind) as server:
+                server.wait_for("invitation")
+                server.wait_for("invitation.*--join")
+                if is_warned:
+                    server.wait_for("on this machine alone.*--bind 0.0.0.0")
+            self.assertEqual(any("on this machine alone" in line for line in server.log), is_warned, bind)
+
+    def test_of_impossible_length_are_refused_with_the_limit(self):
+        for program_name, arguments in (("tandem-token", ()), ("tandem-server", ("--scene", "free", "--port", "0", "--invite"))):
+            for valid, words in (("31d", ["--valid", "31d", "30 days", "30d or less"]), ("0s", ["--valid", "0s"]),
+                                 ("-1h", ["--valid"]), ("10", ["--valid", "10min"]), ("soon", ["--valid", "soon"])):
+                with self.subTest(program=program_name, valid=valid):
+                    code, _, err = run(program_name, "--state", self.path("state"), *arguments, "--valid", valid)
+                    self.assertEqual((code, len(err.splitlines())), (2, 1), err)
+                    for word in words:
+                        self.assertIn(word, err)
 
     def test_of_a_service_let_in_where_the_server_knows_its_key(self):
         _, public, _ = run("tandem-token", "--new-key", self.path("service.pem"))
