@@ -122,8 +122,9 @@ void InvitationLedger::begin(bool keeps_credentials, std::uint64_t now_ms) {
     list_.set_issued_from_ms(now_ms);
   }
   if (issued_from_ms_ > now_ms && on_news_) {
-    on_news_("the clock is behind the time at which " + file_.string() + " was made, and invitations from before that (" +
-             utc_text(issued_from_ms_) + ") do not let in; set the clock, or, if it was wrong then, remove the file and "
+    on_news_("the clock is behind the time at which " + file_.string() +
+             " was made, and invitations from before that (" + utc_text(issued_from_ms_) +
+             ") do not let in; set the clock, or, if it was wrong then, remove the file and "
              "start again");
   }
   if (!keeps_credentials) {

@@ -108,7 +108,8 @@ class InvitationLedger {
     enum class Kind : std::uint8_t { kUse, kRelease, kRevoke, kForget, kTime };
     Kind kind = Kind::kUse;
     Id id{};
-    std::uint64_t unix_ms = 0;  ///< of kUse, when the token expires; of kForget, the last of those that are deleted; of kTime
+    std::uint64_t unix_ms =
+        0;  ///< of kUse, when the token expires; of kForget, the last of those that are deleted; of kTime
     std::uint64_t number = 0;
   };
   struct Outcome {
@@ -134,8 +135,8 @@ class InvitationLedger {
   std::string generation_;
   // The io thread's.
   std::map<Id, UsedToken> used_;
-  std::deque<Change> waiting_{};        ///< for space in the ring
-  std::deque<Change> being_written_{};  ///< uses
+  std::deque<Change> waiting_{};                       ///< for space in the ring
+  std::deque<Change> being_written_{};                 ///< uses
   std::uint64_t posted_ = 0, sent_ = 0, settled_ = 0;  ///< numbers of the last change
   std::uint64_t none_expires_before_ms_ = 0;
   int error_ = 0;

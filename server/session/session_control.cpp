@@ -88,10 +88,9 @@ bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientCont
 }
 
 void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {
-  using Case = wire::ClientControl;
-  if (message.message_case() == Case::kHello && connection.state == ConnectionState::kGreeting) {
+  if (message.has_hello() && connection.state == ConnectionState::kGreeting) {
     greet(connection, message);
-  } else if (message.message_case() == Case::kJoin && connection.state == ConnectionState::kJoining) {
+  } else if (message.has_join() && connection.state == ConnectionState::kJoining) {
     join(connection, message);
   } else if (!handle_in_any_state(connection, message) && !handle_active(connection, message, now)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
@@ -230,9 +229,8 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   RoomSeats* seats = find_room(wanted.room());
   if (!is_acceptable_user_name(wanted.user_name())) {
     refuse(connection, message.request(), wire::ERROR_BAD_NAME,
-           "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters, its blanks single spaces "
-           "between "
-           "others; choose another");
+           "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters, its blanks single spaces; "
+           "choose another");
   } else if (!role_of(wanted.role())) {
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the role must be manipulator, operator or observer");
   } else if (seats == nullptr) {

@@ -32,7 +32,7 @@ struct Model {
   // Offsets of the wall clock to true time that the server may go by: one, where the clock has not been set for 10 s.
   std::int64_t low_ms = 0, high_ms = 0;
   std::int64_t noted_ms = 0;  ///< the largest that the time in the file may have
-  std::int64_t wall_ms = 0;  ///< the wall clock's offset now
+  std::int64_t wall_ms = 0;   ///< the wall clock's offset now
   std::int64_t set_at_ms = 0;
 
   void set_clock(std::int64_t offset_ms, std::int64_t now_ms) {
@@ -93,7 +93,8 @@ class Site {
       ++writes;
       return std::error_code();
     };
-    ledger = std::make_unique<InvitationLedger>(file(), [](const std::string&) {}, replace);
+    ledger = std::make_unique<InvitationLedger>(
+        file(), [](const std::string&) {}, replace);
     HubSettings settings;
     settings.admission = AdmissionSettings{.audience = server_key_.id(),
                                            .issuers = {issuer_.public_key()},

@@ -53,7 +53,8 @@ class Sequence {
         site_.pass(one_of<Duration>({500ms, 3s, 11s, 11s, 16min, 26h, 31 * 24h}));
         break;
       case 7:
-        site_.set_clock(one_of<std::int64_t>({0, 0, 90'000, -90'000, 7'200'000, -7'200'000, 34'560'000'000, -34'560'000'000}));
+        site_.set_clock(
+            one_of<std::int64_t>({0, 0, 90'000, -90'000, 7'200'000, -7'200'000, 34'560'000'000, -34'560'000'000}));
         if (below(2) == 0) site_.pass(11s);
         break;
       case 8: {  // for half a second
@@ -146,10 +147,12 @@ class Sequence {
     };
     const auto by = enter(master), whom = enter(victim);
     if (by.joined.user() == 0 || whom.joined.user() == 0) return;  // the clock was set just now
-    site_.bench->send(by, test::message_of([&](auto& message) { message.mutable_kick()->set_user(whom.joined.user()); }));
+    site_.bench->send(by,
+                      test::message_of([&](auto& message) { message.mutable_kick()->set_user(whom.joined.user()); }));
     site_.ledger->poll();
     site_.ledger->work(site_.bench->now);  // killed later, before the next checkpoint
-    site_.guests.push_back({.credential = whom.joined.resume_credential(), .joined_ms = site_.now_ms, .is_ended = true});
+    site_.guests.push_back(
+        {.credential = whom.joined.resume_credential(), .joined_ms = site_.now_ms, .is_ended = true});
     if (below(2) == 0) {
       site_.kill();
       site_.here.clear();

@@ -48,7 +48,8 @@ TEST(UnixTime, AStepThatLastsIsFollowedInBothDirections) {
   time.update(kStart_ms, after(0s));
   std::uint64_t wall_ms = kStart_ms;
   Duration now = 0s;
-  for (const std::int64_t step_ms : std::initializer_list<std::int64_t>{5'000, -5'000, 31'536'000'000, -31'536'000'000}) {
+  for (const std::int64_t step_ms :
+       std::initializer_list<std::int64_t>{5'000, -5'000, 31'536'000'000, -31'536'000'000}) {
     const std::uint64_t before_ms = time.at(after(now));
     wall_ms += static_cast<std::uint64_t>(step_ms);
     time.update(wall_ms, after(now));
