@@ -352,7 +352,10 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();
-    EXPECT_THAT(words, testing::HasSubstr("the server is stopping")) << "a minimisation was open";
+    // The second where this machine lets the keeper's thread wait for longer than the stop does.
+    EXPECT_THAT(words,
+                testing::AnyOf(testing::HasSubstr("the server is stopping"), testing::HasSubstr("the server stops")))
+        << "a minimisation was open";
     ada.connection.close();
     ben.connection.close();
   }
