@@ -163,6 +163,8 @@ class BusyServer {
     PoseKeeper* const poses = rooms.add(std::make_unique<PoseKeeper>(folder / "poses", rooms.rooms(), unix_ms));
     LiveServerSettings settings{.port = 0};
     settings.hub.poses = poses;
+    // A loaded machine may keep a user waiting for an answer for longer than users may be silent.
+    settings.hub.silence_timeout = std::chrono::seconds(30);
     server_ = std::make_unique<LiveServer>(settings, std::move(rooms));
     recorder_ = server_->add(std::make_unique<ServerRecorder>(
         folder / "recording", server_->rooms(), std::vector<RoomRecording>(3), [](const std::string&) {}));

@@ -36,6 +36,7 @@ class SessionPosesTest : public ::testing::Test {
     keeper_ = std::make_unique<PoseKeeper>("", bench_->rooms, [] { return 1'700'000'000'000ULL; });
     HubSettings settings;
     settings.poses = keeper_.get();
+    settings.silence_timeout = std::chrono::hours(1);  // these users say nothing but what they ask
     settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     bench_->hub =
         std::make_unique<SessionHub>(settings, std::vector<Room*>{bench_->rooms.front().get()}, bench_->transport);
