@@ -75,11 +75,6 @@ class Connection {
     if (!answer || !answer->has_joined()) return std::nullopt;
     return answer->joined();
   }
-  void ping() {
-    wire::ClientControl message;
-    message.mutable_ping();
-    send(message);
-  }
   void close() { socket_.close(error_); }
 
  private:
@@ -332,11 +327,7 @@ void expect_sound_checkpoint(const std::filesystem::path& file) {
 void live_and_end(const std::filesystem::path& folder, Ending ending, const std::string& user) {
   BusyServer server(folder);
   Asker ada(server.port(), "docking", user), ben(server.port(), "docking too", user);
-  const bool is_busy = test::eventually([&] {
-    ada.connection.ping();
-    ben.connection.ping();
-    return server.is_busy();
-  });
+  const bool is_busy = test::eventually([&server] { return server.is_busy(); });
   ASSERT_TRUE(is_busy) << server.figures();
   const wire::ServerControl kept = ada.answer_to(ada.ask(wire::AskPose::KEEP));
   ASSERT_TRUE(kept.has_kept_pose()) << kept.ShortDebugString();
