@@ -165,7 +165,7 @@ TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
     from_client();
     ServerUpdate echo;
     echo.echoed_sent = now_;
-    echo.received = server_time_of_own_clock(server_now() + i * kMs);
+    echo.received = echo.sent = server_time_of_own_clock(server_now() + i * kMs);
     Bytes datagram;
     append_header({DatagramType::kServerUpdate, 3, ConnectionId{7}, static_cast<std::uint64_t>(i) + 1}, datagram);
     ServerUpdateEncoder().append(echo, datagram);

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <filesystem>
+
 namespace tandem::client {
 namespace {
 
@@ -33,7 +36,10 @@ TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
     recorder.add(TickRecord{}, 0);
     recorder.finish();
     const std::string line = recording_line(recorder, std::chrono::seconds(12));
-    EXPECT_THAT(line, StartsWith((folder / "a.mcap").string() + ": 12 s, 0.0"));
+    char size[32];
+    std::snprintf(size, sizeof size, "%.2f MB",
+                  static_cast<double>(std::filesystem::file_size(folder / "a.mcap")) / 1e6);
+    EXPECT_THAT(line, StartsWith((folder / "a.mcap").string() + ": 12 s, " + size));
     EXPECT_THAT(line, Not(HasSubstr("left out")));
     const boost::json::object json = recording_json(recorder);
     EXPECT_EQ(json.at("messages").to_number<int>(), 2) << "what session it is of, and the tick";
