@@ -359,18 +359,30 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
 }
 
+/// False: the machine held the owner up for so long that its watchdog wrote the zero, and nothing is claimed.
+bool an_owners_zero_waits(LineKind kind) {
+  TestLine line(kind);
+  Owner owner(kind, line.writing);
+  Reader reader(line.reading);
+  EXPECT_TRUE(wait_for([&owner] { return owner.shared->is_busy.load(); }));
+  owner.shared->wants_zero = true;
+  std::this_thread::sleep_for(milliseconds(100));
+  const bool was_off = owner.shared->is_off;
+  const bool is_off_now = reader.until([&] { return owner.shared->is_off.load(); });
+  EXPECT_TRUE(reader.is_whole);
+  if (owner.shared->let_go > 0) return false;
+  EXPECT_FALSE(was_off);
+  EXPECT_TRUE(is_off_now);
+  EXPECT_EQ(reader.last, kOwnZero);
+  return true;
+}
+
 TEST(WatchdogLine, AnOwnersZeroThatWaitsIsNotTheEndOfItsForce) {
+  constexpr int kStalls = 10;
   for (const LineKind kind : {LineKind::kPipe, LineKind::kTcp}) {
-    TestLine line(kind);
-    Owner owner(kind, line.writing);
-    Reader reader(line.reading);
-    ASSERT_TRUE(wait_for([&owner] { return owner.shared->is_busy.load(); }));
-    owner.shared->wants_zero = true;
-    std::this_thread::sleep_for(milliseconds(100));
-    EXPECT_FALSE(owner.shared->is_off);
-    EXPECT_TRUE(reader.until([&] { return owner.shared->is_off.load(); }));
-    EXPECT_EQ(reader.last, kOwnZero);
-    EXPECT_TRUE(reader.is_whole);
+    int tries = 1;
+    while (!an_owners_zero_waits(kind) && tries < kStalls) ++tries;
+    if (tries == kStalls) test::note_left_out("WatchdogLine", "this machine holds a process up in each of ten tries");
   }
 }
 
