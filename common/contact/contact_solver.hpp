@@ -76,7 +76,8 @@ struct SolverReport {
 ///         V* = V₀ + h M⁻¹ w_ext; that is M (V − V*) = h Σ forces at the end of the step. Convex; Newton's method with
 ///         a line search on the slope along the step. In the first iterations friction is limited by the normal force
 ///         of the iterate, then by the last of those. Contact planes are those of the start of the step, and so is the
-///         inertia. There is no gyroscopic torque: a free body keeps its energy exactly and its spin axis too.
+///         inertia. The solution has no gyroscopic torque: the caller advances the pose at constant angular momentum
+///         (RigidBody::advance()).
 ///         Beyond the rigid depth each contact is as stiff as stops the whole island, hands and all, within 0.1 mm from
 ///         1 m/s.
 /// Source  our derivation
@@ -95,8 +96,8 @@ class ContactSolver {
   explicit ContactSolver(const Limits& limits);
   ~ContactSolver();
 
-  /// Velocities at the end of the step into `bodies[i].V_WC`. Poses are the caller's to advance with them, as
-  /// integrate() does: p_WC + h v, exp(h ω) q; then the inertia in W.
+  /// Velocities at the end of the step into `bodies[i].V_WC`. The caller advances the poses with them and
+  /// passes the inertia of the new attitude in the next step.
   /// Out     results[i] of patches[i]; tool_wrenches_W[i] of couplings[i], about the tool's origin, mean over the step
   SolverReport step(double step_s, std::span<SolverBody> bodies, std::span<const SolverCoupling> couplings,
                     std::span<const SolverPatch> patches, std::span<PatchResult> results,

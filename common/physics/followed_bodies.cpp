@@ -11,10 +11,11 @@ class FollowedBodies final : public FreeBodies {
 
   void add(std::size_t index, RigidBody& rigid) override { bodies_[index] = &rigid; }
   void remove(std::size_t index) override { bodies_[index] = nullptr; }
-  void step(double step_s) noexcept override {
+  TickFaults step(double step_s) noexcept override {
     for (RigidBody* body : bodies_) {
       if (body != nullptr && !body->is_static()) body->advance(body->velocity_of_centre_W(), step_s);
     }
+    return 0;
   }
 
  private:

@@ -8,8 +8,8 @@
 
 namespace tandem::physics {
 
-/// Each body keeps the velocity that it has been told (World::set_body()): no weight, no contact and no push
-/// changes it.
+/// Each body moves freely from the last state set (World::set_body()): no weight, contact or applied wrench changes
+/// its momentum.
 /// In      bodies  of the description
 std::unique_ptr<FreeBodies> make_followed_bodies(std::size_t bodies);
 

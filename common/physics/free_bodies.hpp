@@ -1,8 +1,10 @@
-// Who moves the bodies that no tool touches: an engine at the server, at a client what the server says of them.
+// Interface of the component that moves the bodies that no tool touches: the contact solver at the server
+// (UntouchedBodies), the server's states at a client (FollowedBodies).
 #pragma once
 
 #include <cstddef>
 
+#include "common/base/tick_faults.hpp"
 #include "common/physics/rigid_body.hpp"
 
 namespace tandem::physics {
@@ -12,13 +14,13 @@ class FreeBodies {
  public:
   virtual ~FreeBodies() = default;
 
-  /// From now on `rigid`, which is body `index` of the description, is stepped here, static ones too: things collide
-  /// with them. It stays where it is in memory until it is removed.
+  /// Adds `rigid`, body `index` of the description, until it is removed; its address must not change meanwhile. Static
+  /// bodies are added too: others collide with them.
   virtual void add(std::size_t index, RigidBody& rigid) = 0;
   virtual void remove(std::size_t index) = 0;
-  /// Moves all that were added on by a step, from the state that each has now, and spends what was applied to it
-  /// (RigidBody::apply_wrench()). Finite or not: the world looks after that.
-  virtual void step(double step_s) noexcept = 0;
+  /// Moves the added bodies by a step from their present states, and consumes their applied wrenches
+  /// (RigidBody::apply_wrench()). The world checks the new states for non-finite values.
+  virtual TickFaults step(double step_s) noexcept = 0;
 };
 
 }  // namespace tandem::physics

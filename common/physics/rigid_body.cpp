@@ -4,6 +4,21 @@
 #include <cmath>
 
 namespace tandem::physics {
+namespace {
+
+/// Turn of a substep of free rotation. At 78 rad/s and 1 kHz the attitude then errs by 1° after 10 s.
+constexpr double kMidpointTurn_rad = 0.02;
+/// Each iteration reduces the error by the turn of half a substep, 0.01.
+constexpr int kMidpointIterations = 4;
+/// World::limit_speed() bounds the turn of a step to 0.5 rad.
+constexpr int kMaxSubsteps = 32;
+
+/// ω = R I⁻¹ Rᵀ L.
+Vec3 angular_velocity_W(const Quat& q_WC, const Vec3& inertia_kg_m2, const Vec3& momentum_W) {
+  return q_WC * (q_WC.conjugate() * momentum_W).cwiseQuotient(inertia_kg_m2);
+}
+
+}  // namespace
 
 RigidBody::RigidBody(const MassProperties& mass, const BodyTraits& traits, double radius_m, const Pose& X_WB)
     : mass_(mass), traits_(traits), radius_m_(radius_m), X_CB_(mass.X_BC.inverse()) {
@@ -40,8 +55,27 @@ Wrench RigidBody::weight_W(const Vec3& gravity_m_per_s2) const {
   return {traits_.has_gravity ? Vec3(mass_.mass_kg * gravity_m_per_s2) : Vec3(Vec3::Zero()), Vec3::Zero()};
 }
 
-void RigidBody::advance(const Twist& V_WC, double step_s) {
+void RigidBody::move(const Twist& V_WC, double step_s) {
   set_centre(integrate(X_WC_, V_WC, step_s), V_WC);
+}
+
+void RigidBody::advance(const Twist& V_WC, double step_s) {
+  const Vec3& inertia = mass_.principal_inertia_kg_m2;
+  const double turn = V_WC.w.norm() * step_s;
+  const bool is_isotropic = inertia.minCoeff() == inertia.maxCoeff();
+  if (is_isotropic || !(turn > 0) || !std::isfinite(turn)) return move(V_WC, step_s);
+  const int substeps = static_cast<int>(std::clamp(std::ceil(turn / kMidpointTurn_rad), 1.0, double{kMaxSubsteps}));
+  const double substep_s = step_s / substeps;
+  const Vec3 momentum_W = X_WC_.q * (X_WC_.q.conjugate() * V_WC.w).cwiseProduct(inertia);
+  Quat q_WC = X_WC_.q;
+  Vec3 w = V_WC.w;
+  for (int i = 0; i < substeps; ++i) {
+    for (int k = 0; k < kMidpointIterations; ++k) {
+      w = angular_velocity_W(quaternion_of(0.5 * substep_s * w) * q_WC, inertia, momentum_W);
+    }
+    q_WC = (quaternion_of(substep_s * w) * q_WC).normalized();
+  }
+  set_centre({X_WC_.p + V_WC.v * step_s, q_WC}, {V_WC.v, angular_velocity_W(q_WC, inertia, momentum_W)});
 }
 
 void RigidBody::shift(const Pose& by_W, const Twist& dv) {

@@ -50,8 +50,15 @@ class RigidBody {
   Twist acceleration_W(const Wrench& wrench_W) const;
   /// m g where the body feels gravity, about its centre of mass.
   Wrench weight_W(const Vec3& gravity_m_per_s2) const;
-  /// Moves on with the centre's velocity `V_WC` for a step: what a solver found. Nothing is applied any more.
+  /// Moves for a step from the centre's velocity `V_WC` that a solver found, and discards what was applied.
+  ///
+  /// Model   the angular momentum of `V_WC.w` in the present attitude is constant over the step; the attitude follows
+  ///         Euler's equations by the implicit midpoint rule, in substeps of kMidpointTurn_rad at most. The velocity
+  ///         afterwards is that of the same momentum in the new attitude, so a free top precesses and keeps energy.
+  /// Source  our derivation
   void advance(const Twist& V_WC, double step_s);
+  /// Moves for a step with exactly this velocity, and discards what was applied. For things whose motion is given.
+  void move(const Twist& V_WC, double step_s);
   /// Displaces by a small `by_W`, its turn about the centre of mass, and adds `dv` to the centre's velocity.
   void shift(const Pose& by_W, const Twist& dv);
   /// Kinetic, and potential in `gravity` where the body feels it.

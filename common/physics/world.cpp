@@ -26,28 +26,6 @@ RigidBody make_tool(const ToolDescription& tool) {
   return {tool.mass, traits, radius_m(tool.touch, tool.mass), tool.X_WT};
 }
 
-/// Of shapes that can come near each other at all: in a small scene fewer than the limit, and each costs 0.7 MB.
-std::size_t possible_pairs(const WorldDescription& world) {
-  std::size_t pairs = 0, moving = 0, all = 0;
-  const auto add = [&](std::size_t parts, bool is_static) {
-    pairs += parts * (is_static ? moving : all);
-    if (!is_static) moving += parts;
-    all += parts;
-  };
-  for (const BodyDescription& body : world.bodies) add(body.touch.parts.size(), body.mass.mass_kg <= 0);
-  for (const ToolDescription& tool : world.tools) add(tool.touch.parts.size(), false);
-  return std::max<std::size_t>(pairs, 1);
-}
-
-TouchStage::Limits touch_limits(const WorldDescription& world) {
-  return {world.bodies.size() + world.tools.size(),
-          world.tools.size(),
-          world.bodies.size(),
-          std::min(world.limits.contact_pairs, possible_pairs(world)),
-          world.limits.contact_points,
-          world.limits.body_speed_m_per_s};
-}
-
 }  // namespace
 
 World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
@@ -55,7 +33,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
     : scene(std::move(world)),
       coupling(scene->coupling),
       field(*scene),
-      touch(touch_limits(*scene)),
+      touch(touch_limits(*scene, scene->tools)),
       soft(std::move(soft_bodies)),
       effects(scene->effects, scene->bodies.size() + scene->tools.size(), scene->tools.size()),
       free(std::move(free_bodies)) {

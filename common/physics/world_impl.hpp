@@ -16,6 +16,7 @@
 #include "common/physics/effect_stage.hpp"
 #include "common/physics/molecular_forces.hpp"
 #include "common/physics/tool_hand.hpp"
+#include "common/physics/touch/touch_limits.hpp"
 #include "common/physics/touch/touch_stage.hpp"
 #include "common/physics/world.hpp"
 
@@ -104,7 +105,6 @@ struct World::Impl {
   void describe_joints() noexcept;
   void describe_pulls() noexcept;
   void add_effects() noexcept;
-  void anchor_free_bodies() noexcept;
   void keep_waiting() noexcept;
   /// Of bodies that are free, or of all else.
   TickFaults limit_or_restore_all(bool are_free) noexcept;

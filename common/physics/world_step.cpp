@@ -6,7 +6,6 @@
 #include <ctime>
 #include <utility>
 
-#include "common/physics/joints/anchor.hpp"
 #include "common/physics/world_impl.hpp"
 
 namespace tandem::physics {
@@ -98,22 +97,6 @@ void World::Impl::describe_joints() noexcept {
   }
 }
 
-/// An external body's anchor was solved with what touched it; of all others, alone.
-void World::Impl::anchor_free_bodies() noexcept {
-  for (const TouchJoint& touch_joint : touch_joints) {
-    WorldBody* const body = touch_joint.thing < bodies.size() ? &bodies[touch_joint.thing] : nullptr;
-    if (body == nullptr || !body->is_free()) continue;
-    if (touch_joint.is_solved) {
-      body->rigid.apply_wrench(touch_joint.wrench_W, touch_joint.X_WT.p);
-      continue;
-    }
-    const Wrench others_W = body->rigid.applied_W() + body->rigid.weight_W(scene->gravity_m_per_s2);
-    const Wrench wrench_W =
-        anchor_wrench_W(body->rigid, touch_joint.target.X, *body->description->anchor, others_W, step_s());
-    body->rigid.apply_wrench(wrench_W, body->rigid.centre_W());
-  }
-}
-
 /// Evaluated where the things are now: soft bodies are soft enough for that to be stable.
 void World::Impl::add_soft_wrenches() noexcept {
   const auto add = [](TouchThing& thing, const SoftContact& contact) {
@@ -168,9 +151,7 @@ TickFaults World::Impl::step_touch() noexcept {
   describe_joints();
   describe_pulls();
   if (!effects.is_empty()) add_effects();
-  const TickFaults faults = touch.step(step_s(), things, pulls, touch_joints);
-  anchor_free_bodies();
-  return faults;
+  return touch.step(step_s(), things, pulls, touch_joints);
 }
 
 /// What a tool touches, directly or through other bodies, is the touch stage's from the next step on, with all that it
@@ -268,9 +249,9 @@ TickFaults World::answer() noexcept {
 
 TickFaults World::finish() noexcept {
   if (!std::exchange(impl_->is_answered, false)) return 0;
-  impl_->free->step(impl_->step_s());
+  TickFaults faults = impl_->free->step(impl_->step_s());
   impl_->keep_waiting();
-  TickFaults faults = impl_->limit_or_restore_all(true);
+  faults |= impl_->limit_or_restore_all(true);
   impl_->puts_all_back = false;
   impl_->adopt();
   if (impl_->soft) faults |= impl_->step_soft();

@@ -1,4 +1,4 @@
-// A shape of a body with what was loaded for it: enough for its mass and for its collisions in Bullet.
+// A shape of a body with what was loaded for it: enough for its mass and for its contact shape.
 #pragma once
 
 #include <memory>

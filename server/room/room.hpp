@@ -15,7 +15,7 @@
 //
 // Nothing else crosses. The room thread never waits or logs in a step, and a step does a bounded amount of work
 // whatever users send: at most kMaxCommandsPerStep commands, among them one grab or release a seat. It allocates
-// nothing, except where the world itself changes: joins, leaves, grabs, releases and first contacts let Bullet grow.
+// nothing.
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 #include "server/room/server_world.hpp"
 
+#include "common/physics/untouched_bodies.hpp"
 #include "server/assets/soft_scene.hpp"
-#include "server/physics/bullet_world.hpp"
 
 namespace tandem::server {
 
@@ -10,7 +10,7 @@ physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene
   if (!scene->soft_bodies.empty()) soft = std::make_unique<SoftWorld>(soft_world_settings(*scene), steps_soft_aside);
   // The world keeps the scene alive that its description is a part of.
   return physics::World(std::shared_ptr<const physics::WorldDescription>(scene, &scene->world),
-                        make_bullet_world(scene->world, scene->body_shapes), std::move(soft));
+                        physics::make_untouched_bodies(scene->world), std::move(soft));
 }
 
 Duration quickest_step(const std::shared_ptr<const LoadedScene>& scene) {

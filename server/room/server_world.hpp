@@ -1,4 +1,4 @@
-// The world as a room has it: Bullet for the bodies that nobody touches, and the scene's soft bodies.
+// The world of a room: with the bodies that nobody touches, and the scene's soft bodies.
 #pragma once
 
 #include "common/physics/world.hpp"

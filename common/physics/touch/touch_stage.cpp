@@ -276,7 +276,11 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
       continue;
     }
     if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_.speed_m_per_s)) faults |= kFaultSpeedLimited;
-    thing.rigid->advance(bodies_[i].V_WC, step_s);
+    if (thing.has_inertia()) {
+      thing.rigid->advance(bodies_[i].V_WC, step_s);
+    } else {
+      thing.rigid->move(bodies_[i].V_WC, step_s);
+    }
     felt.V_WC = bodies_[i].V_WC;
     if (thing.is_massless()) thing.rigid->set_state({thing.rigid->pose(), Twist{}});
   }

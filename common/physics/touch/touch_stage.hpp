@@ -45,6 +45,13 @@ class TouchStage {
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
   /// Of `thing` on `other` in the last step. Cost: the pairs that were near.
   TouchBetween between(std::size_t thing, std::size_t other) const noexcept;
+  /// Calls `use(thing_a, thing_b, result)` for each pair of shapes that pressed in the last step.
+  template <class Use>
+  void for_each_pressing(const Use& use) const {
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
+    }
+  }
   /// Where `thing` pressed or was pressed, in W: as many as there are, or spread over them. How many were written.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 

@@ -1,4 +1,4 @@
-// Bodies on springs to where they started: the same spring whoever steps them.
+// Bodies on springs to where they started: the same spring in both stages.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/world_support.hpp"
@@ -16,14 +16,14 @@ WorldDescription anchored(const Joint& anchor, double mass_kg = kMass_kg) {
   return world;
 }
 
-/// Who steps the body: an engine that knows no springs, or the touch stage.
-enum class Owner { kEngine, kTouchStage };
+/// What steps the body: the stage of untouched bodies, or that of touched ones.
+enum class Owner { kUntouched, kTouchStage };
 
 class Anchor : public ::testing::TestWithParam<Owner> {
  protected:
   void give_to_owner(World& world) {
     if (GetParam() == Owner::kTouchStage) world.keep_implicit(kBody, 3600);
-    ASSERT_EQ(external_.contains(0), GetParam() == Owner::kEngine);
+    ASSERT_EQ(external_.contains(0), GetParam() == Owner::kUntouched);
   }
 
   ExternalBodies external_;
@@ -31,7 +31,7 @@ class Anchor : public ::testing::TestWithParam<Owner> {
 
 TEST_P(Anchor, MovesABodyByImplicitEulersRecurrence) {
   const Joint anchor{400, 5, 0, 0};
-  World world = falling_world(anchored(anchor), &external_);
+  World world = server_world(anchored(anchor), &external_);
   give_to_owner(world);
   double x = 0.02, v = -0.3;
   world.set_body(kBody, at(kStart + x * Vec3::UnitX(), v * Vec3::UnitX()));
@@ -50,7 +50,7 @@ TEST_P(Anchor, IsAsStiffAsItSays) {
   const Joint anchor{500, 10, 1, 0.01};
   WorldDescription description = anchored(anchor);
   description.gravity_m_per_s2 = {0, 0, -9.81};
-  World world = falling_world(description, &external_);
+  World world = server_world(description, &external_);
   give_to_owner(world);
   run(world, 4000);
   const Vec3 weight(0, 0, -kMass_kg * 9.81);
@@ -59,7 +59,7 @@ TEST_P(Anchor, IsAsStiffAsItSays) {
 
 TEST_P(Anchor, TurnsABodyBackByTheSameRecurrence) {
   const Joint anchor{0, 0, 0.05, 1e-4};
-  World world = falling_world(anchored(anchor), &external_);
+  World world = server_world(anchored(anchor), &external_);
   give_to_owner(world);
   const double inertia = kMass_kg * kCubeEdge_m * kCubeEdge_m / 6;
   double theta = 0.5, w = 0;
@@ -76,7 +76,7 @@ TEST_P(Anchor, TurnsABodyBackByTheSameRecurrence) {
 TEST_P(Anchor, LetsABodySagByWeightOverStiffness) {
   WorldDescription description = anchored({500, 10, 1, 0.01});
   description.gravity_m_per_s2 = {0, 0, -9.81};
-  World world = falling_world(description, &external_);
+  World world = server_world(description, &external_);
   give_to_owner(world);
   run(world, 3000);
   EXPECT_NEAR(world.body(kBody).X.p.z() - kStart.z(), -kMass_kg * 9.81 / 500, 1e-9);
@@ -89,7 +89,7 @@ TEST_P(Anchor, NeverHoldsMoreEnergyThanItWasGiven) {
                                 Joint{0, 1e4, 0, 1e3}, Joint{1e5, 0, 0, 0}}) {
       WorldDescription description = anchored(anchor, mass_kg);
       description.bodies[0].mass = mass_of(mass_kg, 0.01, {0.01, 0.02, -0.01});
-      World world = falling_world(description, &external_);
+      World world = server_world(description, &external_);
       give_to_owner(world);
       world.set_body(kBody,
                      {{kStart + Vec3(0.01, 0, -0.02), quaternion_of({0.3, -0.2, 0.1})}, {{0.1, 0.2, 0}, {1, 0, 2}}});
@@ -103,15 +103,17 @@ TEST_P(Anchor, NeverHoldsMoreEnergyThanItWasGiven) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(OfBothOwners, Anchor, ::testing::Values(Owner::kEngine, Owner::kTouchStage),
-                         [](const auto& owner) { return owner.param == Owner::kEngine ? "Engine" : "TouchStage"; });
+INSTANTIATE_TEST_SUITE_P(OfBothOwners, Anchor, ::testing::Values(Owner::kUntouched, Owner::kTouchStage),
+                         [](const auto& owner) {
+                           return owner.param == Owner::kUntouched ? "Untouched" : "TouchStage";
+                         });
 
 TEST(AnchorTouch, AToolFeelsAnAnchoredBodyAsSpringsInARow) {
   WorldDescription description = anchored({300, 20, 5, 0.05});
   // At the middle of the cube's left face, which it presses to the right.
   const double left = kStart.x() - kCubeEdge_m / 2 - kBallRadius_m;
   description.tools[0].X_WT.p = {left - 1e-3, kStart.y(), kStart.z()};
-  World world = falling_world(description);
+  World world = server_world(description);
   world.activate_tool(0);
   world.set_handle(0, at({left + 0.02, kStart.y(), kStart.z()}));
   run(world, 3000);
@@ -126,7 +128,7 @@ TEST(AnchorTouch, AHandThatIsTheToolIsShownTheAnchor) {
   WorldDescription description = anchored({300, 20, 5, 0.05});
   description.coupling.law = "direct";
   description.coupling.dynamics = haptics::ToolDynamics::kAtHandle;
-  World world = falling_world(description);
+  World world = server_world(description);
   world.activate_tool(0);
   world.hold(0, kBody, Pose{});
   world.set_handle(0, at(kStart + Vec3(0, 0.01, 0)));

@@ -1,7 +1,7 @@
-// Bodies on springs in a scene: Bullet knows no springs, and must not notice.
+// Bodies on springs in a scene, whichever stage steps them.
 #include <gtest/gtest.h>
 
-#include "server/physics/bullet_world.hpp"
+#include "common/physics/untouched_bodies.hpp"
 #include "server/room/server_world.hpp"
 #include "tests/common/physics/external_bodies.hpp"
 #include "tests/common/physics/scene_support.hpp"
@@ -12,7 +12,7 @@ namespace {
 constexpr BodyId kBlock{1};
 constexpr double kMass_kg = 0.2;
 
-/// A block of 4 cm at the origin, on an anchor; `more` are further bodies. `external` are those that Bullet steps.
+/// A block of 4 cm at the origin, on an anchor; `more` are further bodies. `external` are those that no tool touches.
 World world_with_block(ExternalBodies& external, const std::string& anchor, const std::string& more = "",
                        const std::string& rest = "") {
   const std::string block =
@@ -22,7 +22,7 @@ World world_with_block(ExternalBodies& external, const std::string& anchor, cons
   const auto scene = load_parts(
       {.bodies = block + more, .tools = R"({"name": "t", "placement": {"position_m": [-0.03, 0, 0]}})", .rest = rest});
   return {std::shared_ptr<const WorldDescription>(scene, &scene->world),
-          watched(server::make_bullet_world(scene->world, scene->body_shapes), external), nullptr};
+          watched(make_untouched_bodies(scene->world), external), nullptr};
 }
 
 TickFaults run(World& world, int steps) {
@@ -40,7 +40,7 @@ TEST(AnchoredBody, HangsByWeightOverStiffness) {
 }
 
 TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {
-  // The table's top is 5 mm above the block's lower side: Bullet's contact and the spring push against each other.
+  // The table's top is 5 mm above the block's lower side: contact and spring push against each other.
   ExternalBodies external;
   World world = world_with_block(external, R"("stiffness_n_per_m": 1e5, "damping_n_s_per_m": 1e4)",
                                  R"(, {"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}],
@@ -57,7 +57,7 @@ TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {
   EXPECT_LT(high, 0.0051);
 }
 
-TEST(AnchoredBody, ComesBackWhenAToolLetsItGoAndIsBulletsAgain) {
+TEST(AnchoredBody, ComesBackWhenAToolReleasesIt) {
   ExternalBodies external;
   World world = world_with_block(external, R"("stiffness_n_per_m": 300, "damping_n_s_per_m": 8)", "",
                                  R"("gravity_m_per_s2": [0, 0, 0])");

@@ -144,7 +144,7 @@ TEST(SoftContactFromOutside, PushesAToolAsItsLinearisationSays) {
 TEST(StoredEnergy, OfAFreeTiedWorldNeverRises) {
   WorldDescription description = world_of({cube({1, 0, 0}, 0.3)}, {ball_tool(Vec3::Zero())});
   description.bodies[0].anchor = Joint{300, 0, 1, 0};
-  World world = falling_world(description);
+  World world = server_world(description);
   world.activate_tool(0);
   world.hold(0, kClientWorldA, {{0, 0.02, 0}, Quat::Identity()});
   double last = std::numeric_limits<double>::infinity();

@@ -25,7 +25,7 @@ inline std::unique_ptr<FreeBodies> watched(std::unique_ptr<FreeBodies> engine, E
       external_.erase(index);
       engine_->remove(index);
     }
-    void step(double step_s) noexcept override { engine_->step(step_s); }
+    TickFaults step(double step_s) noexcept override { return engine_->step(step_s); }
 
    private:
     std::unique_ptr<FreeBodies> engine_;

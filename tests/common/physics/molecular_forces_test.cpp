@@ -35,7 +35,7 @@ std::shared_ptr<const docking::Molecule> cluster(int count) {
   return molecule;
 }
 
-/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in Bullet. The
+/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in contact. The
 /// second one has half the first one's mass. A tool holds each from the start, where `held`.
 std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s, double mass_kg = 0.2,
                                                    bool held = false) {

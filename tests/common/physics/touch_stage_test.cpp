@@ -1,4 +1,4 @@
-// The seam between what tools touch and what Bullet moves: nothing may be lost or made there.
+// The change between the stages of touched and untouched bodies: nothing may be lost or made there.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -206,7 +206,7 @@ TEST(TouchSeam, NoLightPlateOnATableLetsTheToolThrough) {
   }
 }
 
-TEST(TouchSeam, ATouchedBodyLeftAloneIsBulletsAgainAndRests) {
+TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
   const Vec3 start(-0.06, 0, 0.02);
   World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(0.1, {0, 0, kEdge_m / 2}), .tools = tool_at(start)})));

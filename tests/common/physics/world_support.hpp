@@ -3,6 +3,7 @@
 
 #include "common/contact/contact_shape.hpp"
 #include "common/physics/followed_bodies.hpp"
+#include "common/physics/untouched_bodies.hpp"
 #include "common/physics/world.hpp"
 #include "tests/common/physics/external_bodies.hpp"
 
@@ -67,40 +68,18 @@ inline WorldDescription world_of(std::vector<BodyDescription> bodies, std::vecto
   return world;
 }
 
-/// Bodies with weight and nothing to fall on: symplectic Euler.
-class FallingBodies final : public FreeBodies {
- public:
-  explicit FallingBodies(const WorldDescription& world)
-      : bodies_(world.bodies.size(), nullptr), gravity_(world.gravity_m_per_s2) {}
-  void add(std::size_t index, RigidBody& rigid) override { bodies_[index] = &rigid; }
-  void remove(std::size_t index) override { bodies_[index] = nullptr; }
-  void step(double step_s) noexcept override {
-    for (RigidBody* body : bodies_) {
-      if (body == nullptr || body->is_static()) continue;
-      const Wrench wrench = body->applied_W() + body->weight_W(gravity_);
-      const Twist V = body->velocity_of_centre_W();
-      body->advance(
-          {V.v + step_s / body->mass().mass_kg * wrench.f, V.w + step_s * (body->inertia_W().inverse() * wrench.t)},
-          step_s);
-    }
-  }
-
- private:
-  std::vector<RigidBody*> bodies_;
-  Vec3 gravity_;
-};
-
-inline World world_with(const WorldDescription& description, std::unique_ptr<FreeBodies> engine,
-                        ExternalBodies* external = nullptr) {
+/// The world of a client, whose bodies move as the last set states say.
+inline World client_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
+  std::unique_ptr<FreeBodies> engine = make_followed_bodies(description.bodies.size());
   if (external != nullptr) engine = watched(std::move(engine), *external);
   return {std::make_shared<const WorldDescription>(description), std::move(engine), nullptr};
 }
-/// As a client has it.
-inline World client_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
-  return world_with(description, make_followed_bodies(description.bodies.size()), external);
-}
-inline World falling_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
-  return world_with(description, std::make_unique<FallingBodies>(description), external);
+/// The world of a server, whose untouched bodies the contact solver steps.
+inline World server_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
+  auto kept = std::make_shared<const WorldDescription>(description);
+  std::unique_ptr<FreeBodies> engine = make_untouched_bodies(*kept);
+  if (external != nullptr) engine = watched(std::move(engine), *external);
+  return {std::move(kept), std::move(engine), nullptr};
 }
 
 inline TickFaults run(World& world, int steps) {

@@ -1,5 +1,5 @@
-// Bodies at rest, which cost nothing, and must not be felt to.
-#include "server/physics/bullet_world.hpp"
+// Sleeping bodies cost nothing, and nothing tells them from bodies that are stepped.
+#include "common/physics/untouched_bodies.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem::server {
+namespace tandem::physics {
 namespace {
 
-constexpr double kStep_s = 1e-3;
+constexpr double kUntouchedStep_s = 1e-3;
 constexpr double kEdge_m = 0.04;
 
 /// A table, two cubes of 0.2 kg, one on the other, and one 10 mm beside them.
@@ -19,7 +19,7 @@ class Stack : public testing::Test {
   static constexpr std::size_t kLower = 1, kUpper = 2, kBeside = 3;
 
   Stack() {
-    for (const physics::BodyDescription& body : scene_->world.bodies) {
+    for (const BodyDescription& body : scene_->world.bodies) {
       bodies_.emplace_back(body.mass, body.traits, 1, body.X_WB);
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) free_->add(i, bodies_[i]);
@@ -32,7 +32,7 @@ class Stack : public testing::Test {
            std::to_string(y_m) + ", " + std::to_string(z_m) + "]}}";
   }
   void run(double seconds) {
-    for (double time_s = 0; time_s < seconds; time_s += kStep_s) free_->step(kStep_s);
+    for (double time_s = 0; time_s < seconds; time_s += kUntouchedStep_s) free_->step(kUntouchedStep_s);
   }
   bool rests(std::size_t body) const {
     const Twist& V = bodies_[body].velocity_of_centre_W();
@@ -40,12 +40,12 @@ class Stack : public testing::Test {
   }
   double height_m(std::size_t body) const { return bodies_[body].centre_W().z(); }
 
-  std::shared_ptr<const LoadedScene> scene_ = physics::load_parts(
+  std::shared_ptr<const server::LoadedScene> scene_ = load_parts(
       {.bodies =
            R"({"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})" +
            cube("lower", 0, kEdge_m / 2) + cube("upper", 0, 1.5 * kEdge_m) + cube("beside", -0.05, kEdge_m / 2)});
-  std::vector<physics::RigidBody> bodies_;
-  std::unique_ptr<physics::FreeBodies> free_ = make_bullet_world(scene_->world, scene_->body_shapes);
+  std::vector<RigidBody> bodies_;
+  std::unique_ptr<FreeBodies> free_ = make_untouched_bodies(scene_->world);
 };
 
 TEST_F(Stack, RestsWithoutAnyMotion) {
@@ -62,16 +62,16 @@ TEST_F(Stack, AnswersAForceInTheSameStep) {
   run(4);
   // Twice what friction holds.
   bodies_[kUpper].apply_wrench({{0, 2, 0}, Vec3::Zero()}, bodies_[kUpper].centre_W());
-  run(kStep_s / 2);
-  const double pushed_m_per_s = 2 / 0.2 * kStep_s, braked_m_per_s = 0.5 * 9.81 * kStep_s;
+  run(kUntouchedStep_s / 2);
+  const double pushed_m_per_s = 2 / 0.2 * kUntouchedStep_s, braked_m_per_s = 0.5 * 9.81 * kUntouchedStep_s;
   EXPECT_NEAR(bodies_[kUpper].velocity_of_centre_W().v.y(), pushed_m_per_s - braked_m_per_s, 0.1 * pushed_m_per_s);
 }
 
 TEST_F(Stack, AnswersAVelocityInTheSameStep) {
   run(4);
   bodies_[kUpper].set_centre(bodies_[kUpper].centre_pose(), {{0, 0, 1}, Vec3::Zero()});
-  run(kStep_s / 2);
-  EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m + kStep_s, 1e-4);
+  run(kUntouchedStep_s / 2);
+  EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m + kUntouchedStep_s, 1e-4);
 }
 
 TEST_F(Stack, FallsWhenWhatItRestsOnIsTaken) {
@@ -110,4 +110,4 @@ TEST_F(Stack, WakesWhatIsRunInto) {
 }
 
 }  // namespace
-}  // namespace tandem::server
+}  // namespace tandem::physics
