@@ -88,10 +88,7 @@ class UntouchedBodies final : public FreeBodies {
 };
 
 UntouchedBodies::UntouchedBodies(const WorldDescription& world)
-    : world_(world),
-      bodies_(world.bodies.size()),
-      things_(world.bodies.size()),
-      touch_(touch_limits(world, {})) {
+    : world_(world), bodies_(world.bodies.size()), things_(world.bodies.size()), touch_(touch_limits(world, {})) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyDescription& description = world.bodies[i];
     bodies_[i].description = &description;
@@ -194,7 +191,9 @@ void UntouchedBodies::rest(double step_s) {
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (!bodies_[i].is_awake() || bodies_[i].group != i) continue;
-    const auto is_restless = [i](const Body& body) { return body.is_awake() && body.group == i && body.still_s < kRest_s; };
+    const auto is_restless = [i](const Body& body) {
+      return body.is_awake() && body.group == i && body.still_s < kRest_s;
+    };
     if (std::ranges::any_of(bodies_, is_restless)) continue;
     for (Body& body : bodies_) {
       if (!body.is_awake() || body.group != i) continue;

@@ -193,6 +193,18 @@ HandPath HandPath::shifted(Duration later) const {
   return HandPath(std::move(points), std::move(multisine));
 }
 
+HandPath HandPath::paced(double factor) const {
+  const auto at_pace = [factor](Duration time) { return from_seconds(to_seconds(time) / factor); };
+  std::vector<WayPoint> points = points_;
+  for (WayPoint& point : points) point.at = at_pace(point.at);
+  Multisine multisine = multisine_;
+  multisine.from = at_pace(multisine.from);
+  multisine.to = at_pace(multisine.to);
+  multisine.fade = at_pace(multisine.fade);
+  for (SineComponent& component : multisine.components) component.frequency_hz *= factor;
+  return HandPath(std::move(points), std::move(multisine));
+}
+
 Pose HandPath::pose_at(Duration time) const noexcept {
   Pose X = way_pose_at(time);
   X.p += sway_at(multisine_, time).p;

@@ -56,6 +56,8 @@ class HandPath {
   Duration length() const;
   /// The same, later by that much.
   HandPath shifted(Duration later) const;
+  /// The same path, `factor` > 0 times as fast.
+  HandPath paced(double factor) const;
 
  private:
   std::size_t segment_of(Duration time) const noexcept;

@@ -10,6 +10,8 @@ namespace tandem::lab {
 
 /// run [FILE|NAME …] --out DIR [--set NAME=VALUE,…] [--single|--full] [--seeds N] [--samples] [--json] …
 void add_run_command(CLI::App& app, int& exit_code);
+/// random --out DIR [--trials N] [--seed N] [--threads N]
+void add_random_command(CLI::App& app, int& exit_code);
 /// live FILE|NAME --out DIR [--set NAME=VALUE,…] [--stage S,…] [--single] [--seeds N] [--rt-priority N] [--json]
 void add_live_command(CLI::App& app, int& exit_code);
 /// link [--listen A] [--server A] [--port P] [--delay T] [--jitter T] [--loss S] [--capture FILE]

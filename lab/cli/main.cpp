@@ -38,6 +38,7 @@ int main(int argument_count, char** arguments) {
   app.footer("Exit code: 0 done, 1 a checked claim failed, 2 bad input or set-up.");
   int exit_code = 0;
   tandem::lab::add_run_command(app, exit_code);
+  tandem::lab::add_random_command(app, exit_code);
   tandem::lab::add_live_command(app, exit_code);
   tandem::lab::add_link_command(app, exit_code);
   tandem::lab::add_bench_command(app, exit_code);

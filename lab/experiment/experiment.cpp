@@ -164,7 +164,8 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
   result.name = user.required_text("name");
   result.role = static_cast<server::UserRole>(user.choice("role", 0, {kRoles.begin(), kRoles.end()}));
   result.hand_name = user.text("hand", "rest");
-  result.hand = hand_of(user, result.hand_name, directory);
+  result.pace = user.number("pace", 1, 0.1, 10);
+  result.hand = hand_of(user, result.hand_name, directory).paced(result.pace);
   result.hand_parameters = hand_parameters_of(user.object("hand_parameters"));
   result.device = device_of(user, directory);
   result.is_bounded = user.boolean("bounded", false);
@@ -282,6 +283,7 @@ json::object user_json(const ExperimentUser& user) {
                       {"device", user.device.name},
                       {"bounded", user.is_bounded},
                       {"motion_scale", user.motion_scale},
+                      {"pace", user.pace},
                       {"transport", user.state_over_tcp ? "tcp" : "udp"},
                       {"tick_phase_ms", in_milliseconds(user.tick_phase)},
                       {"link", link_json(user.up)},

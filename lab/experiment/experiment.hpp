@@ -34,6 +34,7 @@ struct ExperimentUser {
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< what the hand holds
   bool is_bounded = false;  ///< the device's workspace ends; whoever holds it looks at the tool and steers
   double motion_scale = 1;  ///< WorkspaceSettings::scale
+  double pace = 1;          ///< of the hand's path: 2 is twice as fast
   Pipeline pipeline;        ///< between the server's state and the hand
   bool state_over_tcp = false;
   net::LinkParameters up;

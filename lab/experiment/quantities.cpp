@@ -197,6 +197,7 @@ std::vector<std::string> known_quantities(const json::object& complete) {
   const json::object& user = complete.at("users").at(0).as_object();
   flatten(user.at("hand_parameters").as_object(), "hand.", names);
   names.emplace_back("device");
+  names.emplace_back("pace");
   flatten(user, "users.0.", names);
   for (const char* name : {"law", "coupling.…", "scene.…"}) names.emplace_back(name);
   return names;
@@ -221,7 +222,7 @@ void set_quantity(json::object& document, const std::string& name, const json::v
     std::vector<std::string> own = parts;
     own.front() = "hand_parameters";
     set_for_each_user(document, own, value);
-  } else if (name == "device") {
+  } else if (name == "device" || name == "pace") {
     set_for_each_user(document, parts, value);
   } else if (parts.front() == "scene" && parts.size() > 1) {
     object_at(document, "scene_changes")[std::string_view(name).substr(6)] = value;

@@ -24,8 +24,9 @@ struct StackCase {
 };
 
 /// Sizes are few because a shape takes half a second to be made.
-constexpr std::array kSizes_m = {std::array{0.02, 0.03, 0.01},  std::array{0.04, 0.04, 0.04}, std::array{0.06, 0.03, 0.02},
-                                 std::array{0.03, 0.05, 0.05}, std::array{0.05, 0.06, 0.01}, std::array{0.025, 0.02, 0.03}};
+constexpr std::array kSizes_m = {std::array{0.02, 0.03, 0.01}, std::array{0.04, 0.04, 0.04},
+                                 std::array{0.06, 0.03, 0.02}, std::array{0.03, 0.05, 0.05},
+                                 std::array{0.05, 0.06, 0.01}, std::array{0.025, 0.02, 0.03}};
 
 BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double friction) {
   static const auto shapes = [] {
@@ -37,8 +38,7 @@ BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double fric
   BodyDescription body;
   body.touch = touch_of(shapes.at(kind));
   const Vec3 squares = size.cwiseAbs2();
-  body.mass = {mass_kg,
-               Pose{},
+  body.mass = {mass_kg, Pose{},
                mass_kg / 12 * Vec3(squares.y() + squares.z(), squares.x() + squares.z(), squares.x() + squares.y())};
   body.traits.friction = friction;
   body.X_WB.p = p;
@@ -229,7 +229,8 @@ TEST(RestingBodies, AHeadOnImpactKeepsMomentumAndHasItsRestitution) {
 
 TEST(RestingBodies, ASleepingBodyTakesTheMomentumOfWhatRunsIntoIt) {
   for (const double other_kg : {0.01, 0.1, 3.0}) {
-    WorldDescription description = world_of({cube({0, 0, 0}, 0.1), cube({0.1, 0, 0}, other_kg)}, {ball_tool({0, 0, 2})});
+    WorldDescription description =
+        world_of({cube({0, 0, 0}, 0.1), cube({0.1, 0, 0}, other_kg)}, {ball_tool({0, 0, 2})});
     World world = server_world(description);
     run(world, 1000);
     world.set_body(BodyId{1}, at({0, 0, 0}, {1, 0, 0}));

@@ -16,7 +16,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 // Two tools in front of a free block, without gravity.
-constexpr const char* kScene = R"({
+constexpr const char* kVirtualScene = R"({
   "name": "lab_test", "gravity_m_per_s2": [0, 0, 0],
   "bodies": [{"name": "block", "mass_kg": 0.3, "graspable": true,
               "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}]}],
@@ -33,7 +33,7 @@ constexpr const char* kPush = R"({"points": [
   {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
 
 std::shared_ptr<const server::LoadedScene> scene() {
-  return server::load_scene_text(kScene, "lab_test.json", "/");
+  return server::load_scene_text(kVirtualScene, "lab_test.json", "/");
 }
 
 ExperimentUser user(const std::string& name, const std::string& hand_name, const devices::HandPath& hand, int phase) {
