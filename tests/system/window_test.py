@@ -147,8 +147,8 @@ class Scenes(WindowTest):
 def changed(before, after):
     """How many pixels of the scene have another colour."""
     end = int(before.width * 0.62)
-    return sum(max(abs(a - b) for a, b in zip(before.at(x, y), after.at(x, y))) > 60
-               for y in range(before.height) for x in range(end))
+    return sum(max(abs(a - b) for a, b in zip(old, new)) > 60
+               for rows in zip(before.rows, after.rows) for old, new in zip(*(row[:end] for row in rows)) if old != new)
 
 
 def hue_of(r, g, b):
@@ -229,7 +229,7 @@ class Demo(WindowTest):
                                self.folder, "--picture", self.path("demo.png")], env=self.display.environment(),
                               capture_output=True, text=True, timeout=3 * PATIENCE_S)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        picture = Picture(self.path("demo.png"))
+        picture = Picture.of_file(self.path("demo.png"))
         self.assertGreater(picture.count(is_orange), 8000, "the crate")
         with open(self.path("window/server.log")) as file:
             log = file.read()
@@ -263,7 +263,7 @@ class Hands(WindowTest):
             self.drag(80, 50)
             code, _, err = finish(client)
             self.assertEqual(code, 0, err)
-            tool.append(Picture(self.path("after.png")).middle(is_green))
+            tool.append(Picture.of_file(self.path("after.png")).middle(is_green))
         self.assertAlmostEqual(tool[1][0] - tool[0][0], 80, delta=25)
         self.assertAlmostEqual(tool[1][1] - tool[0][1], 50, delta=20)
 
