@@ -51,16 +51,17 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 1000, "oxygens")
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
-    def next_picture(self, before):
-        """Another than `before`, when it does not change any more: a thread makes what it shows."""
-        last, end = before, time.monotonic() + PATIENCE_S
+    def settled_picture(self, is_wanted):
+        """The first picture that is wanted and stays for two seconds: a thread makes what the window shows."""
+        last, same, end = self.display.picture(), 0, time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             time.sleep(1)
             picture = self.display.picture()
-            if changed(before, picture) > 1000 and changed(last, picture) < 500:
-                return picture
+            same = same + 1 if changed(last, picture) < 500 else 0
             last = picture
-        return last
+            if same >= 2 and is_wanted(picture):
+                return picture
+        self.fail("the window does not show the expected picture")
 
     def pictures_before_each(self, key, names):
         """Of molecules, before each press of a key, by these names; and what the window remembers of it."""
@@ -69,11 +70,10 @@ class Scenes(WindowTest):
             client = self.start(server, "--hand", "rest")
             self.wait_for_window()
             server.wait_for_log("joined")
-            time.sleep(3)
-            pictures[names[0]] = self.display.picture()
+            pictures[names[0]] = self.settled_picture(lambda picture: picture.count(is_blue) > 4000)
             self.display.do("key", key)
             for before, name in itertools.pairwise(names):
-                pictures[name] = self.next_picture(pictures[before])
+                pictures[name] = self.settled_picture(lambda picture, old=pictures[before]: changed(old, picture) > 1000)
                 self.display.do("key", key)
             time.sleep(1)
             self.display.do("key", "ctrl+q")
