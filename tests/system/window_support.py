@@ -3,6 +3,7 @@
 No picture is compared with another machine's: what is looked for are colours, how much of them there is, and where.
 """
 
+import itertools
 import mmap
 import os
 import struct
@@ -18,9 +19,17 @@ WIDTH, HEIGHT = 720, 504
 
 
 class Picture:
-    """A PNG file of eight bits a channel, as the program writes them."""
+    """Rows of pixels, each (red, green, blue). A colour is evaluated once, however many pixels have it."""
 
-    def __init__(self, path):
+    def __init__(self, rows):
+        """Of rows of bytes: red, green, blue of each pixel."""
+        self.rows = [list(zip(row[0::3], row[1::3], row[2::3])) for row in rows]
+        self.width, self.height = len(self.rows[0]), len(self.rows)
+        self._colors = set(itertools.chain.from_iterable(self.rows))
+
+    @classmethod
+    def of_file(cls, path):
+        """A PNG file of eight bits a channel, as the program writes them."""
         with open(path, "rb") as file:
             data = file.read()
         assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG file"
@@ -29,62 +38,38 @@ class Picture:
             (size,) = struct.unpack(">I", data[at:at + 4])
             kind, chunk = data[at + 4:at + 8], data[at + 8:at + 8 + size]
             if kind == b"IHDR":
-                self.width, self.height, depth, color = struct.unpack(">IIBB", chunk[:10])
+                width, height, depth, color = struct.unpack(">IIBB", chunk[:10])
                 assert (depth, color) == (8, 2), "three channels of eight bits"
             if kind == b"IDAT":
                 packed += chunk
             at += 12 + size
-        self.rows = self._unfiltered(zlib.decompress(packed))
-
-    @classmethod
-    def of_rows(cls, width, height, rows):
-        picture = cls.__new__(cls)
-        picture.width, picture.height, picture.rows = width, height, rows
-        return picture
+        return cls(unfiltered(zlib.decompress(packed), 3 * width, height))
 
     def at(self, x, y):
-        return tuple(self.rows[y][3 * x:3 * x + 3])
+        return self.rows[y][x]
+
+    def matching(self, is_it):
+        """The colours of the picture that are it."""
+        return {color for color in self._colors if is_it(*color)}
 
     def runs(self, is_it, left=0.0):
         """(first x, y, length) of the runs of pixels that are it, in the part right of `left`."""
-        found = []
+        found, colors = [], self.matching(is_it)
         for y, row in enumerate(self.rows):
             first = None
             for x in range(int(self.width * left), self.width + 1):
-                if x < self.width and is_it(*row[3 * x:3 * x + 3]):
+                if x < self.width and row[x] in colors:
                     first = x if first is None else first
                 elif first is not None:
                     found.append((first, y, x - first))
                     first = None
         return found
 
-    def _unfiltered(self, data):
-        stride, rows, before = 3 * self.width, [], bytearray(3 * self.width)
-        for y in range(self.height):
-            start = y * (stride + 1)
-            kind, row = data[start], bytearray(data[start + 1:start + 1 + stride])
-            for i in range(stride):
-                left = row[i - 3] if i >= 3 else 0
-                up, corner = before[i], before[i - 3] if i >= 3 else 0
-                if kind == 1:
-                    row[i] = (row[i] + left) & 255
-                elif kind == 2:
-                    row[i] = (row[i] + up) & 255
-                elif kind == 3:
-                    row[i] = (row[i] + (left + up) // 2) & 255
-                elif kind == 4:
-                    guess = left + up - corner
-                    by = min((abs(guess - left), 0, left), (abs(guess - up), 1, up), (abs(guess - corner), 2, corner))[2]
-                    row[i] = (row[i] + by) & 255
-            rows.append(row)
-            before = row
-        return rows
-
     def places(self, is_it, right=0.62):
         """(x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) are it."""
-        end = 3 * int(self.width * right)
-        return [(x, y) for y, row in enumerate(self.rows)
-                for x, color in enumerate(zip(row[0:end:3], row[1:end:3], row[2:end:3])) if is_it(*color)]
+        end, colors = int(self.width * right), self.matching(is_it)
+        return [(x, y) for y, row in enumerate(self.rows) if not colors.isdisjoint(row)
+                for x, color in enumerate(row[:end]) if color in colors]
 
     def count(self, is_it):
         return len(self.places(is_it))
@@ -93,6 +78,46 @@ class Picture:
         places = self.places(is_it)
         assert places, "there is none of that colour"
         return sum(x for x, _ in places) / len(places), sum(y for _, y in places) / len(places)
+
+
+def unfiltered(data, stride, height):
+    """Rows of bytes of a PNG file of three bytes a pixel, from its rows as they are filtered (ISO/IEC 15948, clause 9)."""
+    rows, before = [], bytes(stride)
+    for start in range(0, height * (stride + 1), stride + 1):
+        kind, row = data[start], bytearray(data[start + 1:start + 1 + stride])
+        for channel in range(3):
+            values, above = row[channel::3], before[channel::3]
+            if kind == 1:
+                row[channel::3] = bytes(value & 255 for value in itertools.accumulate(values))
+            elif kind == 2:
+                row[channel::3] = bytes(value + up & 255 for value, up in zip(values, above))
+            elif kind == 3:
+                row[channel::3] = averaged(values, above)
+            elif kind == 4:
+                row[channel::3] = by_paeth(values, above)
+        rows.append(row)
+        before = row
+    return rows
+
+
+def averaged(values, above):
+    left = 0
+    for i, up in enumerate(above):
+        values[i] = left = values[i] + (left + up) // 2 & 255
+    return values
+
+
+def by_paeth(values, above):
+    left = corner = 0
+    for i, up in enumerate(above):
+        by_left, by_up, by_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
+        if by_left <= by_up and by_left <= by_corner:
+            guess = left
+        else:
+            guess = up if by_up <= by_corner else corner
+        values[i] = left = values[i] + guess & 255
+        corner = up
+    return values
 
 
 def is_yellow(r, g, b):
@@ -167,7 +192,7 @@ class Display:
             line = pixels[y * stride:y * stride + 4 * width]
             row[0::3], row[1::3], row[2::3] = line[2::4], line[1::4], line[0::4]
             rows.append(row)
-        return Picture.of_rows(width, height, rows)
+        return Picture(rows)
 
     def environment(self):
         variables = {key: value for key, value in os.environ.items() if key != "WAYLAND_DISPLAY"}
@@ -199,7 +224,7 @@ class WindowTest(ProgramTest):
     def picture(self, server, *arguments, after="2s", name="picture.png"):
         done = finish(self.start(server, "--screenshot", self.path(name), "--after", after, *arguments))
         self.assertEqual(done[0], 0, done[2])
-        return Picture(self.path(name))
+        return Picture.of_file(self.path(name))
 
     def wait_for_window(self):
         deadline = time.monotonic() + PATIENCE_S

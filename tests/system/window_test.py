@@ -51,16 +51,17 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 1000, "oxygens")
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
-    def next_picture(self, before):
-        """Another than `before`, when it does not change any more: a thread makes what it shows."""
-        last, end = before, time.monotonic() + PATIENCE_S
+    def settled_picture(self, is_wanted):
+        """The first picture that is wanted and stays for two seconds: a thread makes what the window shows."""
+        last, same, end = self.display.picture(), 0, time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             time.sleep(1)
             picture = self.display.picture()
-            if changed(before, picture) > 1000 and changed(last, picture) < 500:
-                return picture
+            same = same + 1 if changed(last, picture) < 500 else 0
             last = picture
-        return last
+            if same >= 2 and is_wanted(picture):
+                return picture
+        self.fail("the window does not show the expected picture")
 
     def pictures_before_each(self, key, names):
         """Of molecules, before each press of a key, by these names; and what the window remembers of it."""
@@ -69,11 +70,10 @@ class Scenes(WindowTest):
             client = self.start(server, "--hand", "rest")
             self.wait_for_window()
             server.wait_for_log("joined")
-            time.sleep(3)
-            pictures[names[0]] = self.display.picture()
+            pictures[names[0]] = self.settled_picture(lambda picture: picture.count(is_blue) > 4000)
             self.display.do("key", key)
             for before, name in itertools.pairwise(names):
-                pictures[name] = self.next_picture(pictures[before])
+                pictures[name] = self.settled_picture(lambda picture, old=pictures[before]: changed(old, picture) > 1000)
                 self.display.do("key", key)
             time.sleep(1)
             self.display.do("key", "ctrl+q")
@@ -147,8 +147,8 @@ class Scenes(WindowTest):
 def changed(before, after):
     """How many pixels of the scene have another colour."""
     end = int(before.width * 0.62)
-    return sum(max(abs(a - b) for a, b in zip(before.at(x, y), after.at(x, y))) > 60
-               for y in range(before.height) for x in range(end))
+    return sum(max(abs(a - b) for a, b in zip(old, new)) > 60
+               for rows in zip(before.rows, after.rows) for old, new in zip(*(row[:end] for row in rows)) if old != new)
 
 
 def hue_of(r, g, b):
@@ -229,7 +229,7 @@ class Demo(WindowTest):
                                self.folder, "--picture", self.path("demo.png")], env=self.display.environment(),
                               capture_output=True, text=True, timeout=3 * PATIENCE_S)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        picture = Picture(self.path("demo.png"))
+        picture = Picture.of_file(self.path("demo.png"))
         self.assertGreater(picture.count(is_orange), 8000, "the crate")
         with open(self.path("window/server.log")) as file:
             log = file.read()
@@ -263,7 +263,7 @@ class Hands(WindowTest):
             self.drag(80, 50)
             code, _, err = finish(client)
             self.assertEqual(code, 0, err)
-            tool.append(Picture(self.path("after.png")).middle(is_green))
+            tool.append(Picture.of_file(self.path("after.png")).middle(is_green))
         self.assertAlmostEqual(tool[1][0] - tool[0][0], 80, delta=25)
         self.assertAlmostEqual(tool[1][1] - tool[0][1], 50, delta=20)
 
