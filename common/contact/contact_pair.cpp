@@ -101,7 +101,8 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
     return (q * std::exchange(before, q).conjugate()).toRotationMatrix();
   };
   const Eigen::Matrix3d turn_of_a = turn_since(X_WA.q, q_WA_before_);
-  const Eigen::Matrix3d turn_of_b = turn_since(X_WB.q, q_WB_before_);
+  turn_of_b_ = turn_since(X_WB.q, q_WB_before_);
+  const Eigen::Matrix3d& turn_of_b = turn_of_b_;
   if (ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) {
     deepest_m_ = std::numeric_limits<double>::infinity();
     const Eigen::Matrix3d& turn_of_plane = ball_ == a_ ? turn_of_b : turn_of_a;

@@ -9,6 +9,7 @@
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/flat/ball_contacts.hpp"
 #include "common/contact/shell_candidates.hpp"
+#include "common/contact/union/shape_union.hpp"
 
 namespace tandem::contact {
 
@@ -64,6 +65,13 @@ class ContactPair {
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 
+  /// Corrects the contacts of the last find() where shapes that are near, too, cover the surface of A or B: contact is with
+  /// the union. Once after each find(), with the same poses.
+  ///
+  /// In      beside_a, beside_b  shapes that touch B beside A, and A beside B; their order is changed
+  void join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape> beside_a,
+            std::span<PlacedShape> beside_b) noexcept;
+
   /// Of the last find(), in the order of their ids.
   std::span<ContactPoint> contacts() noexcept { return now_; }
   std::span<const ContactPoint> contacts() const noexcept { return now_; }
@@ -85,6 +93,7 @@ class ContactPair {
   void carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept;
   void keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept;
   void share_bristles(const Eigen::Matrix3d& turn) noexcept;
+  void carry_bristle_again(std::size_t index, bool is_first_direction) noexcept;
   void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                       const Eigen::Matrix3d& turn_of_b) noexcept;
 
@@ -102,6 +111,7 @@ class ContactPair {
   double deepest_m_ = 0;         ///< contact of the last find(); infinite: nothing is known of it
   bool is_catching_up_ = false;  ///< it was coarse, or deeper than it had been
   Pose X_BA_before_;
+  Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< since the find() before
   Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
   const ContactShape* ball_ = nullptr;   ///< of the two, if the other one has planes

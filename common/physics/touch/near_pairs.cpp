@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "common/contact/shape_distance.hpp"
 
@@ -13,6 +14,9 @@ constexpr double kMinBand_m = 5e-5;
 
 /// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
 constexpr std::size_t kMaxNear = 4096;
+
+/// A thing and one of its shapes.
+using PartName = std::pair<std::uint16_t, std::uint16_t>;
 
 }  // namespace
 
@@ -53,6 +57,7 @@ NearPairs::NearPairs(std::size_t things, std::size_t pairs, std::uint32_t budget
   near_.reserve(std::max(pairs, kMaxNear));
   chosen_.reserve(pairs);
   foreseen_.reserve(things);
+  for (auto& shapes : beside_) shapes.reserve(kMaxBeside);
 }
 
 NearPairs::~NearPairs() = default;
@@ -177,6 +182,29 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
     near.pair->band_m = near.band_m;
     chosen_.push_back(near.pair);
   }
+}
+
+/// Shapes that are near A beside B, and near B beside A.
+void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
+  if (chosen_.size() < 2 || pair.contacts.contacts().empty()) return;
+  for (auto& shapes : beside_) shapes.clear();
+  const auto placed = [&](const PartName& name) {
+    const TouchModel::Part& part = things[name.first].model->parts[name.second];
+    return contact::PlacedShape{part.shape.get(), things[name.first].rigid->pose() * part.X_BS};
+  };
+  const std::array<PartName, 2> own = {PartName{pair.thing_a, pair.part_a}, {pair.thing_b, pair.part_b}};
+  for (const Pair* const near : chosen_) {
+    if (near == &pair) continue;
+    const std::array<PartName, 2> both = {PartName{near->thing_a, near->part_a}, {near->thing_b, near->part_b}};
+    for (std::size_t side = 0; side < 2; ++side) {
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (both[k] != own[1 - side] || beside_[side].size() == kMaxBeside) continue;
+        beside_[side].push_back(placed(both[1 - k]));
+      }
+    }
+  }
+  if (beside_[0].empty() && beside_[1].empty()) return;
+  pair.contacts.join(placed(own[0]).X_WS, placed(own[1]).X_WS, beside_[0], beside_[1]);
 }
 
 }  // namespace tandem::physics

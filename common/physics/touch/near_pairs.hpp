@@ -1,6 +1,7 @@
 // Which shapes of the world's things are near each other in a step. Private to the touch stage.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -48,6 +49,8 @@ class NearPairs {
   void look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
   /// In a fixed order.
   std::span<Pair* const> near() const { return chosen_; }
+  /// Corrects what Pair::find() found of `pair` where other shapes that are near cover the surface of one of its shapes.
+  void join(std::span<const TouchThing> things, Pair& pair) noexcept;
 
  private:
   struct Near;
@@ -59,10 +62,13 @@ class NearPairs {
   TickFaults choose_nearest() noexcept;
   void bind(std::span<const TouchThing> things) noexcept;
 
+  static constexpr std::size_t kMaxBeside = 32;
+
   std::vector<Pair> pairs_;
   std::size_t end_ = 0;     ///< no pair from here on is used
   std::vector<Near> near_;  ///< as found
   std::vector<Pair*> chosen_;
+  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< of the pair in join(): shapes beside A, and beside B
   std::vector<Foreseen>
       foreseen_;  ///< each thing, at the last look_ahead(); none: it was not called, or not all had room
 };

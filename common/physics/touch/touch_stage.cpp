@@ -165,6 +165,7 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
     const contact::ContactWork work =
         near->find(pose_of(things, near->thing_a, near->part_a), pose_of(things, near->thing_b, near->part_b));
     if (work.is_coarse) faults |= kFaultContactCoarse;
+    pairs_.join(things, *near);
     if (!near->contacts.contacts().empty()) add_patch(things, *near);
   }
   return faults;

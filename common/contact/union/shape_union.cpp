@@ -1,0 +1,198 @@
+#include "common/contact/union/shape_union.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "common/contact/contact_pair.hpp"
+
+namespace tandem::contact {
+namespace {
+
+// Length over which a surface is between covered and free; in errors of the fields where that is more.
+constexpr double kBlend_m = 2e-5, kBlendErrors = 2;
+// From a covered face so far inwards until another face is the nearest one: the shortest first, where fields are exact.
+// Grids round off their edges by up to a cell: the middle first.
+constexpr std::array<double, 5> kExactWays_m = {6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3};
+constexpr std::array<double, 5> kGridWays_m = {5e-4, 2.5e-4, 1e-3, 1.2e-4, 6e-5};
+// Covered faces that a way out may avoid, one after the other.
+constexpr int kMaxTurns = 4;
+// Contacts inside of two shapes share their area until both are so deep.
+constexpr double kShared_m = 1e-5;
+
+// On a flat face: so near to its plane, and so alike in direction. Beside another shape up to the first distance, apart
+// from it beyond the second.
+constexpr double kFlat_m = 5e-6, kFlatCosine = 0.999, kBeside_m = 5e-4, kApart_m = 1.5e-3;
+
+/// 0 below `low`, 1 above `high`, linear in between.
+double ramp(double value, double low, double high) {
+  return std::clamp((value - low) / (high - low), 0.0, 1.0);
+}
+
+double distance_m(const PlacedShape& placed, const Vec3& p_W) {
+  return placed.shape->field->distance_m(placed.X_WS.inverse() * p_W);
+}
+
+/// With a unit gradient in W.
+DistanceSample sample(const PlacedShape& placed, const Vec3& p_W) {
+  DistanceSample s = placed.shape->field->sample(placed.X_WS.inverse() * p_W);
+  s.gradient = placed.X_WS.q * s.gradient.normalized();
+  return s;
+}
+
+double blend_m(const PlacedShape& a, const PlacedShape& b) {
+  return std::max(kBlend_m, kBlendErrors * (a.shape->field->error_m() + b.shape->field->error_m()));
+}
+
+/// Share in which `other` covers a place q of a surface with this normal.
+double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, double blend) {
+  const double at = distance_m(other, q_W) / blend;
+  if (at >= 1) return 0;
+  const double beyond = distance_m(other, q_W + blend * out_W) / blend;
+  return std::max(ramp(at - beyond, 0.1, 0.4) * ramp(1 - at, 0, 0.5), ramp(-at, 0.1, 0.5));
+}
+
+}  // namespace
+
+/// The other shape that covers a place most.
+struct ShapeUnion::Cover {
+  double share = 0;
+  const PlacedShape* by = nullptr;
+};
+
+std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoint> contacts) noexcept {
+  if (contacts.empty() || shapes.empty()) return 0;
+  Vec3 low = contacts.front().p_W, high = low;
+  double reach_m = 0;
+  for (const ContactPoint& contact : contacts) {
+    low = low.cwiseMin(contact.p_W);
+    high = high.cwiseMax(contact.p_W);
+    reach_m = std::max(reach_m, std::abs(contact.depth_m));
+  }
+  const Vec3 middle = (low + high) / 2;
+  const double radius_m = (high - low).norm() / 2 + reach_m;
+  std::size_t kept = 0;
+  for (const PlacedShape& placed : shapes) {
+    const double blend = kBlend_m + 2 * kBlendErrors * placed.shape->field->error_m();
+    if (distance_m(placed, middle) <= radius_m + std::max(blend, kApart_m)) shapes[kept++] = placed;
+  }
+  return kept;
+}
+
+ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q_W, const Vec3& out_W) const noexcept {
+  Cover most;
+  const auto look_at = [&](const PlacedShape& other) {
+    if (other.shape == leaving.shape && is_same(other.X_WS, leaving.X_WS)) return;
+    const double share = exit_cover(other, q_W, out_W, blend_m(leaving, other));
+    if (share > most.share) most = {share, &other};
+  };
+  look_at(own_);
+  for (const PlacedShape& other : others_) look_at(other);
+  return most;
+}
+
+// Depth below the face that is found is linear in the place, so that it may be measured from p.
+std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_W, Vec3 inward_W) const noexcept {
+  const auto& ways_m = shape.shape->field->error_m() > 0 ? kGridWays_m : kExactWays_m;
+  Vec3 from_W = p_W;
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    std::optional<Vec3> covered_W;
+    Vec3 covered_from_W = from_W;
+    double deepest_m = 0, deepest_way_m = 0;
+    for (const double way_m : ways_m) {
+      const Vec3 at_W = from_W + way_m * inward_W;
+      const DistanceSample inside = sample(shape, at_W);
+      if (inside.distance_m >= 0) continue;
+      const double depth_m = -inside.distance_m + (at_W - p_W).dot(inside.gradient);
+      if (depth_m < 0) continue;
+      Vec3 out_W = depth_m * inside.gradient;
+      const DistanceSample beyond = sample(shape, p_W + out_W);
+      if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient;
+      // At a corner of several covered faces, none of them covers what is beside it: farther inside, they do.
+      const Vec3 foot_W = at_W - inside.distance_m * inside.gradient;
+      if (cover_of(shape, foot_W, inside.gradient).share < 0.5 &&
+          cover_of(shape, p_W + out_W, inside.gradient).share < 0.5)
+        return out_W;
+      // The next turn begins where covered faces are the farthest.
+      if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
+        continue;
+      deepest_m = -inside.distance_m;
+      deepest_way_m = way_m;
+      covered_W = inside.gradient;
+      covered_from_W = at_W;
+    }
+    if (!covered_W) return std::nullopt;
+    from_W = covered_from_W;
+    inward_W = -*covered_W;
+  }
+  return std::nullopt;
+}
+
+void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const noexcept {
+  if (!(contact.depth_m > 0)) return correct_gap(contact, out_W);
+  const Vec3 p_W = contact.p_W, way_W = contact.depth_m * out_W;
+  const Cover cover = cover_of(own_, p_W + way_W, out_W);
+  if (cover.share > 0) {
+    const DistanceSample to_cover = sample(*cover.by, p_W);
+    const Vec3 inward_W = to_cover.distance_m > 0 ? to_cover.gradient : Vec3(-out_W);
+    std::optional<Vec3> shortest_W = way_out(own_, p_W, inward_W);
+    if (const std::optional<Vec3> beyond_W = way_out(*cover.by, p_W + way_W, out_W)) {
+      const Vec3 through_W = way_W + *beyond_W;
+      if (!shortest_W || through_W.squaredNorm() < shortest_W->squaredNorm()) shortest_W = through_W;
+    }
+    if (shortest_W) {
+      const Vec3 mixed_W = (1 - cover.share) * way_W + cover.share * *shortest_W;
+      const double depth_m = mixed_W.norm();
+      if (depth_m > 0) {
+        const double sign = contact.normal_W.dot(out_W) > 0 ? 1 : -1;
+        contact.normal_W = sign / depth_m * mixed_W;
+        contact.bristle_W -= contact.normal_W * contact.normal_W.dot(contact.bristle_W);
+        contact.depth_m = depth_m;
+      }
+    }
+  }
+  // Inside of several shapes at once, each of which has a contact there.
+  const double own = std::min(way_W.norm(), kShared_m);
+  double all = own;
+  for (const PlacedShape& other : others_) all += std::clamp(-distance_m(other, p_W), 0.0, kShared_m);
+  contact.area_m2 *= own / all;
+}
+
+// Of a shape that is farther from the point than the one that touches it there, as at a joint, the edge is no obstacle.
+void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept {
+  const double gap_m = -contact.depth_m;
+  if (!(gap_m > 0)) return;
+  for (const PlacedShape& other : others_) {
+    const double nearer = 1 - distance_m(other, contact.p_W) / gap_m;
+    if (!(nearer > 0.02)) continue;
+    const double blend = blend_m(own_, other);
+    const double foot = distance_m(other, contact.p_W - gap_m * out_W) / blend;
+    contact.area_m2 *= 1 - ramp(nearer, 0.02, 0.1) * ramp(1 - foot, 0, 0.5);
+  }
+}
+
+double ShapeUnion::flat_share(const Vec3& p_W, const Vec3& normal_W) const noexcept {
+  const Vec3 p_S = own_.X_WS.inverse() * p_W, normal_S = own_.X_WS.q.conjugate() * normal_W;
+  const auto holds = [&](const FieldPlane& plane) {
+    return std::abs(plane.distance_m(p_S)) < kFlat_m && plane.normal.dot(normal_S) > kFlatCosine;
+  };
+  if (std::ranges::none_of(own_.shape->field->planes(), holds)) return 0;
+  double most = 0;
+  for (const PlacedShape& other : others_) most = std::max(most, 1 - ramp(distance_m(other, p_W), kBeside_m, kApart_m));
+  return most;
+}
+
+double ShapeUnion::covered_share(const Vec3& p_W, const Vec3& normal_W) const noexcept {
+  double most = 0;
+  for (const PlacedShape& other : others_) {
+    const double blend = blend_m(own_, other);
+    const double at = distance_m(other, p_W) / blend;
+    if (at >= 1) continue;
+    const double beyond = distance_m(other, p_W + blend * normal_W) / blend;
+    const double ahead = ramp(at - beyond, 0.1, 0.4) * ramp(1 - at, 0, 0.5);
+    const double flush = ramp(beyond - at, 0.2, 0.5) * ramp(0.95 - beyond, 0, 0.1);
+    most = std::max({most, ahead, flush, ramp(-at, 0.1, 0.5)});
+  }
+  return most;
+}
+
+}  // namespace tandem::contact

@@ -1,0 +1,60 @@
+// Contact with the union of shapes: a surface that another shape covers is no surface.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/contact/contact_shape.hpp"
+
+namespace tandem::contact {
+
+struct ContactPoint;
+
+/// A shape where it is in the world.
+struct PlacedShape {
+  const ContactShape* shape = nullptr;
+  Pose X_WS;
+};
+
+/// One shape of a pair and the shapes beside it that the other one is near, too.
+///
+/// Model   A pressing contact pushes its point p by depth × normal to a place q of the shape's surface. If another shape
+///         covers q, that surface is inside the union. The contact then takes the shorter of two ways: out of the same
+///         shape through another face, or through q and out of the covering shape. Both ways are found from samples
+///         farther inside, where the covered face is not the nearest one, and are exact for flat faces. Over a distance of
+///         2e-5 m (more for meshes) between covered and free, both answers are mixed, so that forces do not jump
+/// Thread  any; no allocation
+class ShapeUnion {
+ public:
+  ShapeUnion(const PlacedShape& own, std::span<const PlacedShape> others) : own_(own), others_(others) {}
+
+  bool has_others() const { return !others_.empty(); }
+
+  /// Corrects a contact whose depth and normal come from the own shape's field.
+  ///
+  /// In      out_W  unit, out of the own shape
+  /// Out     depth, normal and area of the contact
+  void correct_depth(ContactPoint& contact, const Vec3& out_W) const noexcept;
+
+  /// Share of the surface at a place of the own shape that other shapes cover, 0 to 1. An edge that is flush with the
+  /// surface of another shape counts as covered.
+  double covered_share(const Vec3& p_W, const Vec3& normal_W) const noexcept;
+
+  /// 1 for a place on a flat face of the own shape near another shape, 0 farther away and elsewhere.
+  double flat_share(const Vec3& p_W, const Vec3& normal_W) const noexcept;
+
+ private:
+  struct Cover;
+
+  Cover cover_of(const PlacedShape& leaving, const Vec3& q_W, const Vec3& out_W) const noexcept;
+  void correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept;
+  std::optional<Vec3> way_out(const PlacedShape& shape, const Vec3& p_W, Vec3 inward_W) const noexcept;
+
+  PlacedShape own_;
+  std::span<const PlacedShape> others_;
+};
+
+/// Keeps those of `shapes` that are near the contacts, in their order. Returns their number.
+std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoint> contacts) noexcept;
+
+}  // namespace tandem::contact
