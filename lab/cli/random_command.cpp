@@ -78,9 +78,12 @@ int run_random(const RandomOptions& options) {
   bool holds = true;
   for (const RandomClaim& claim : claims) {
     holds = holds && claim.holds();
-    std::cout << (std::isnan(claim.value) ? "  none    " : claim.holds() ? "  ok      " : "  FAILED  ") << std::left
-              << std::setw(68) << claim.text << std::right << std::setw(9) << std::setprecision(3) << claim.value
-              << "  <= " << claim.bound << (claim.worst.empty() ? "" : "  (" + claim.worst + ")") << '\n';
+    std::cout << (std::isnan(claim.value) ? "  none    "
+                  : claim.holds()         ? "  ok      "
+                                          : "  FAILED  ")
+              << std::left << std::setw(68) << claim.text << std::right << std::setw(9) << std::setprecision(3)
+              << claim.value << "  <= " << claim.bound << (claim.worst.empty() ? "" : "  (" + claim.worst + ")")
+              << '\n';
   }
   return holds && !has_lost_users(results) ? 0 : 1;
 }
@@ -90,16 +93,20 @@ int run_random(const RandomOptions& options) {
 void add_random_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RandomOptions>();
   CLI::App* command = app.add_subcommand(
-      "random", "Runs shipped cases of contact with random hands, couplings, links and model errors, and checks bounds");
+      "random",
+      "Runs shipped cases of contact with random hands, couplings, links and model errors, and checks bounds");
   command
       ->add_option("--out", options->out,
                    "folder for results.json and results.csv; trials in it from an earlier run are not run again")
       ->required();
-  command->add_option("--trials", options->trials, "how many, 1 to 2000 [60]")->check(CLI::Range(1, 2000).description(""));
-  command->add_option("--seed", options->seed, "of all random numbers [1]")->check(CLI::NonNegativeNumber.description(""));
+  command->add_option("--trials", options->trials, "how many, 1 to 2000 [60]")
+      ->check(CLI::Range(1, 2000).description(""));
+  command->add_option("--seed", options->seed, "of all random numbers [1]")
+      ->check(CLI::NonNegativeNumber.description(""));
   command->add_option("--threads", options->threads, "trials at a time, 1 to 256 [default: as many as there are cores]")
       ->check(CLI::Range(1, 256).description(""));
-  command->footer("Exit code: 0 every bound holds, 1 one does not, or a user lost its connection, 2 bad input or set-up.");
+  command->footer(
+      "Exit code: 0 every bound holds, 1 one does not, or a user lost its connection, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_random(*options); });
 }
 

@@ -65,16 +65,35 @@ Trial random_trial(const ExperimentFile& file, Random random) {
 }  // namespace
 
 const std::vector<std::string>& contact_cases() {
-  static const std::vector<std::string> cases{
-      "wall",       "curve",      "rim",         "bunny",        "push",          "mass",       "squeeze",   "carry_along", "carry_along_fast", "carry_across",
-      "carry_across_fast", "turn_squeezed", "two_carry", "three_hands", "four_hands", "tug_of_war", "turn_together",
-      "two_blocks", "two_plates", "box_on_box",  "peg",          "soft"};
+  static const std::vector<std::string> cases{"wall",
+                                              "curve",
+                                              "rim",
+                                              "bunny",
+                                              "push",
+                                              "mass",
+                                              "squeeze",
+                                              "carry_along",
+                                              "carry_along_fast",
+                                              "carry_across",
+                                              "carry_across_fast",
+                                              "turn_squeezed",
+                                              "two_carry",
+                                              "three_hands",
+                                              "four_hands",
+                                              "tug_of_war",
+                                              "turn_together",
+                                              "two_blocks",
+                                              "two_plates",
+                                              "box_on_box",
+                                              "peg",
+                                              "soft"};
   return cases;
 }
 
 std::vector<Trial> random_trials(std::size_t count, std::uint64_t seed) {
   std::vector<ExperimentFile> files;
-  for (const std::filesystem::path& file : experiment_files(contact_cases())) files.push_back(read_experiment_file(file));
+  for (const std::filesystem::path& file : experiment_files(contact_cases()))
+    files.push_back(read_experiment_file(file));
   std::vector<Trial> trials;
   for (std::size_t i = 0; i < count; ++i) {
     Random random(seed, i);

@@ -28,7 +28,8 @@ std::vector<Value> values_of(std::span<const RandomOutcome> outcomes, std::strin
   std::vector<Value> values;
   for (const RandomOutcome& outcome : outcomes) {
     const double value = number_in(outcome.row, metric);
-    if (!was_silent(outcome.row) && std::isfinite(value) && counts(outcome)) values.push_back({value, name_of_trial(outcome.row)});
+    if (!was_silent(outcome.row) && std::isfinite(value) && counts(outcome))
+      values.push_back({value, name_of_trial(outcome.row)});
   }
   std::ranges::sort(values, {}, &Value::value);
   return values;
@@ -69,14 +70,15 @@ std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes) 
   const char* const error = "path_error_of_peak";
   std::vector<Value> energies_mj = values_of(outcomes, "energy_created_in_100_ms_j", is_all);
   for (Value& energy : energies_mj) energy.value *= 1e3;
-  return {drops(outcomes),
-          quantile("largest force step [N/ms]", values_of(outcomes, "force_step_max_n_per_ms", is_all), 1, 0.5),
-          quantile("energy created within 100 ms, 99 % of trials [mJ]", energies_mj, 0.99, 20),
-          quantile("energy created within 100 ms, all trials [mJ]", energies_mj, 1, 60),
-          quantile("median path error of the peak, one and two hands", values_of(outcomes, error, is_usual), 0.5, 0.04),
-          quantile("median path error of the peak, soft bodies", values_of(outcomes, error, of("soft")), 0.5, 0.08),
-          quantile("median path error of the peak, three hands", values_of(outcomes, error, of("three_hands")), 0.5, 0.08),
-          quantile("median path error of the peak, four hands", values_of(outcomes, error, of("four_hands")), 0.5, 0.18)};
+  return {
+      drops(outcomes),
+      quantile("largest force step [N/ms]", values_of(outcomes, "force_step_max_n_per_ms", is_all), 1, 0.5),
+      quantile("energy created within 100 ms, 99 % of trials [mJ]", energies_mj, 0.99, 20),
+      quantile("energy created within 100 ms, all trials [mJ]", energies_mj, 1, 60),
+      quantile("median path error of the peak, one and two hands", values_of(outcomes, error, is_usual), 0.5, 0.04),
+      quantile("median path error of the peak, soft bodies", values_of(outcomes, error, of("soft")), 0.5, 0.08),
+      quantile("median path error of the peak, three hands", values_of(outcomes, error, of("three_hands")), 0.5, 0.08),
+      quantile("median path error of the peak, four hands", values_of(outcomes, error, of("four_hands")), 0.5, 0.18)};
 }
 
 }  // namespace tandem::lab
