@@ -285,12 +285,18 @@ struct TestResolver {
   std::shared_ptr<State> state = std::make_shared<State>();
 };
 
-TEST(SeveralAddresses, TheOneThatAnswersIsUsedForStateToo) {
-  EncryptedServer server;
-  TestResolver resolver({"127.0.0.2", "127.0.0.3", "127.0.0.1"});
+/// Settings of a client of `server` that looks up its name.
+ClientIoSettings by_name(EncryptedServer& server, TestResolver& resolver) {
   ClientIoSettings settings = server.client();
   settings.host = "rig.example";
   settings.resolve = resolver.function();
+  return settings;
+}
+
+TEST(SeveralAddresses, TheOneThatAnswersIsUsedForStateToo) {
+  EncryptedServer server;
+  TestResolver resolver({"127.0.0.2", "127.0.0.3", "127.0.0.1"});
+  ClientIoSettings settings = by_name(server, resolver);
   ScriptedDevice device;
   ClientIo io(settings, device);
   io.start();
@@ -301,9 +307,7 @@ TEST(SeveralAddresses, AnotherServerAtOneOfThemDoesNotKeepTheRightOneFromBeingFo
   EncryptedServer server;
   EncryptedServer other("127.0.0.2", server.running->server->port(), "client_net_other_state");
   TestResolver resolver({"127.0.0.2", "127.0.0.1"});
-  ClientIoSettings settings = server.client();
-  settings.host = "rig.example";
-  settings.resolve = resolver.function();
+  ClientIoSettings settings = by_name(server, resolver);
   ScriptedDevice device;
   ClientIo io(settings, device);
   io.start();
@@ -315,9 +319,7 @@ TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
   EncryptedServer server;
   EncryptedServer other("127.0.0.2", server.running->server->port(), "client_net_other_state");
   TestResolver resolver({"127.0.0.2", "127.0.0.3"});
-  ClientIoSettings settings = server.client();
-  settings.host = "rig.example";
-  settings.resolve = resolver.function();
+  ClientIoSettings settings = by_name(server, resolver);
   ScriptedDevice device;
   ClientIo io(settings, device);
   io.start();
@@ -331,9 +333,7 @@ TEST(SeveralAddresses, WhenNoneWorksTheReasonOfEachIsGiven) {
 TEST(SeveralAddresses, ANameThatIsNotFoundIsSaidToBe) {
   EncryptedServer server;
   TestResolver resolver(std::vector<std::string>{});
-  ClientIoSettings settings = server.client();
-  settings.host = "rig.example";
-  settings.resolve = resolver.function();
+  ClientIoSettings settings = by_name(server, resolver);
   ScriptedDevice device;
   ClientIo io(settings, device);
   io.start();
@@ -346,9 +346,7 @@ TEST(SeveralAddresses, ANameServerThatHangsHoldsUpNeitherTheIoThreadNorTheEnd) {
   EncryptedServer server;
   TestResolver resolver({"127.0.0.1"});
   resolver.hang(true);
-  ClientIoSettings settings = server.client();
-  settings.host = "rig.example";
-  settings.resolve = resolver.function();
+  ClientIoSettings settings = by_name(server, resolver);
   settings.client.session.setup_timeout = std::chrono::milliseconds(200);
   ScriptedDevice device;
   {
@@ -363,9 +361,7 @@ TEST(SeveralAddresses, ANameServerThatHangsHoldsUpNeitherTheIoThreadNorTheEnd) {
 TEST(SeveralAddresses, ARejoinUsesTheRememberedAddressWhileTheNameServerHangs) {
   EncryptedServer server;
   TestResolver resolver({"127.0.0.1"});
-  ClientIoSettings settings = server.client();
-  settings.host = "rig.example";
-  settings.resolve = resolver.function();
+  ClientIoSettings settings = by_name(server, resolver);
   settings.links.emplace();
   settings.client.session.silence_timeout = std::chrono::milliseconds(300);
   ScriptedDevice device;
