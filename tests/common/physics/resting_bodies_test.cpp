@@ -176,6 +176,87 @@ TEST(RestingBodies, TwoHundredStacksStayForTenSeconds) {
   check_stacks(200, 10);
 }
 
+/// The largest move and turn of any body from `start` in 10 s, in the world as a server has it.
+std::pair<double, double> moved_in_ten_seconds(const WorldDescription& description) {
+  World world = server_world(description);
+  run(world, 500);
+  const std::vector<Pose> start = poses_of(world, description.bodies.size());
+  run(world, 10'000);
+  return difference(poses_of(world, description.bodies.size()), start);
+}
+
+TEST(RestingBodies, ALeaningPlankStaysWhereFrictionHoldsIt) {
+  // On a floor and a wall with friction µ each, a uniform plank stands from the angle whose tangent is (1 − µ²) / 2µ on.
+  constexpr double kFriction = 0.6, kLength_m = 0.06;
+  const double steep_rad = std::atan((1 - kFriction * kFriction) / (2 * kFriction));
+  for (const double margin_rad : {0.1, 0.3, 0.5}) {
+    const double angle = steep_rad + margin_rad;
+    BodyDescription wall = table();
+    wall.X_WB = {{0.05, 0, 0}, quaternion_of({0, std::numbers::pi / 2, 0})};
+    BodyDescription plank = box(2, {0, 0, 0}, 0.05, kFriction);
+    const double half_m = kLength_m / 2, thick_m = 0.01;
+    // The lower edge on the floor, the upper one at the wall, whose face is at x = 0.
+    plank.X_WB.q = quaternion_of({0, -angle, 0});
+    plank.X_WB.p = {-half_m * std::cos(angle) - thick_m * std::sin(angle), 0,
+                    half_m * std::sin(angle) + thick_m * std::cos(angle)};
+    WorldDescription description = world_of({table(), wall, plank}, {ball_tool({0, 0, 2})});
+    description.gravity_m_per_s2 = {0, 0, -9.81};
+    for (BodyDescription& body : description.bodies) body.traits.friction = kFriction;
+    const auto [move_m, turn_rad] = moved_in_ten_seconds(description);
+    EXPECT_LT(move_m, kRestMove_m) << margin_rad;
+    EXPECT_LT(turn_rad, kRestTurn_rad) << margin_rad;
+    EXPECT_GT(server_world(description).body(BodyId{3}).X.p.z(), 0.01);
+  }
+}
+
+TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
+  for (const double light_kg : {0.001, 0.05}) {
+    WorldDescription description =
+        world_of({box(1, {0, 0, 0}, 1, 0.5), box(0, {0.005, 0, 0.025}, light_kg, 0.5)}, {ball_tool({0, 0, 2})});
+    description.bodies[0].anchor = Joint{2000, 60, 5, 0.05};
+    description.gravity_m_per_s2 = {0.5, 0, -9.81};
+    World world = server_world(description);
+    run(world, 3000);
+    const std::vector<Pose> start = poses_of(world, 2);
+    run(world, 10'000);
+    const auto [move_m, turn_rad] = difference(poses_of(world, 2), start);
+    EXPECT_LT(move_m, kRestMove_m) << light_kg;
+    EXPECT_LT(turn_rad, kRestTurn_rad) << light_kg;
+    EXPECT_NEAR(start[0].p.z(), -(1 + light_kg) * 9.81 / 2000, 2e-5);
+    EXPECT_NEAR((start[1].p - start[0].p).z(), 0.025, 2e-5);
+  }
+}
+
+/// What is set down on a lighter body ends where the touch stage alone leaves it.
+TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
+  for (const double light_kg : {0.005, 0.05}) {
+    WorldDescription description = world_of(
+        {table(), box(1, {0, 0, 0.02}, light_kg, 0.8), box(1, {0.003, 0, 0.065}, 1, 0.8)}, {ball_tool({0, 0, 0.3})});
+    description.gravity_m_per_s2 = {0, 0, -9.81};
+    description.bodies[0].traits.friction = 0.8;
+    description.bodies[2].is_graspable = true;
+    description.tools[0].X_WT.p = {0.003, 0, 0.09};
+    description.tools[0].holds_body = 2;
+    std::vector<std::vector<Pose>> ends;
+    for (const bool is_touched : {false, true}) {
+      World world = server_world(description);
+      if (is_touched) keep_all_touched(world, 3);
+      world.activate_tool(0);
+      for (int i = 0; i < 1000; ++i) {
+        world.set_handle(0, at({0.003, 0, 0.09 - 0.02 * std::min(1.0, i / 800.0)}));
+        world.step();
+      }
+      world.deactivate_tool(0);
+      run(world, is_touched ? 2000 : 10'000);
+      ends.push_back(poses_of(world, 3));
+    }
+    const auto [move_m, turn_rad] = difference(ends[0], ends[1]);
+    EXPECT_LT(move_m, kRestMove_m) << light_kg;
+    EXPECT_LT(turn_rad, kRestTurn_rad) << light_kg;
+    EXPECT_NEAR(ends[0][2].p.z(), 0.06, 1e-4) << "it stands on the light one";
+  }
+}
+
 /// A ball over a table, with restitution.
 WorldDescription dropped_ball(double restitution, double height_m) {
   BodyDescription ball;
