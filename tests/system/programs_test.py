@@ -291,7 +291,8 @@ class Mistakes(ProgramTest):
         experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
         crowd = self.write("crowd.json", json.dumps({"name": "crowd", "scene": "two_boxes",
                                                      "users": [{"name": name} for name in "abc"]}))
-        subcommands = "run or live or link or bench or calibrate or check or mesh or reproduce or energy or redock or fit-order or report"
+        subcommands = ("run or random or live or link or bench or calibrate or check or mesh or reproduce or energy or redock or "
+                       "fit-order or report")
         for arguments, words in [([], [subcommands]), (["run"], ["--out", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
