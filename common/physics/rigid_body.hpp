@@ -53,8 +53,8 @@ class RigidBody {
   /// Moves for a step from the centre's velocity `V_WC` that a solver found, and discards what was applied.
   ///
   /// Model   the angular momentum of `V_WC.w` in the present attitude is constant over the step; the attitude follows
-  ///         Euler's equations by the implicit midpoint rule, in substeps of kMidpointTurn_rad at most. The velocity
-  ///         afterwards is that of the same momentum in the new attitude, so a free top precesses and keeps energy.
+  ///         Euler's equations by the implicit midpoint rule, in substeps of 0.02 rad at most. The new velocity
+  ///         has the same momentum in the new attitude, so a free top precesses and keeps its energy.
   /// Source  our derivation
   void advance(const Twist& V_WC, double step_s);
   /// Moves for a step with exactly this velocity, and discards what was applied. For things whose motion is given.

@@ -159,7 +159,7 @@ void UntouchedBodies::describe() {
     if (body.rigid == nullptr) continue;
     // A sleeping body has its inertia in the solution, but no weight: its support carries that. The wrench of a contact wakes it.
     thing.role = body.rigid->is_static() ? Role::kStatic : body.is_asleep ? Role::kExternal : Role::kImplicit;
-    body.before = body.rigid->is_static() ? Twist{} : twist_at_origin(*body.rigid);
+    if (has_restitution_ && !body.rigid->is_static()) body.before = twist_at_origin(*body.rigid);
     if (!body.is_awake()) continue;
     thing.wrench_W = body.rigid->weight_W(world_.gravity_m_per_s2) + body.rigid->applied_W();
     if (!body.description->anchor) continue;

@@ -1,4 +1,4 @@
-// The bodies that no tool touches, stepped by the solver that also steps those that tools touch.
+// Steps the bodies that no tool touches with the solver of the touch stage.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// The world of a room: with the bodies that nobody touches, and the scene's soft bodies.
+// Builds the world of a room from its scene: rigid bodies, tools, and soft bodies where the scene has them.
 #pragma once
 
 #include "common/physics/world.hpp"

@@ -1,4 +1,4 @@
-// The contacts of a pair of shapes beside which there are others.
+// Corrects the contacts of a pair of shapes that have other shapes beside them.
 #include <algorithm>
 
 #include "common/contact/contact_pair.hpp"
@@ -6,7 +6,7 @@
 namespace tandem::contact {
 namespace {
 
-// Of a contact's area: less is no contact.
+// A contact with less than this share of its area is dropped.
 constexpr double kMinShare = 1e-3;
 
 /// Of the points that a contact stands for; of a ball on a plane, what faces the plane.
@@ -57,7 +57,7 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
   first_of_other_ = kept_before_other;
 }
 
-// find() left of it what is tangential to the normal there.
+// find() kept only the part of the bristle that is tangential to the old normal.
 void ContactPair::carry_bristle_again(std::size_t index, bool is_first_direction) noexcept {
   const std::size_t begin = is_first_direction ? 0 : first_of_other_before_;
   const std::size_t end = is_first_direction ? first_of_other_before_ : before_.size();

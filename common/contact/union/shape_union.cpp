@@ -53,7 +53,7 @@ double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, 
 
 }  // namespace
 
-/// The other shape that covers a place most.
+/// The shape that covers the largest share of a place, and that share.
 struct ShapeUnion::Cover {
   double share = 0;
   const PlacedShape* by = nullptr;
@@ -157,7 +157,7 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
   contact.area_m2 *= own / all;
 }
 
-// Of a shape that is farther from the point than the one that touches it there, as at a joint, the edge is no obstacle.
+// At a joint, the edge of the shape that is farther from the point is no obstacle.
 void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept {
   const double gap_m = -contact.depth_m;
   if (!(gap_m > 0)) return;

@@ -19,10 +19,10 @@ struct PlacedShape {
 /// One shape of a pair and the shapes beside it that the other one is near, too.
 ///
 /// Model   A pressing contact pushes its point p by depth × normal to a place q of the shape's surface. If another shape
-///         covers q, that surface is inside the union. The contact then takes the shorter of two ways: out of the same
+///         covers q, that surface is inside the union. The contact is then resolved along the shorter of two ways: out of the same
 ///         shape through another face, or through q and out of the covering shape. Both ways are found from samples
 ///         farther inside, where the covered face is not the nearest one, and are exact for flat faces. Over a distance of
-///         2e-5 m (more for meshes) between covered and free, both answers are mixed, so that forces do not jump
+///         2e-5 m (more for meshes) between covered and free, both answers are mixed, so that forces do not jump.
 /// Thread  any; no allocation
 class ShapeUnion {
  public:

@@ -45,7 +45,7 @@ BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double fric
   return body;
 }
 
-/// The line of gravity of the boxes from each one upwards meets the middle half of its support, and the slope is
+/// For each box, the line of gravity of this box and those above it meets the middle half of its support. The slope is
 /// at most half of what friction holds.
 StackCase stack_of(Random& random) {
   for (;;) {
@@ -227,7 +227,7 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// What is set down on a lighter body ends where the touch stage alone leaves it.
+/// A body that is set down on a lighter one ends where the touch stage alone leaves it.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(

@@ -58,7 +58,7 @@ Pose at_place(const Vec3& p, const Quat& q = Quat::Identity()) {
   return {p, q};
 }
 
-/// The same surface around z = 0 twice: as one shape, and as several that are flush.
+/// The same surface around z = 0, once as one shape and once as several flush shapes.
 struct Surface {
   std::string name;
   Parts one, several;

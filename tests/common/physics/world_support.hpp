@@ -74,7 +74,7 @@ inline World client_world(const WorldDescription& description, ExternalBodies* e
   if (external != nullptr) engine = watched(std::move(engine), *external);
   return {std::make_shared<const WorldDescription>(description), std::move(engine), nullptr};
 }
-/// The world of a server, whose untouched bodies the contact solver steps.
+/// A world as a server has it: the contact solver steps its untouched bodies.
 inline World server_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
   auto kept = std::make_shared<const WorldDescription>(description);
   std::unique_ptr<FreeBodies> engine = make_untouched_bodies(*kept);
