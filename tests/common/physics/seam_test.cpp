@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <string>
@@ -209,6 +210,13 @@ double sideways_apart_n(const std::vector<Vec3>& a, const std::vector<Vec3>& b) 
   return most;
 }
 
+/// The least force out of the surface on the way.
+double least_lift_n(const std::vector<Vec3>& forces) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Vec3& f : forces) least = std::min(least, f.z());
+  return least;
+}
+
 /// Of a test: 24 by day; TANDEM_TEST_SCENES sets more.
 std::uint64_t scenes() {
   const char* const given = std::getenv("TANDEM_TEST_SCENES");
@@ -232,7 +240,10 @@ void expect_no_catch(std::uint64_t usual_seed, double most_n, const std::functio
     const Vec3 middle(0, is_round ? 0 : random.uniform(-0.0005, 0.0005), 0);
     draw.from_U = middle - way;
     draw.to_U = middle + way;
-    const double apart_n = sideways_apart_n(drawn(surface.one, tip, draw), drawn(surface.several, tip, draw));
+    const std::vector<Vec3> on_one = drawn(surface.one, tip, draw), on_several = drawn(surface.several, tip, draw);
+    const double apart_n = sideways_apart_n(on_one, on_several);
+    EXPECT_GT(least_lift_n(on_several), 0.8 * draw.press_n)
+        << "scene " << i << ": the surface carries the tip all the way";
     worst = std::max(worst, apart_n);
     EXPECT_LE(apart_n, most_n) << "scene " << i << ": " << tip.name << " on " << surface.name
                                << (draw.is_of_bodies ? " (bodies)" : "") << ", pressing with " << draw.press_n
