@@ -21,7 +21,7 @@ constexpr double kShared_m = 1e-5;
 
 // On a flat face: so near to its plane, and so alike in direction. Beside another shape up to the first distance, apart
 // from it beyond the second.
-constexpr double kFlat_m = 5e-6, kFlatCosine = 0.999, kBeside_m = 5e-4, kApart_m = 1.5e-3;
+constexpr double kFlat_m = 5e-6, kFlatCosine = 0.999, kBeside_m = 5e-4, kApart_m = kUnionReach_m;
 
 /// 0 below `low`, 1 above `high`, linear in between.
 double ramp(double value, double low, double high) {

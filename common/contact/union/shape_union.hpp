@@ -10,6 +10,9 @@ namespace tandem::contact {
 
 struct ContactPoint;
 
+/// Shapes farther than this from a contact do not change it: beyond depths of contact and what a flat face takes into account.
+inline constexpr double kUnionReach_m = 1.5e-3;
+
 /// A shape where it is in the world.
 struct PlacedShape {
   const ContactShape* shape = nullptr;

@@ -15,9 +15,6 @@ constexpr double kMinBand_m = 5e-5;
 /// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
 constexpr std::size_t kMaxNear = 4096;
 
-/// A thing and one of its shapes.
-using PartName = std::pair<std::uint16_t, std::uint16_t>;
-
 }  // namespace
 
 struct NearPairs::Near {
@@ -55,6 +52,7 @@ NearPairs::NearPairs(std::size_t things, std::size_t pairs, std::uint32_t budget
   pairs_.reserve(pairs);
   for (std::size_t i = 0; i < pairs; ++i) pairs_.emplace_back(budget);
   near_.reserve(std::max(pairs, kMaxNear));
+  neighbours_.reserve(near_.capacity());
   chosen_.reserve(pairs);
   foreseen_.reserve(things);
   for (auto& shapes : beside_) shapes.reserve(kMaxBeside);
@@ -91,6 +89,7 @@ bool NearPairs::is_foreseen(std::span<const TouchThing> things, std::span<const 
 
 TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   near_.clear();
+  neighbours_.clear();
   bool has_room = true;
   for (std::size_t a = 0; a < things.size(); ++a) {
     if (things[a].role != TouchThing::Role::kImplicit || !things[a].model->can_be_touched()) continue;
@@ -116,17 +115,21 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   const Pose& X_WB = things[b].rigid->pose();
   const TouchModel& model_a = *things[a].model;
   const TouchModel& model_b = *things[b].model;
-  if ((X_WA.p - X_WB.p).norm() > model_a.radius_m + model_b.radius_m + band_m) return true;
+  const double wide_m = std::max(band_m, contact::kUnionReach_m);
+  if ((X_WA.p - X_WB.p).norm() > model_a.radius_m + model_b.radius_m + wide_m) return true;
   for (std::size_t i = 0; i < model_a.parts.size(); ++i) {
     for (std::size_t j = 0; j < model_b.parts.size(); ++j) {
       const Pose X_WSa = X_WA * model_a.parts[i].X_BS;
       const Pose X_WSb = X_WB * model_b.parts[j].X_BS;
       const contact::ContactShape& shape_a = *model_a.parts[i].shape;
       const contact::ContactShape& shape_b = *model_b.parts[j].shape;
-      if (!contact::boxes_are_near(shape_a, X_WSa, shape_b, X_WSb, band_m)) continue;
+      if (!contact::boxes_are_near(shape_a, X_WSa, shape_b, X_WSb, wide_m)) continue;
+      const PartName own(static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(i));
+      const PartName others(static_cast<std::uint16_t>(b), static_cast<std::uint16_t>(j));
+      if (neighbours_.size() < neighbours_.capacity()) neighbours_.push_back({own, others});
+      if (wide_m > band_m && !contact::boxes_are_near(shape_a, X_WSa, shape_b, X_WSb, band_m)) continue;
       if (near_.size() == near_.capacity()) return false;
-      near_.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(b),
-                       static_cast<std::uint16_t>(j), band_m});
+      near_.push_back({own.first, own.second, others.first, others.second, band_m});
     }
   }
   return true;
@@ -186,16 +189,15 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
 
 /// Shapes that are near A beside B, and near B beside A.
 void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
-  if (chosen_.size() < 2 || pair.contacts.contacts().empty()) return;
+  if (neighbours_.size() < 2 || pair.contacts.contacts().empty()) return;
   for (auto& shapes : beside_) shapes.clear();
   const auto placed = [&](const PartName& name) {
     const TouchModel::Part& part = things[name.first].model->parts[name.second];
     return contact::PlacedShape{part.shape.get(), things[name.first].rigid->pose() * part.X_BS};
   };
   const std::array<PartName, 2> own = {PartName{pair.thing_a, pair.part_a}, {pair.thing_b, pair.part_b}};
-  for (const Pair* const near : chosen_) {
-    if (near == &pair) continue;
-    const std::array<PartName, 2> both = {PartName{near->thing_a, near->part_a}, {near->thing_b, near->part_b}};
+  for (const std::array<PartName, 2>& both : neighbours_) {
+    if (both == own) continue;
     for (std::size_t side = 0; side < 2; ++side) {
       for (std::size_t k = 0; k < 2; ++k) {
         if (both[k] != own[1 - side] || beside_[side].size() == kMaxBeside) continue;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/base/tick_faults.hpp"
@@ -55,6 +56,8 @@ class NearPairs {
  private:
   struct Near;
   struct Foreseen;
+  /// A thing and one of its shapes.
+  using PartName = std::pair<std::uint16_t, std::uint16_t>;
 
   TickFaults search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
   bool is_foreseen(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept;
@@ -68,6 +71,8 @@ class NearPairs {
   std::size_t end_ = 0;     ///< no pair from here on is used
   std::vector<Near> near_;  ///< as found
   std::vector<Pair*> chosen_;
+  /// All pairs that are near enough for join(), searched or not.
+  std::vector<std::array<PartName, 2>> neighbours_;
   std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< of the pair in join(): shapes beside A, and beside B
   std::vector<Foreseen>
       foreseen_;  ///< each thing, at the last look_ahead(); none: it was not called, or not all had room
