@@ -14,6 +14,8 @@ namespace {
 constexpr double kTolerance_m_per_s = 1e-11;
 /// After so many iterations normal forces are good to some parts in a thousand, and friction with them.
 constexpr std::uint32_t kFollowingIterations = 4;
+/// So often friction that did not settle is solved for again.
+constexpr std::uint32_t kRounds = 3;
 /// Couplings that have not converged by then are not going to soon.
 constexpr std::uint32_t kExactIterations = 12;
 /// Part of the slope at the start of the line that a search may leave.
@@ -106,15 +108,23 @@ void ContactIsland::set_hardness() noexcept {
 
 // First friction follows the normal forces, which is the wanted solution but has no potential; most steps end here.
 // What has not settled by then is solved for the limits that were reached, and if need be for linear couplings: that
-// always converges.
+// always converges. Normal forces of an early iterate may be many times those of the solution, as where bodies that slide
+// run into each other: friction is then solved for again, with the limits of the solution.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();
+  std::uint32_t rounds = 0;
   while (iterations_ < iterations) {
     if (iterations_ == kFollowingIterations) friction_ = FrictionLimit::kKept;
     if (iterations_ == kExactIterations) linearise();
     const Progress progress = iterate();
-    if (progress != Progress::kMore) return progress == Progress::kDone;
+    if (progress == Progress::kMore) continue;
+    if (progress == Progress::kFailed || friction_ == FrictionLimit::kFollows || rounds == kRounds)
+      return progress == Progress::kDone;
+    ++rounds;
+    friction_ = FrictionLimit::kFollows;
+    evaluate();
+    friction_ = FrictionLimit::kKept;
   }
   return residual_energy() <= enough();
 }

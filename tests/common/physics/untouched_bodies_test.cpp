@@ -105,8 +105,19 @@ TEST_F(Stack, WakesWhatIsRunInto) {
   run(4);
   ASSERT_TRUE(rests(kLower) && rests(kUpper));
   bodies_[kLower].set_centre(bodies_[kLower].centre_pose(), {{-2, 0, 0}, Vec3::Zero()});
+  // The table takes some of the momentum, by friction: 0.1 of it in these 20 ms, and what the two press on it while they tilt.
+  const auto momentum = [&] {
+    return bodies_[kLower].velocity_of_centre_W().v.x() + bodies_[kUpper].velocity_of_centre_W().v.x();
+  };
+  double before = 0;
+  while (rests(kUpper)) {
+    before = momentum();
+    run(kUntouchedStep_s / 2);
+  }
+  run(0.015);
+  EXPECT_LT(momentum(), 0.75 * before);
   run(0.2);
-  EXPECT_LT(bodies_[kUpper].centre_W().x(), -0.005);
+  EXPECT_LT(bodies_[kUpper].centre_W().x(), -0.05);
 }
 
 }  // namespace
