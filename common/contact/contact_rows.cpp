@@ -41,6 +41,7 @@ struct alignas(32) ContactRow {
   Lanes tangential;  // k_t
   Lanes sx, sy, sz;  // bristle
   Lanes limit;       // μ f_n
+  Lanes rate;        // r
   // Of the last evaluate():
   Lanes normal_force;
   Lanes zx, zy, zz;
