@@ -1,6 +1,7 @@
 #include "common/contact/contact_pair.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -47,8 +48,21 @@ struct ContactPair::Direction {
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
-  double sign = 1;   ///< of the field's gradient, so that it points out of B
-  double share = 1;  ///< of the points' area
+  double sign = 1;         ///< of the field's gradient, so that it points out of B
+  double share = 1;        ///< of the points' area
+  double plane_share = 1;  ///< of that on planes of the field
+
+  /// The plane that the field is at a point of it or in it; null: none.
+  const FieldPlane* plane_at(const Vec3& p_F) const noexcept {
+    const std::span<const FieldPlane> planes = field.planes();
+    if (planes.empty()) return nullptr;
+    const FieldPlane* largest = nullptr;
+    for (PlaneSet rest = field.planes_at(p_F); rest != 0; rest &= rest - 1) {
+      const FieldPlane& plane = planes[static_cast<std::size_t>(std::countr_zero(rest))];
+      if (largest == nullptr || plane.distance_m(p_F) > largest->distance_m(p_F)) largest = &plane;
+    }
+    return largest;
+  }
 };
 
 ContactWork& ContactWork::operator+=(const ContactWork& other) {
@@ -79,12 +93,13 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   // A blunt tip that goes in between the other's points is deep as seen from its own points alone: where both shells
   // are fine, each gives all of its points, for half of their area.
   is_mutual_ = is_fine(*a) && is_fine(*b);
-  const PointShell& others = is_mutual_ ? second.shells.surface : second.shells.features;
+  const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
   ball_ = nullptr;
   if (a->ball_radius_m > 0 && !b->field->planes().empty()) ball_ = a;
   if (b->ball_radius_m > 0 && !a->field->planes().empty()) ball_ = b;
-  ball_share_ = is_mutual_ ? 0.5 : (ball_ == &first ? 1 : 0);
+  plane_share_ = is_mutual_ && !second.off_planes ? 0.5 : 1;
+  ball_share_ = ball_ == &first ? plane_share_ : (is_mutual_ ? 0.5 : 0);
   ball_on_ = nullptr;
   ball_planes_reach_m_ = -1;
   primary_.bind(first.shells.surface, first, second, budget_ - for_others);
@@ -119,8 +134,10 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Pose X_AB = X_WA.inverse() * X_WB;
   if (!is_finite(X_BA) || !is_finite(X_AB)) return {};
   const double share = is_mutual_ ? 0.5 : 1;
-  const Direction a_in_b{*b_->field, X_WB, X_BA, is_a_primary_ ? 0 : ContactPoint::kOtherDirection, 1, share};
-  const Direction b_in_a{*a_->field, X_WA, X_AB, is_a_primary_ ? ContactPoint::kOtherDirection : 0, -1, share};
+  const std::uint32_t bits_of_a = is_a_primary_ ? 0 : ContactPoint::kOtherDirection;
+  const std::uint32_t bits_of_b = is_a_primary_ ? ContactPoint::kOtherDirection : 0;
+  const Direction a_in_b{*b_->field, X_WB, X_BA, bits_of_a, 1, share, is_a_primary_ ? plane_share_ : share};
+  const Direction b_in_a{*a_->field, X_WA, X_AB, bits_of_b, -1, share, is_a_primary_ ? share : plane_share_};
   const Direction& first = is_a_primary_ ? a_in_b : b_in_a;
   const Direction& second = is_a_primary_ ? b_in_a : a_in_b;
 
@@ -294,7 +311,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
                        R_WF,
                        band_m,
                        rigid_depth_m,
-                       direction.share,
+                       direction.plane_share,
                        direction.sign,
                        direction.id_bits,
                        candidates.room(),
@@ -304,13 +321,21 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       planes.add(candidate.node, candidate.planes, now_);
       continue;
     }
-    now_.push_back(ContactPoint{.p_W = R_WP * candidate.p_P.cast<double>() + X_WP.p,
-                                .normal_W = R_out * unit(candidate.gradient_F),
-                                .depth_m = -candidate.distance_m,
-                                .area_m2 = direction.share * candidate.area_m2,
-                                .bristle_W = Vec3::Zero(),
-                                .id = candidate.first | direction.id_bits,
-                                .count = candidate.count});
+    ContactPoint& contact = now_.emplace_back();
+    contact.p_W = R_WP * candidate.p_P.cast<double>() + X_WP.p;
+    contact.normal_W = R_out * unit(candidate.gradient_F);
+    contact.depth_m = -candidate.distance_m;
+    contact.area_m2 = direction.share * candidate.area_m2;
+    contact.id = candidate.first | direction.id_bits;
+    contact.count = candidate.count;
+    const Vec3 p_F = direction.X_FP * candidate.p_P.cast<double>();
+    const FieldPlane* const plane = direction.plane_at(p_F);
+    if (plane == nullptr) continue;
+    contact.area_m2 = direction.plane_share * candidate.area_m2;
+    // Samples round off edges where planes meet.
+    if (plane->distance_m(p_F) > 0) continue;
+    contact.normal_W = R_out * plane->normal;
+    contact.depth_m = -plane->distance_m(p_F);
   }
 }
 

@@ -38,9 +38,10 @@ inline constexpr std::uint32_t kContactBudget = 768;
 /// The contacts of shape A with shape B, searched each step. Remembers which parts of the tree cannot be near yet, and how far
 /// the shapes may move until they can.
 ///
-/// Model   the surface points of each shape against the distance field of the other, each for half of its area. A shape
-///         whose shell is wider than 0.5 mm (a large primitive) gives its feature points alone; the other's then stand
-///         for their whole area
+/// Model   the surface points of each shape against the distance field of the other, each for half of its area. Inside of a
+///         plane of the larger shape, where few of its points would press beside the edges of a small tip and push it to
+///         all sides, the smaller shape's points stand for their whole area; and all over a shape whose shell is wider
+///         than 0.5 mm (a large primitive), which gives its feature points alone
 /// Thread  one at a time
 class ContactPair {
  public:
@@ -102,6 +103,7 @@ class ContactPair {
   std::uint32_t budget_;
   bool is_a_primary_ = true;
   bool is_mutual_ = false;  ///< all points of both
+  double plane_share_ = 1;  ///< of the primary's points inside of a plane of the other
   ShellCandidates primary_;
   ShellCandidates other_;
   std::vector<ContactPoint> now_;

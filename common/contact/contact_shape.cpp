@@ -29,6 +29,9 @@ constexpr double kShortGradient = 0.101;
 // Of a shell's spacing: what the rounding of its points may come to.
 constexpr double kRoundingShare = 1e-3;
 
+// On a plane: so near to it; inside of it, where the field is that of planes for so far around.
+constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
+
 double rigid_depth_of(double half_thickness_m) {
   return std::clamp(kRigidShare * half_thickness_m, kMinRigidDepth, kMaxRigidDepth);
 }
@@ -66,8 +69,24 @@ std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField
   drop_polygons_off(*field, shape->shells.features);
   shape->field = std::move(field);
   shape->rigid_depth_m = rigid_depth_of(half_thickness_m);
-  shape->set_bounds();
+  shape->complete();
   return shape;
+}
+
+/// Whether a point lies on a plane that holds for all that is near it.
+bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
+  const std::span<const FieldPlane> planes = field.planes();
+  if (planes.empty()) return false;
+  const Vec3 p_S = point.p_S.cast<double>();
+  const auto holds = [&](const FieldPlane& plane) {
+    return std::abs(plane.distance_m(p_S)) < kOnPlane_m &&
+           plane.normal.dot(point.normal_S.cast<double>()) > kOnPlaneCosine;
+  };
+  const auto plane = std::ranges::find_if(planes, holds);
+  if (plane == planes.end()) return false;
+  const OrientedBox around{p_S, Eigen::Matrix3d::Identity(), Vec3::Constant(kInsidePlane_m)};
+  std::size_t looks = 0;
+  return (field.planes_over(around, looks) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
 /// How far it is from a surface point straight inward to where the opposite surface is nearer; infinite if beyond
@@ -159,7 +178,7 @@ void check(const ContactShapeOptions& options) {
   require(options.threads >= 1 && options.threads <= 256, "threads", options.threads, "use 1 to 256");
 }
 
-void ContactShape::set_bounds() {
+void ContactShape::complete() {
   const auto& points = shells.surface.points;
   if (points.empty()) return;
   Eigen::Vector3f low = points.front().p_S;
@@ -170,11 +189,18 @@ void ContactShape::set_bounds() {
   }
   low_S = low.cast<double>();
   high_S = high.cast<double>();
+  std::vector<ShellPoint> others;
+  std::ranges::copy_if(points, std::back_inserter(others),
+                       [this](const ShellPoint& point) { return !is_inside_of_plane(*field, point); });
+  if (others.size() == points.size()) return;
+  off_planes = PointShell::of(std::move(others), shells.surface.spacing_m);
+  drop_polygons_off(*field, *off_planes);
 }
 
 std::size_t ContactShape::memory_bytes() const {
   const auto* grid = dynamic_cast<const DistanceGrid*>(field.get());
   return sizeof(*this) + shells.surface.memory_bytes() + shells.features.memory_bytes() +
+         (off_planes ? off_planes->memory_bytes() : 0) +
          (grid != nullptr ? grid->memory_bytes() : sizeof(DistanceField));
 }
 

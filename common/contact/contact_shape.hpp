@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,9 @@ namespace tandem::contact {
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
+  /// The surface without the points that are inside of a plane of the field, where the other shape's points say all; none:
+  /// there is no such point.
+  std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
   /// Depth at which contact becomes rigid: less than half of the shape's thin places, so that what presses is
@@ -26,8 +30,9 @@ struct ContactShape {
 
   double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
   std::size_t memory_bytes() const;
-  /// From the points.
-  void set_bounds();
+  const PointShell& surface_off_planes() const { return off_planes ? *off_planes : shells.surface; }
+  /// Bounds and `off_planes`, from points and field.
+  void complete();
 };
 
 /// Of one shape in memory; what the default options make has less.

@@ -40,6 +40,8 @@ struct FieldPlane {
 /// Of a field's planes, a bit each.
 using PlaneSet = std::uint64_t;
 inline constexpr std::size_t kMaxPlanes = 64;
+/// A surface whose normal is as near to a plane's lies along it.
+inline constexpr double kOnPlaneCosine = 0.999;
 
 /// Signed distance to the surface of a shape, in the frame of the shape S.
 ///
@@ -80,6 +82,9 @@ class DistanceField {
     ++looks;
     return 0;
   }
+
+  /// The same at one place; faster.
+  virtual PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept { return 0; }
 
   virtual double error_m() const noexcept = 0;
   virtual double band_m() const noexcept = 0;

@@ -48,6 +48,7 @@ class DistanceGrid final : public DistanceField {
   PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
     return planes_.planes_over(box_S, looks);
   }
+  PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
   /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
   /// is inside of sharp convex edges and beneath them, where the distance itself has a crease.
   double error_m() const noexcept override { return error_m_; }

@@ -49,6 +49,7 @@ class HalfSpaceField final : public ExactField {
     ++looks;
     return 1;
   }
+  PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept override { return 1; }
 
  private:
   FieldPlane plane_{Vec3::UnitZ(), 0};
@@ -81,6 +82,7 @@ class BoxField final : public ExactField {
     ++looks;
     return (PlaneSet{1} << planes_.size()) - 1;
   }
+  PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept override { return (PlaneSet{1} << planes_.size()) - 1; }
 
  private:
   Vec3 half_m_;
@@ -97,6 +99,10 @@ class CylinderField final : public ExactField {
   DistanceSample sample(const Vec3& p_S) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return ends_; }
   PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override;
+  PlaneSet planes_at(const Vec3& p_S) const noexcept override {
+    std::size_t looks = 0;
+    return planes_over({p_S}, looks);
+  }
 
  private:
   double radius_m_;

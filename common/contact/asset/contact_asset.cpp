@@ -79,7 +79,8 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
     realtime::use_large_pages(std::as_bytes(std::span(shell->points)));
     realtime::use_large_pages(std::as_bytes(std::span(shell->nodes)));
   }
-  shape->set_bounds();
+  call_off_point();
+  shape->complete();
   return shape->memory_bytes() <= limit_bytes ? shape : nullptr;
 }
 

@@ -34,19 +34,11 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
     // Out of the shape whose field gave the depth.
     const Vec3 out_W = is_of_a ? contact.normal_W : Vec3(-contact.normal_W);
     const double area_m2 = contact.area_m2;
-    // Beside a joint a face has few points, whose forces on a small tip point to all sides: the tip's own points take over.
-    const bool is_shared = is_mutual_ && !is_ball;
     if (own.has_others()) {
       const Vec3 normal_W = normal_of(points_of(contact), is_of_a ? X_WA : X_WB, -out_W);
       contact.area_m2 *= 1 - own.covered_share(contact.p_W, normal_W);
-      if (is_shared && !other.has_others()) contact.area_m2 *= 1 - own.flat_share(contact.p_W, normal_W);
     }
-    if (other.has_others()) {
-      other.correct_depth(contact, out_W);
-      const Vec3 way_W = (is_of_a ? contact.depth_m : -contact.depth_m) * contact.normal_W;
-      if (is_shared && !own.has_others())
-        contact.area_m2 *= 1 + other.flat_share(contact.p_W + way_W, is_of_a ? contact.normal_W : -contact.normal_W);
-    }
+    if (other.has_others()) other.correct_depth(contact, out_W);
     if (!(contact.area_m2 > kMinShare * area_m2)) continue;
     const bool has_turned = contact.normal_W != now_[i].normal_W;
     now_[kept++] = contact;

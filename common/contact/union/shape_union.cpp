@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "common/contact/contact_pair.hpp"
+#include "common/contact/flat/flat_node.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -19,28 +21,40 @@ constexpr int kMaxTurns = 4;
 // Contacts inside of two shapes share their area until both are so deep.
 constexpr double kShared_m = 1e-5;
 
-// On a flat face: so near to its plane, and so alike in direction. Beside another shape up to the first distance, apart
-// from it beyond the second.
-constexpr double kFlat_m = 5e-6, kFlatCosine = 0.999, kBeside_m = 5e-4, kApart_m = kUnionReach_m;
-
 /// 0 below `low`, 1 above `high`, linear in between.
 double ramp(double value, double low, double high) {
   return std::clamp((value - low) / (high - low), 0.0, 1.0);
 }
 
+/// A shape's distance at a place, with a unit gradient in W.
+struct Look {
+  double distance_m = 0;
+  Vec3 gradient_W = Vec3::UnitZ();
+  double error_m = 0;
+};
+
+/// The planes of a sampled field are exact where samples round off its edges.
+Look look(const PlacedShape& placed, const Vec3& p_W) {
+  const DistanceField& field = *placed.shape->field;
+  const Vec3 p_S = placed.X_WS.inverse() * p_W;
+  if (field.error_m() > 0 && !field.planes().empty()) {
+    const FieldPlane* largest = nullptr;
+    for (PlaneSet rest = field.planes_at(p_S); rest != 0; rest &= rest - 1) {
+      const FieldPlane& plane = field.planes()[static_cast<std::size_t>(std::countr_zero(rest))];
+      if (largest == nullptr || plane.distance_m(p_S) > largest->distance_m(p_S)) largest = &plane;
+    }
+    if (largest != nullptr) return {largest->distance_m(p_S), placed.X_WS.q * largest->normal, 0};
+  }
+  const DistanceSample s = field.sample(p_S);
+  return {s.distance_m, placed.X_WS.q * s.gradient.normalized(), field.error_m()};
+}
+
 double distance_m(const PlacedShape& placed, const Vec3& p_W) {
-  return placed.shape->field->distance_m(placed.X_WS.inverse() * p_W);
+  return look(placed, p_W).distance_m;
 }
 
-/// With a unit gradient in W.
-DistanceSample sample(const PlacedShape& placed, const Vec3& p_W) {
-  DistanceSample s = placed.shape->field->sample(placed.X_WS.inverse() * p_W);
-  s.gradient = placed.X_WS.q * s.gradient.normalized();
-  return s;
-}
-
-double blend_m(const PlacedShape& a, const PlacedShape& b) {
-  return std::max(kBlend_m, kBlendErrors * (a.shape->field->error_m() + b.shape->field->error_m()));
+double blend_m(const PlacedShape& a, const PlacedShape& b, const Vec3& p_W) {
+  return std::max(kBlend_m, kBlendErrors * (look(a, p_W).error_m + look(b, p_W).error_m));
 }
 
 /// Share in which `other` covers a place q of a surface with this normal.
@@ -73,7 +87,7 @@ std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoin
   std::size_t kept = 0;
   for (const PlacedShape& placed : shapes) {
     const double blend = kBlend_m + 2 * kBlendErrors * placed.shape->field->error_m();
-    if (distance_m(placed, middle) <= radius_m + std::max(blend, kApart_m)) shapes[kept++] = placed;
+    if (distance_m(placed, middle) <= radius_m + blend) shapes[kept++] = placed;
   }
   return kept;
 }
@@ -82,7 +96,7 @@ ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q
   Cover most;
   const auto look_at = [&](const PlacedShape& other) {
     if (other.shape == leaving.shape && is_same(other.X_WS, leaving.X_WS)) return;
-    const double share = exit_cover(other, q_W, out_W, blend_m(leaving, other));
+    const double share = exit_cover(other, q_W, out_W, blend_m(leaving, other, q_W));
     if (share > most.share) most = {share, &other};
   };
   look_at(own_);
@@ -100,24 +114,24 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
     double deepest_m = 0, deepest_way_m = 0;
     for (const double way_m : ways_m) {
       const Vec3 at_W = from_W + way_m * inward_W;
-      const DistanceSample inside = sample(shape, at_W);
+      const Look inside = look(shape, at_W);
       if (inside.distance_m >= 0) continue;
-      const double depth_m = -inside.distance_m + (at_W - p_W).dot(inside.gradient);
+      const double depth_m = -inside.distance_m + (at_W - p_W).dot(inside.gradient_W);
       if (depth_m < 0) continue;
-      Vec3 out_W = depth_m * inside.gradient;
-      const DistanceSample beyond = sample(shape, p_W + out_W);
-      if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient;
+      Vec3 out_W = depth_m * inside.gradient_W;
+      const Look beyond = look(shape, p_W + out_W);
+      if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
       // At a corner of several covered faces, none of them covers what is beside it: farther inside, they do.
-      const Vec3 foot_W = at_W - inside.distance_m * inside.gradient;
-      if (cover_of(shape, foot_W, inside.gradient).share < 0.5 &&
-          cover_of(shape, p_W + out_W, inside.gradient).share < 0.5)
+      const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
+      if (cover_of(shape, foot_W, inside.gradient_W).share < 0.5 &&
+          cover_of(shape, p_W + out_W, inside.gradient_W).share < 0.5)
         return out_W;
       // The next turn begins where covered faces are the farthest.
       if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
         continue;
       deepest_m = -inside.distance_m;
       deepest_way_m = way_m;
-      covered_W = inside.gradient;
+      covered_W = inside.gradient_W;
       covered_from_W = at_W;
     }
     if (!covered_W) return std::nullopt;
@@ -132,8 +146,8 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
   const Vec3 p_W = contact.p_W, way_W = contact.depth_m * out_W;
   const Cover cover = cover_of(own_, p_W + way_W, out_W);
   if (cover.share > 0) {
-    const DistanceSample to_cover = sample(*cover.by, p_W);
-    const Vec3 inward_W = to_cover.distance_m > 0 ? to_cover.gradient : Vec3(-out_W);
+    const Look to_cover = look(*cover.by, p_W);
+    const Vec3 inward_W = to_cover.distance_m > 0 ? to_cover.gradient_W : Vec3(-out_W);
     std::optional<Vec3> shortest_W = way_out(own_, p_W, inward_W);
     if (const std::optional<Vec3> beyond_W = way_out(*cover.by, p_W + way_W, out_W)) {
       const Vec3 through_W = way_W + *beyond_W;
@@ -164,27 +178,17 @@ void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noe
   for (const PlacedShape& other : others_) {
     const double nearer = 1 - distance_m(other, contact.p_W) / gap_m;
     if (!(nearer > 0.02)) continue;
-    const double blend = blend_m(own_, other);
-    const double foot = distance_m(other, contact.p_W - gap_m * out_W) / blend;
+    const Vec3 foot_W = contact.p_W - gap_m * out_W;
+    const double blend = blend_m(own_, other, foot_W);
+    const double foot = distance_m(other, foot_W) / blend;
     contact.area_m2 *= 1 - ramp(nearer, 0.02, 0.1) * ramp(1 - foot, 0, 0.5);
   }
-}
-
-double ShapeUnion::flat_share(const Vec3& p_W, const Vec3& normal_W) const noexcept {
-  const Vec3 p_S = own_.X_WS.inverse() * p_W, normal_S = own_.X_WS.q.conjugate() * normal_W;
-  const auto holds = [&](const FieldPlane& plane) {
-    return std::abs(plane.distance_m(p_S)) < kFlat_m && plane.normal.dot(normal_S) > kFlatCosine;
-  };
-  if (std::ranges::none_of(own_.shape->field->planes(), holds)) return 0;
-  double most = 0;
-  for (const PlacedShape& other : others_) most = std::max(most, 1 - ramp(distance_m(other, p_W), kBeside_m, kApart_m));
-  return most;
 }
 
 double ShapeUnion::covered_share(const Vec3& p_W, const Vec3& normal_W) const noexcept {
   double most = 0;
   for (const PlacedShape& other : others_) {
-    const double blend = blend_m(own_, other);
+    const double blend = blend_m(own_, other, p_W);
     const double at = distance_m(other, p_W) / blend;
     if (at >= 1) continue;
     const double beyond = distance_m(other, p_W + blend * normal_W) / blend;

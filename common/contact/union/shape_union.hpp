@@ -10,8 +10,8 @@ namespace tandem::contact {
 
 struct ContactPoint;
 
-/// Shapes farther than this from a contact do not change it: beyond depths of contact and what a flat face takes into account.
-inline constexpr double kUnionReach_m = 1.5e-3;
+/// Shapes farther than this from a contact do not change it: twice the largest rigid depth.
+inline constexpr double kUnionReach_m = 2 * kMaxRigidDepth;
 
 /// A shape where it is in the world.
 struct PlacedShape {
@@ -42,9 +42,6 @@ class ShapeUnion {
   /// Share of the surface at a place of the own shape that other shapes cover, 0 to 1. An edge that is flush with the
   /// surface of another shape counts as covered.
   double covered_share(const Vec3& p_W, const Vec3& normal_W) const noexcept;
-
-  /// 1 for a place on a flat face of the own shape near another shape, 0 farther away and elsewhere.
-  double flat_share(const Vec3& p_W, const Vec3& normal_W) const noexcept;
 
  private:
   struct Cover;

@@ -249,8 +249,8 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // What single points of a shell let through: a tenth.
-    EXPECT_LT(most_n, 0.1 * forces_n.front());
+    // What single points of the ball alone let through, where the box has none inside of its faces.
+    EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
 
