@@ -21,6 +21,8 @@ using Part = TouchModel::Part;
 using Parts = std::vector<Part>;
 
 inline constexpr double kStiffness_n_per_m = 500;
+/// Of each kind.
+inline constexpr std::uint64_t kScenesByDay = 24, kScenesByNight = 200;
 inline constexpr double kSpeed_m_per_s = 0.04;
 inline ShapePointer mesh_of(const geometry::TriangleMesh& mesh) {
   return contact::make_contact_mesh(geometry::repaired(mesh));
@@ -88,6 +90,7 @@ struct Draw {
   Pose X_WU;  ///< the surface in the world
   Vec3 from_U = Vec3::Zero(), to_U = Vec3::Zero();
   bool is_of_bodies = false;  ///< each shape a body of its own
+  int hold_steps = 0;         ///< that the hand stays at the end
 };
 
 /// Forces on the hand while the tip is drawn along, in U.
@@ -123,11 +126,11 @@ inline std::vector<Vec3> drawn(const Parts& surface, const Tip& tip, const Draw&
   const Vec3 way = draw.to_U - draw.from_U;
   const int steps = static_cast<int>(way.norm() / kSpeed_m_per_s / kStep_s);
   std::vector<Vec3> forces;
-  for (int i = 0; i < settle + steps; ++i) {
-    const double share = std::max(0.0, static_cast<double>(i - settle) / steps);
+  for (int i = 0; i < settle + steps + draw.hold_steps; ++i) {
+    const double share = std::clamp(static_cast<double>(i - settle) / steps, 0.0, 1.0);
     const double pressing = std::min(1.0, 2.0 * i / settle);
     const Pose X = pose_at(draw.from_U + share * way + pressing * press);
-    const Vec3 v = i < settle ? Vec3(Vec3::Zero()) : Vec3(draw.X_WU.q * way / (steps * kStep_s));
+    const Vec3 v = i < settle || i >= settle + steps ? Vec3(Vec3::Zero()) : Vec3(draw.X_WU.q * way / (steps * kStep_s));
     world.set_handle(0, {X, {v, Vec3::Zero()}});
     world.step();
     if (i >= settle) forces.push_back(draw.X_WU.q.conjugate() * world.tool(0).wrench_on_hand_W.f);
@@ -135,10 +138,10 @@ inline std::vector<Vec3> drawn(const Parts& surface, const Tip& tip, const Draw&
   return forces;
 }
 
-/// Of a test: 24 by day; TANDEM_TEST_SCENES sets more.
-inline std::uint64_t scenes() {
+/// Of a test: TANDEM_TEST_SCENES, or as many as usual.
+inline std::uint64_t scenes(std::uint64_t usual) {
   const char* const given = std::getenv("TANDEM_TEST_SCENES");
-  return given != nullptr ? std::stoull(given) : 24;
+  return given != nullptr ? std::stoull(given) : usual;
 }
 
 }  // namespace tandem::physics
