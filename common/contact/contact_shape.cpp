@@ -10,6 +10,7 @@
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/flat/flat_points.hpp"
 #include "common/contact/primitive_fields.hpp"
+#include "common/contact/round/thin_rods.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "common/geometry/triangle_tree.hpp"
@@ -28,6 +29,23 @@ constexpr double kBuriedErrors = 2;
 constexpr double kShortGradient = 0.101;
 // Of a shell's spacing: what the rounding of its points may come to.
 constexpr double kRoundingShare = 1e-3;
+
+constexpr double kMinCell_m = 1e-5;
+// Of the radius of what is thin and round: distance between points, largest cell, and error of interpolation.
+constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
+// What is round and thicker than this is sampled finely enough without.
+constexpr double kThinRadius_m = 4e-4;
+
+/// Points as close as something round of this radius needs: the deepest place of a contact is then deeper than the
+/// nearest point by an eighth of the radius at most.
+ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
+  if (radius_m > kThinRadius_m) return options;
+  options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);
+  options.feature_spacing_m = std::min(options.feature_spacing_m, kRoundSpacing * radius_m);
+  options.cell_m = std::min(options.cell_m, std::max(kRoundCell * radius_m, kMinCell_m));
+  options.tolerance_m = std::min(options.tolerance_m, kRoundTolerance * radius_m);
+  return options;
+}
 
 double rigid_depth_of(double half_thickness_m) {
   return std::clamp(kRigidShare * half_thickness_m, kMinRigidDepth, kMaxRigidDepth);
@@ -148,7 +166,7 @@ class StagedProgress {
 }  // namespace
 
 void check(const ContactShapeOptions& options) {
-  require(options.cell_m >= 1e-5 && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
+  require(options.cell_m >= kMinCell_m && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
   require(options.tolerance_m > 0 && std::isfinite(options.tolerance_m), "tolerance_m", options.tolerance_m,
           "use a positive length");
   // Nearer to the surface than a cell's half diagonal, even the sign of an interpolated distance may be wrong.
@@ -180,7 +198,8 @@ std::size_t ContactShape::memory_bytes() const {
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options) {
   require_positive(radius_m, "sphere", "radius");
-  auto shape = make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m, options);
+  auto shape = make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m,
+                              for_radius(radius_m, options));
   shape->ball_radius_m = radius_m;
   return shape;
 }
@@ -195,7 +214,7 @@ std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, doubl
   require_positive(radius_m, "cylinder", "radius");
   require_positive(length_m, "cylinder", "length");
   return make_primitive(cylinder_field(radius_m, length_m), geometry::tessellated_cylinder(radius_m, length_m),
-                        std::min(radius_m, length_m / 2), options);
+                        std::min(radius_m, length_m / 2), for_radius(radius_m, options));
 }
 
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
@@ -203,20 +222,24 @@ std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double
   require_positive(radius_m, "capsule", "radius");
   require_positive(length_m, "capsule", "length");
   return make_primitive(capsule_field(radius_m, length_m), geometry::tessellated_capsule(radius_m, length_m), radius_m,
-                        options);
+                        for_radius(radius_m, options));
 }
 
 std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,
-                                                      const ContactShapeOptions& options,
+                                                      const ContactShapeOptions& options_in,
                                                       const std::function<void(double)>& progress) {
-  require_near_origin(mesh.mesh, options.spacing_m);
-  require_near_origin(mesh.sheet, options.spacing_m);
-  check(options);
+  require_near_origin(mesh.mesh, options_in.spacing_m);
+  require_near_origin(mesh.sheet, options_in.spacing_m);
+  check(options_in);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const bool is_solid = mesh.kind == geometry::SurfaceKind::kSolid;
-  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner, options.threads)
+  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner, options_in.threads)
                              : geometry::TriangleTree(mesh.mesh);
+  ContactShapeOptions options = options_in;
+  if (is_solid && options.refines_rods) {
+    options = for_radius(thin_rod_radius_m(mesh.mesh, tree, kThinRadius_m), options);
+  }
   shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
   shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));

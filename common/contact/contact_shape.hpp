@@ -60,6 +60,9 @@ struct ContactShapeOptions {
   std::size_t max_points = 1'000;  ///< a fuzzer tries scenes by the thousand
 #endif
 
+  /// The rods of a solid that are thinner than 0.8 mm get points and cells that suit their radius: all of the solid does.
+  bool refines_rods = true;
+
   /// A sheet is felt as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;
 };
@@ -94,6 +97,6 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
 /// All that the bytes of a mesh's asset depend on, so that a hash of it can be the key of a cache: the mesh, the options and the version.
 std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
 /// Changes whenever the same mesh would give other bytes.
-inline constexpr std::uint32_t kContactAssetVersion = 9;
+inline constexpr std::uint32_t kContactAssetVersion = 10;
 
 }  // namespace tandem::contact

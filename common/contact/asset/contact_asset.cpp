@@ -35,10 +35,10 @@ std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh
   bytes.reserve(200 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
   ByteWriter writer(bytes);
   writer.u32(kContactAssetVersion);
-  for (const double option :
-       {options.cell_m, options.tolerance_m, options.band_m, options.spacing_m, options.feature_angle_deg,
-        options.feature_spacing_m, options.feature_height_m, options.sheet_thickness_m,
-        static_cast<double>(options.max_grid_bytes), static_cast<double>(options.max_points)}) {
+  for (const double option : {options.cell_m, options.tolerance_m, options.band_m, options.spacing_m,
+                              options.feature_angle_deg, options.feature_spacing_m, options.feature_height_m,
+                              options.sheet_thickness_m, static_cast<double>(options.max_grid_bytes),
+                              static_cast<double>(options.max_points), options.refines_rods ? 1.0 : 0.0}) {
     writer.f64(option);
   }
   writer.u32(static_cast<std::uint32_t>(mesh.kind));
