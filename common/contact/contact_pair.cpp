@@ -86,6 +86,9 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   if (b->ball_radius_m > 0 && !a->field->planes().empty()) ball_ = b;
   ball_share_ = is_mutual_ ? 0.5 : (ball_ == &first ? 1 : 0);
   ball_on_ = nullptr;
+  are_rods_ = a->rod.is_thin() && b->rod.is_thin();
+  has_rods_ = false;
+  rods_.forget();
   ball_planes_reach_m_ = -1;
   primary_.bind(first.shells.surface, first, second, budget_ - for_others);
   other_.bind(others, second, first, for_others);
@@ -96,6 +99,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   now_.clear();
   first_of_other_before_ = std::exchange(first_of_other_, 0);
   const FieldPlane* ball_was_on = std::exchange(ball_on_, nullptr);
+  const bool had_rods = std::exchange(has_rods_, false);
   if (!is_bound() || !is_finite(X_WA) || !is_finite(X_WB)) return {};
   const auto turn_since = [](const Quat& q, Quat& before) {
     return (q * std::exchange(before, q).conjugate()).toRotationMatrix();
@@ -103,10 +107,11 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Eigen::Matrix3d turn_of_a = turn_since(X_WA.q, q_WA_before_);
   turn_of_b_ = turn_since(X_WB.q, q_WB_before_);
   const Eigen::Matrix3d& turn_of_b = turn_of_b_;
-  if (ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) {
+  const Eigen::Matrix3d& turn_of_plane = ball_ == b_ ? turn_of_a : turn_of_b;
+  if ((ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) ||
+      (are_rods_ && has_rod_contacts(X_WA, X_WB, band_m))) {
     deepest_m_ = std::numeric_limits<double>::infinity();
-    const Eigen::Matrix3d& turn_of_plane = ball_ == a_ ? turn_of_b : turn_of_a;
-    if (ball_on_ == ball_was_on) {
+    if (ball_on_ == ball_was_on && has_rods_ == had_rods) {
       carry_ball_bristles(turn_of_plane);
     } else {
       share_bristles(turn_of_plane);
@@ -131,8 +136,8 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   search(other_, second, band_m);
   limit_depths(X_WA, X_WB, X_BA, work.is_coarse);
 
-  if (ball_was_on != nullptr) {
-    share_bristles(ball_ == a_ ? turn_of_b : turn_of_a);
+  if (ball_was_on != nullptr || had_rods) {
+    share_bristles(turn_of_plane);
     return work;
   }
   carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn_of_b);
@@ -199,6 +204,13 @@ bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double b
   add_ball_on_plane(*ball_on_, X_WF, centre_F, radius_m, band_m, ball_share_, is_ball_a ? 1 : -1, now_);
   first_of_other_ = now_.size();
   return true;
+}
+
+// Whether now_ has all that there is of two rods.
+bool ContactPair::has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
+  has_rods_ = rods_.find(a_->rod, X_WA, b_->rod, X_WB, band_m, ball_ != nullptr && ball_ == a_, now_);
+  first_of_other_ = now_.size();
+  return has_rods_;
 }
 
 // A grid needs microseconds to answer: asked with some slack, it serves for as long as the box it was asked for has the

@@ -10,6 +10,7 @@
 
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/point_shell.hpp"
+#include "common/contact/round/rod.hpp"
 
 namespace tandem::contact {
 
@@ -22,7 +23,9 @@ struct ContactShape {
   /// Depth at which contact becomes rigid: less than half of the shape's thin places, so that what presses is
   /// stopped before it sees the far side.
   double rigid_depth_m = 5e-4;
-  double ball_radius_m = 0;  ///< it is one ball about the origin of S; 0: it is not
+  double half_thickness_m = 1.25e-3;  ///< of its thin places; kMaxHalfThickness at most
+  double ball_radius_m = 0;           ///< it is one ball about the origin of S; 0: it is not
+  Rod rod;                            ///< it is this, or a ball
 
   double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
   std::size_t memory_bytes() const;
@@ -35,6 +38,8 @@ inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
 /// How hard zstd tries, 1 to 22.
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
+/// Thicker places are not measured: contact is rigid at kMaxRigidDepth.
+inline constexpr double kMaxHalfThickness = 1.25e-3;
 /// However thin a shape is: a fifth of what single contacts give way under a hand.
 inline constexpr double kMinRigidDepth = 5e-5;
 

@@ -22,7 +22,9 @@ std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int pac
   const auto* grid = dynamic_cast<const DistanceGrid*>(shape.field.get());
   if (grid == nullptr) throw std::invalid_argument("only the shape of a mesh is an asset: a primitive is its formula");
   std::vector<std::uint8_t> bytes = begin_asset(kKind, kContactAssetVersion);
-  ByteWriter(bytes).f64(shape.rigid_depth_m);
+  ByteWriter writer(bytes);
+  writer.f64(shape.rigid_depth_m);
+  writer.f64(shape.half_thickness_m);
   grid->write(bytes, packing_level);
   shape.shells.surface.write(bytes, packing_level);
   shape.shells.features.write(bytes, packing_level);
@@ -61,6 +63,8 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {
     return nullptr;
   }
+  shape->half_thickness_m = reader.f64();
+  if (!reader.ok() || !(shape->half_thickness_m >= 0 && shape->half_thickness_m <= kMaxHalfThickness)) return nullptr;
   std::unique_ptr<DistanceGrid> grid = DistanceGrid::read(rest, limit_bytes);
   if (!grid) return nullptr;
   auto surface = PointShell::read(rest, limit_bytes);

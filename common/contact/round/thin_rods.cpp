@@ -72,7 +72,8 @@ double thin_rod_radius_m(const geometry::TriangleMesh& solid, const geometry::Tr
     const Vec3 p = corner(0) + u * (corner(1) - corner(0)) + v * (corner(2) - corner(0));
     const Vec3 normal = geometry::doubled_area(solid, t).normalized();
     const double radius_m = inner_radius_m(tree, p, normal, limit_m);
-    if (std::isfinite(radius_m) && is_on_rod(tree, p - radius_m * normal, normal, radius_m)) radii_m.push_back(radius_m);
+    if (std::isfinite(radius_m) && is_on_rod(tree, p - radius_m * normal, normal, radius_m))
+      radii_m.push_back(radius_m);
   }
   if (static_cast<double>(radii_m.size()) < kTipShare * static_cast<double>(kPlaces)) {
     return std::numeric_limits<double>::infinity();
