@@ -100,8 +100,8 @@ TEST_F(SceneFiles, EachPartOfAMeshIsNoted) {
 
 TEST_F(SceneFiles, ShapesThatAreTooThinToHoldAreNotedByNameWithTheRemedy) {
   const auto said = [this](double radius_m) {
-    return load(R"({"bodies": [{"name": "wire", "shapes": [{"capsule": {"radius_m": )" + std::to_string(radius_m) +
-                R"(, "length_m": 0.02}}]}]})")
+    return load(physics::scene_json({.bodies = R"({"name": "wire", "shapes": [{"capsule": {"radius_m": )" +
+                                               std::to_string(radius_m) + R"(, "length_m": 0.02}}]})"}))
         ->notes_for_users;
   };
   EXPECT_THAT(said(5e-5), Contains(AllOf(HasSubstr("bodies[0].shapes[0] is 0.1 mm thick, too thin to hold"),
