@@ -21,6 +21,9 @@ constexpr double kCoreGrowth = 1e-2;
 // What is found late gets deeper by so much in a step, besides its own motion.
 constexpr double kPushOut_m = 1e-5;
 
+// Where two planes meet at a right angle, samples are half of the way between both at most.
+constexpr double kSameSideCosine = 0.5;
+
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
 }
@@ -101,6 +104,9 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   plane_share_ = is_mutual_ && !second.off_planes ? 0.5 : 1;
   ball_share_ = ball_ == &first ? plane_share_ : (is_mutual_ ? 0.5 : 0);
   ball_on_ = nullptr;
+  are_rods_ = a->rod.is_thin() && b->rod.is_thin();
+  has_rods_ = false;
+  rods_.forget();
   ball_planes_reach_m_ = -1;
   primary_.bind(first.shells.surface, first, second, budget_ - for_others);
   other_.bind(others, second, first, for_others);
@@ -111,6 +117,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   now_.clear();
   first_of_other_before_ = std::exchange(first_of_other_, 0);
   const FieldPlane* ball_was_on = std::exchange(ball_on_, nullptr);
+  const bool had_rods = std::exchange(has_rods_, false);
   if (!is_bound() || !is_finite(X_WA) || !is_finite(X_WB)) return {};
   const auto turn_since = [](const Quat& q, Quat& before) {
     return (q * std::exchange(before, q).conjugate()).toRotationMatrix();
@@ -118,10 +125,11 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Eigen::Matrix3d turn_of_a = turn_since(X_WA.q, q_WA_before_);
   turn_of_b_ = turn_since(X_WB.q, q_WB_before_);
   const Eigen::Matrix3d& turn_of_b = turn_of_b_;
-  if (ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) {
+  const Eigen::Matrix3d& turn_of_plane = ball_ == b_ ? turn_of_a : turn_of_b;
+  if ((ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) ||
+      (are_rods_ && has_rod_contacts(X_WA, X_WB, band_m))) {
     deepest_m_ = std::numeric_limits<double>::infinity();
-    const Eigen::Matrix3d& turn_of_plane = ball_ == a_ ? turn_of_b : turn_of_a;
-    if (ball_on_ == ball_was_on) {
+    if (ball_on_ == ball_was_on && has_rods_ == had_rods) {
       carry_ball_bristles(turn_of_plane);
     } else {
       share_bristles(turn_of_plane);
@@ -148,8 +156,8 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   search(other_, second, band_m);
   limit_depths(X_WA, X_WB, X_BA, work.is_coarse);
 
-  if (ball_was_on != nullptr) {
-    share_bristles(ball_ == a_ ? turn_of_b : turn_of_a);
+  if (ball_was_on != nullptr || had_rods) {
+    share_bristles(turn_of_plane);
     return work;
   }
   carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn_of_b);
@@ -216,6 +224,13 @@ bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double b
   add_ball_on_plane(*ball_on_, X_WF, centre_F, radius_m, band_m, ball_share_, is_ball_a ? 1 : -1, now_);
   first_of_other_ = now_.size();
   return true;
+}
+
+// Whether now_ has all that there is of two rods.
+bool ContactPair::has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
+  has_rods_ = rods_.find(a_->rod, X_WA, b_->rod, X_WB, band_m, ball_ != nullptr && ball_ == a_, now_);
+  first_of_other_ = now_.size();
+  return has_rods_;
 }
 
 // A grid needs microseconds to answer: asked with some slack, it serves for as long as the box it was asked for has the
@@ -332,8 +347,8 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     const FieldPlane* const plane = direction.plane_at(p_F);
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
-    // Samples round off edges where planes meet.
-    if (plane->distance_m(p_F) > 0) continue;
+    // Samples round off edges where planes meet. Of a thin wall they know the side that the point came from.
+    if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kSameSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
   }

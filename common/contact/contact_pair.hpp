@@ -8,6 +8,7 @@
 
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/flat/ball_contacts.hpp"
+#include "common/contact/round/rod_contacts.hpp"
 #include "common/contact/shell_candidates.hpp"
 #include "common/contact/union/shape_union.hpp"
 
@@ -22,7 +23,7 @@ struct ContactPoint {
   Vec3 bristle_W = Vec3::Zero();  ///< tangential displacement of A past B since they stuck; written by the solver
   /// Which sample it is, the same from step to step: the index of the point in its shell, of the first point where it
   /// stands for several; with kOtherDirection for the points of the shape that has the larger surface. With kClosedForm
-  /// it is no sample but a part of a ball: which one, from its deepest point outwards.
+  /// it is no sample but a part of a ball, from its deepest point outwards, or of a rod (RodContacts).
   std::uint32_t id = 0;
   /// Of its shell's points, from `id` on, that it stands for; of a slice of a face, those whose friction it takes over.
   std::uint32_t count = 1;
@@ -61,7 +62,8 @@ class ContactPair {
   ///         as all of a face (PlaneContacts). Beyond the budget, points are joined: of a leaf, what presses, with the force
   ///         and moment of its points; then of larger nodes. A ball on one plane has the few contacts of
   ///         add_ball_on_plane(), which have the force that its points tend to when they get finer; near an edge it
-  ///         depends on the last millimetre of motion whether these are found or its points
+  ///         depends on the last millimetre of motion whether these are found or its points. Thin rods and balls have
+  ///         those of RodContacts, but for flat ends and their edges
   /// In      band_m  beyond a field's `band_m()` depths are as good as its sample(): to look ahead in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
@@ -87,6 +89,7 @@ class ContactPair {
   struct Direction;
 
   bool has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
+  bool has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
   PlaneSet planes_around_ball(const Vec3& centre_F, double reach_m) noexcept;
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
   void limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept;
@@ -119,10 +122,13 @@ class ContactPair {
   const ContactShape* ball_ = nullptr;   ///< of the two, if the other one has planes
   double ball_share_ = 1;                ///< of the force, from the ball's own points
   const FieldPlane* ball_on_ = nullptr;  ///< now_ is that of the ball on this plane
-  /// Of each contact of a ball, the area that has been pressing all the time, and how far its bristle is ahead of the
+  bool are_rods_ = false;                ///< both, and thin
+  bool has_rods_ = false;                ///< now_ is that of the rods
+  RodContacts rods_;
+  /// Of each contact of a ball or of rods, the area that has been pressing all the time, and how far its bristle is ahead of the
   /// contact's, which is the mean of it and of the ring around it.
-  std::array<double, kMaxBallContacts> core_areas_m2_ = {};
-  std::array<Vec3, kMaxBallContacts> core_leads_W_;
+  std::array<double, kMaxRodContacts> core_areas_m2_ = {};
+  std::array<Vec3, kMaxRodContacts> core_leads_W_;
   PlaneSet ball_planes_ = 0;  ///< all over a box of this size about this place, last asked for
   Vec3 ball_planes_centre_F_ = Vec3::Zero();
   double ball_planes_reach_m_ = -1;

@@ -43,7 +43,7 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 ///         layer's δ is taken (h + τ)/h times, so that the damper begins where the surfaces meet. The floor lifts by
 ///         0.2 m/s at most, and the layer by ρ/(h + τ): what starts in overlap comes out, but is not thrown out.
 ///         Friction is −k_t z clamped to length μ f_n, with z = s + r (h + τ) v_t, k_t = 0.8 w, and s the bristle: a
-///         spring as long as the contact sticks, so that nothing creeps. r = f_n/(w ρ), at least 1: what stands on the
+///         spring as long as the contact sticks, so that nothing creeps. r = f_n/(w ρ), 1 to 100: what stands on the
 ///         floor sticks as firmly as it presses. After the step s ← s + r h v_t, at most μ f_n / k_t long.
 ///         Both only take energy: f_n h u is at least what the layer's ½ w δ² gains, for either sign of u; and the
 ///         clamp, a projection on a ball, is monotone, so that friction takes at least what s gains while r stays; when r falls

@@ -10,6 +10,7 @@
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/flat/flat_points.hpp"
 #include "common/contact/primitive_fields.hpp"
+#include "common/contact/round/thin_rods.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "common/geometry/triangle_tree.hpp"
@@ -19,6 +20,7 @@ namespace {
 
 // Of the half thickness. Below 1/2, with something left for what a hard contact still gives way.
 constexpr double kRigidShare = 0.4;
+static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
 // The share of a surface that may be thinner than what the rigid depth is made for: the tips of wedges and spikes, of
 // which there is no thinnest.
 constexpr double kThinShare = 0.02;
@@ -31,6 +33,23 @@ constexpr double kRoundingShare = 1e-3;
 
 // On a plane: so near to it; inside of it, where the field is that of planes for so far around.
 constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
+constexpr double kMinCell_m = 1e-5;
+// Of the radius of what is thin and round: distance between points, largest cell, and error of interpolation.
+constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
+constexpr double kThinnessError_m = 2e-6;
+// What is round and thicker than this is sampled finely enough without.
+constexpr double kThinRadius_m = 4e-4;
+
+/// Points as close as something round of this radius needs: the deepest place of a contact is then deeper than the
+/// nearest point by an eighth of the radius at most.
+ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
+  if (radius_m > kThinRadius_m) return options;
+  options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);
+  options.feature_spacing_m = std::min(options.feature_spacing_m, kRoundSpacing * radius_m);
+  options.cell_m = std::min(options.cell_m, std::max(kRoundCell * radius_m, kMinCell_m));
+  options.tolerance_m = std::min(options.tolerance_m, kRoundTolerance * radius_m);
+  return options;
+}
 
 double rigid_depth_of(double half_thickness_m) {
   return std::clamp(kRigidShare * half_thickness_m, kMinRigidDepth, kMaxRigidDepth);
@@ -68,6 +87,7 @@ std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField
   drop_polygons_off(*field, shape->shells.surface);
   drop_polygons_off(*field, shape->shells.features);
   shape->field = std::move(field);
+  shape->half_thickness_m = std::min(half_thickness_m, kMaxHalfThickness);
   shape->rigid_depth_m = rigid_depth_of(half_thickness_m);
   shape->complete();
   return shape;
@@ -95,15 +115,25 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   const int steps = 24;
   const Vec3 normal = point.normal_S.cast<double>();
   const Vec3 p = point.p_S.cast<double>();
+  const auto is_opposite_at = [&](double depth_m) {
+    const Vec3 gradient = field.sample(p - depth_m * normal).gradient;
+    // A short one is of a crease, and says the way alone.
+    const double length = gradient.norm();
+    return gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
+  };
   // Twice in a row, because on a crease of the field its gradient may be any.
   bool was_opposite = false;
   for (int i = 1; i <= steps + 1; ++i) {
-    const double depth = limit_m * i / steps;
-    const Vec3 gradient = field.sample(p - depth * normal).gradient;
-    // A short one is of a crease, and says the way alone.
-    const double length = gradient.norm();
-    const bool is_opposite = gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
-    if (is_opposite && was_opposite) return limit_m * (i - 1) / steps;
+    const bool is_opposite = is_opposite_at(limit_m * i / steps);
+    if (is_opposite && was_opposite) {
+      double low_m = limit_m * (i - 2) / steps, high_m = limit_m * (i - 1) / steps;
+      // Whether it is too thin to hold is a matter of less than a step; the rigid depth is least there anyway.
+      while (kRigidShare * high_m < kMinRigidDepth && high_m - low_m > kThinnessError_m) {
+        const double middle_m = (low_m + high_m) / 2;
+        (is_opposite_at(middle_m) ? high_m : low_m) = middle_m;
+      }
+      return high_m;
+    }
     was_opposite = is_opposite;
   }
   return std::numeric_limits<double>::infinity();
@@ -112,7 +142,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
 /// The half thickness than which all but a small share of the surface is thicker.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
-  const double limit_m = kMaxRigidDepth / kRigidShare;
+  const double limit_m = kMaxHalfThickness;
   std::vector<double> found;
   for (std::size_t i = 0; i < shell.points.size(); i += 1 + shell.points.size() / most_samples) {
     found.push_back(half_thickness_at(field, shell.points[i], limit_m));
@@ -167,7 +197,7 @@ class StagedProgress {
 }  // namespace
 
 void check(const ContactShapeOptions& options) {
-  require(options.cell_m >= 1e-5 && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
+  require(options.cell_m >= kMinCell_m && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
   require(options.tolerance_m > 0 && std::isfinite(options.tolerance_m), "tolerance_m", options.tolerance_m,
           "use a positive length");
   // Nearer to the surface than a cell's half diagonal, even the sign of an interpolated distance may be wrong.
@@ -206,8 +236,10 @@ std::size_t ContactShape::memory_bytes() const {
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options) {
   require_positive(radius_m, "sphere", "radius");
-  auto shape = make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m, options);
+  auto shape = make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m,
+                              for_radius(radius_m, options));
   shape->ball_radius_m = radius_m;
+  shape->rod = {radius_m, 0, true};
   return shape;
 }
 
@@ -220,32 +252,41 @@ std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, doubl
                                                           const ContactShapeOptions& options) {
   require_positive(radius_m, "cylinder", "radius");
   require_positive(length_m, "cylinder", "length");
-  return make_primitive(cylinder_field(radius_m, length_m), geometry::tessellated_cylinder(radius_m, length_m),
-                        std::min(radius_m, length_m / 2), options);
+  auto shape = make_primitive(cylinder_field(radius_m, length_m), geometry::tessellated_cylinder(radius_m, length_m),
+                              std::min(radius_m, length_m / 2), for_radius(radius_m, options));
+  shape->rod = {radius_m, length_m / 2, false};
+  return shape;
 }
 
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
                                                          const ContactShapeOptions& options) {
   require_positive(radius_m, "capsule", "radius");
   require_positive(length_m, "capsule", "length");
-  return make_primitive(capsule_field(radius_m, length_m), geometry::tessellated_capsule(radius_m, length_m), radius_m,
-                        options);
+  auto shape = make_primitive(capsule_field(radius_m, length_m), geometry::tessellated_capsule(radius_m, length_m),
+                              radius_m, for_radius(radius_m, options));
+  shape->rod = {radius_m, length_m / 2, true};
+  return shape;
 }
 
 std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,
-                                                      const ContactShapeOptions& options,
+                                                      const ContactShapeOptions& options_in,
                                                       const std::function<void(double)>& progress) {
-  require_near_origin(mesh.mesh, options.spacing_m);
-  require_near_origin(mesh.sheet, options.spacing_m);
-  check(options);
+  require_near_origin(mesh.mesh, options_in.spacing_m);
+  require_near_origin(mesh.sheet, options_in.spacing_m);
+  check(options_in);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const bool is_solid = mesh.kind == geometry::SurfaceKind::kSolid;
-  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner, options.threads)
+  const auto tree = is_solid ? geometry::TriangleTree::of_solid(mesh.mesh, mesh.inner, options_in.threads)
                              : geometry::TriangleTree(mesh.mesh);
+  ContactShapeOptions options = options_in;
+  if (is_solid && options.refines_rods) {
+    options = for_radius(thin_rod_radius_m(mesh.mesh, tree, kThinRadius_m), options);
+  }
   shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
   shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
-  shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
+  shape->half_thickness_m = thin_half_thickness(*shape->field, shape->shells.surface);
+  shape->rigid_depth_m = rigid_depth_of(shape->half_thickness_m);
   // All who touch it get the same numbers, the server too.
   auto coded = contact_shape_from(contact_asset_bytes(*shape, 0));
   if (coded == nullptr) {

@@ -11,6 +11,7 @@
 
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/point_shell.hpp"
+#include "common/contact/round/rod.hpp"
 
 namespace tandem::contact {
 
@@ -26,7 +27,9 @@ struct ContactShape {
   /// Depth at which contact becomes rigid: less than half of the shape's thin places, so that what presses is
   /// stopped before it sees the far side.
   double rigid_depth_m = 5e-4;
-  double ball_radius_m = 0;  ///< it is one ball about the origin of S; 0: it is not
+  double half_thickness_m = 1.25e-3;  ///< of its thin places; kMaxHalfThickness at most
+  double ball_radius_m = 0;           ///< it is one ball about the origin of S; 0: it is not
+  Rod rod;                            ///< it is this, or a ball
 
   double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
   std::size_t memory_bytes() const;
@@ -40,6 +43,8 @@ inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
 /// How hard zstd tries, 1 to 22.
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
+/// Thicker places are not measured: contact is rigid at kMaxRigidDepth.
+inline constexpr double kMaxHalfThickness = 1.25e-3;
 /// However thin a shape is: a fifth of what single contacts give way under a hand.
 inline constexpr double kMinRigidDepth = 5e-5;
 
@@ -64,6 +69,9 @@ struct ContactShapeOptions {
 #else
   std::size_t max_points = 1'000;  ///< a fuzzer tries scenes by the thousand
 #endif
+
+  /// The rods of a solid that are thinner than 0.8 mm get points and cells that suit their radius: all of the solid does.
+  bool refines_rods = true;
 
   /// A sheet is felt as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;
@@ -99,6 +107,6 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
 /// All that the bytes of a mesh's asset depend on, so that a hash of it can be the key of a cache: the mesh, the options and the version.
 std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
 /// Changes whenever the same mesh would give other bytes.
-inline constexpr std::uint32_t kContactAssetVersion = 9;
+inline constexpr std::uint32_t kContactAssetVersion = 10;
 
 }  // namespace tandem::contact

@@ -15,6 +15,7 @@
 
 #include "client/view/png_file.hpp"
 #include "common/base/json_pretty.hpp"
+#include "common/contact/round/too_thin.hpp"
 #include "lab/cli/commands.hpp"
 #include "lab/studies/contact/mesh_facts.hpp"
 
@@ -42,6 +43,11 @@ std::string format_of(const fs::path& file) {
   return text.empty() ? text : text.substr(1);
 }
 
+/// Empty: it holds what a hand presses against it.
+std::string why_too_thin(const MeshFacts& facts) {
+  return facts.thinnest_wall_m > 0 ? contact::why_too_thin(facts.thinnest_wall_m / 2) : std::string();
+}
+
 json::object json_of(const std::string& file, const MeshFacts& facts) {
   json::array parts;
   for (const geometry::PartReport& part : facts.mesh.parts) {
@@ -64,6 +70,7 @@ json::object json_of(const std::string& file, const MeshFacts& facts) {
           {"is_watertight", facts.is_watertight},
           {"thinnest_wall_m", facts.thinnest_wall_m > 0 ? json::value(facts.thinnest_wall_m) : json::value()},
           {"resolution_m", facts.resolution_m},
+          {"too_thin", why_too_thin(facts)},
           {"notes", std::move(notes)}};
 }
 
@@ -78,6 +85,8 @@ void print(const std::string& file, const MeshFacts& facts) {
               facts.overlap_share > 0 ? " (what overlaps counts twice)" : "",
               facts.is_watertight ? "watertight" : "not watertight");
   if (facts.mesh.kind != geometry::SurfaceKind::kSolid) return;
+  if (const std::string why = why_too_thin(facts); !why.empty())
+    std::printf("  warning: its thinnest part %s\n", why.c_str());
   if (facts.thinnest_wall_m <= 0) {
     std::printf("  no wall: no two of its faces are opposite\n");
     return;

@@ -39,6 +39,7 @@ contact::ContactShapeOptions coarser(contact::ContactShapeOptions options) {
   options.spacing_m *= kCoarsePoints;
   options.feature_spacing_m *= kCoarsePoints;
   options.feature_height_m *= kCoarsePoints;
+  options.refines_rods = false;
   return options;
 }
 

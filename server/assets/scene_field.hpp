@@ -26,6 +26,8 @@ class SceneField {
   SceneField in(const std::string& name) const;
   SceneField in(const std::string& name, std::size_t index) const;
 
+  /// As in the file, e.g. `bodies[2].mass_kg`.
+  const std::string& name() const { return field_; }
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
   /// Refuses a number that is not within [low, high], which other fields give; `demand` says in words what it must be.

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/contact/round/too_thin.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/placement.hpp"
 #include "proto/world_from_wire.hpp"
@@ -132,6 +133,7 @@ class SceneBuilder {
       auto contact = shapes[i].has_mesh()
                          ? mesh_contact(*shapes[i].mutable_mesh(), solid, mesh_field(field, i).in("file"))
                          : proto::primitive_contact(shapes[i]);
+      if (contact) note_thinness(*contact, shapes[i], shape_field(field, i));
       parts.push_back({std::move(contact), proto::pose_from_placement(shapes[i].placement())});
     }
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
@@ -154,9 +156,16 @@ class SceneBuilder {
     return nullptr;
   }
 
-  static SceneField mesh_field(const SceneField& field, int shape) {
-    return field.in("shapes", static_cast<std::size_t>(shape)).in("mesh");
+  void note_thinness(const contact::ContactShape& shape, const wire::Shape& message, const SceneField& field) {
+    const std::string why = contact::why_too_thin(shape);
+    if (why.empty()) return;
+    assets_.tell_users(field.name() + (message.has_mesh() ? " (" + message.mesh().file() + ") " : " ") + why);
   }
+
+  static SceneField shape_field(const SceneField& field, int shape) {
+    return field.in("shapes", static_cast<std::size_t>(shape));
+  }
+  static SceneField mesh_field(const SceneField& field, int shape) { return shape_field(field, shape).in("mesh"); }
 
   void add_body(int index) {
     wire::Body& message = *scene_->description.mutable_bodies(index);

@@ -22,7 +22,9 @@ std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int pac
   const auto* grid = dynamic_cast<const DistanceGrid*>(shape.field.get());
   if (grid == nullptr) throw std::invalid_argument("only the shape of a mesh is an asset: a primitive is its formula");
   std::vector<std::uint8_t> bytes = begin_asset(kKind, kContactAssetVersion);
-  ByteWriter(bytes).f64(shape.rigid_depth_m);
+  ByteWriter writer(bytes);
+  writer.f64(shape.rigid_depth_m);
+  writer.f64(shape.half_thickness_m);
   grid->write(bytes, packing_level);
   shape.shells.surface.write(bytes, packing_level);
   shape.shells.features.write(bytes, packing_level);
@@ -35,10 +37,10 @@ std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh
   bytes.reserve(200 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
   ByteWriter writer(bytes);
   writer.u32(kContactAssetVersion);
-  for (const double option :
-       {options.cell_m, options.tolerance_m, options.band_m, options.spacing_m, options.feature_angle_deg,
-        options.feature_spacing_m, options.feature_height_m, options.sheet_thickness_m,
-        static_cast<double>(options.max_grid_bytes), static_cast<double>(options.max_points)}) {
+  for (const double option : {options.cell_m, options.tolerance_m, options.band_m, options.spacing_m,
+                              options.feature_angle_deg, options.feature_spacing_m, options.feature_height_m,
+                              options.sheet_thickness_m, static_cast<double>(options.max_grid_bytes),
+                              static_cast<double>(options.max_points), options.refines_rods ? 1.0 : 0.0}) {
     writer.f64(option);
   }
   writer.u32(static_cast<std::uint32_t>(mesh.kind));
@@ -61,6 +63,8 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {
     return nullptr;
   }
+  shape->half_thickness_m = reader.f64();
+  if (!reader.ok() || !(shape->half_thickness_m >= 0 && shape->half_thickness_m <= kMaxHalfThickness)) return nullptr;
   std::unique_ptr<DistanceGrid> grid = DistanceGrid::read(rest, limit_bytes);
   if (!grid) return nullptr;
   auto surface = PointShell::read(rest, limit_bytes);

@@ -98,6 +98,17 @@ TEST_F(SceneFiles, EachPartOfAMeshIsNoted) {
                                        HasSubstr("t.obj: a sheet of 1 triangle: open, 1 hole")}));
 }
 
+TEST_F(SceneFiles, ShapesThatAreTooThinToHoldAreNotedByNameWithTheRemedy) {
+  const auto said = [this](double radius_m) {
+    return load(physics::scene_json({.bodies = R"({"name": "wire", "shapes": [{"capsule": {"radius_m": )" +
+                                               std::to_string(radius_m) + R"(, "length_m": 0.02}}]})"}))
+        ->notes_for_users;
+  };
+  EXPECT_THAT(said(5e-5), Contains(AllOf(HasSubstr("bodies[0].shapes[0] is 0.1 mm thick, too thin to hold"),
+                                         HasSubstr("make it 0.15 mm thick or more"))));
+  EXPECT_THAT(said(1e-4), Not(Contains(HasSubstr("thick"))));
+}
+
 TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
   write("t.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n");
   const auto said = [this](const std::string& fields) { return load(mesh_body(fields))->notes; };
