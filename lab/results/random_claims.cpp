@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/json_pretty.hpp"
 #include "lab/results/study_results.hpp"
 
 namespace tandem::lab {
@@ -17,9 +16,8 @@ struct Value {
   std::string trial;
 };
 
-std::string name_of_trial(const boost::json::object& row) {
-  const boost::json::value* seed = row.if_contains("seed");
-  return text_in(row, "experiment") + " seed " + (seed == nullptr ? "?" : compact_json(*seed));
+std::string name_of_trial(const RandomOutcome& outcome) {
+  return text_in(outcome.row, "experiment") + ", trial " + std::to_string(outcome.number);
 }
 
 /// Finite values of a metric, ascending.
@@ -29,7 +27,7 @@ std::vector<Value> values_of(std::span<const RandomOutcome> outcomes, std::strin
   for (const RandomOutcome& outcome : outcomes) {
     const double value = number_in(outcome.row, metric);
     if (!was_silent(outcome.row) && std::isfinite(value) && counts(outcome))
-      values.push_back({value, name_of_trial(outcome.row)});
+      values.push_back({value, name_of_trial(outcome)});
   }
   std::ranges::sort(values, {}, &Value::value);
   return values;
@@ -41,18 +39,20 @@ bool is_all(const RandomOutcome&) {
 
 /// The least value that a `share` of all does not exceed.
 RandomClaim quantile(const std::string& text, const std::vector<Value>& values, double share, double bound) {
-  if (values.empty()) return {text, kNone, bound, ""};
+  if (values.empty()) return {text, kNone, bound, 0, ""};
   const auto index = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
   const Value& value = values.at(std::clamp<std::size_t>(index, 1, values.size()) - 1);
-  return {text, value.value, bound, value.trial};
+  return {text, value.value, bound, values.size(), value.trial};
 }
 
 RandomClaim drops(std::span<const RandomOutcome> outcomes) {
-  RandomClaim claim{"things dropped that zero delay holds, without a silence above 110 ms", 0, 0, ""};
+  RandomClaim claim{"things dropped that zero delay holds, without a silence above 110 ms", 0, 0, 0, ""};
   for (const RandomOutcome& outcome : outcomes) {
-    if (!outcome.truth_succeeds || text_in(outcome.row, "outcome") == "completed" || was_silent(outcome.row)) continue;
+    if (!outcome.truth_succeeds || was_silent(outcome.row)) continue;
+    claim.trials += 1;
+    if (text_in(outcome.row, "outcome") == "completed") continue;
     claim.value += 1;
-    claim.worst += (claim.worst.empty() ? "" : ", ") + name_of_trial(outcome.row);
+    claim.worst += (claim.worst.empty() ? "" : "; ") + name_of_trial(outcome);
   }
   return claim;
 }

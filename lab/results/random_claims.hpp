@@ -1,6 +1,7 @@
 // Bounds on the results of random trials (lab/experiment/random_trials.hpp).
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,16 +14,19 @@ namespace tandem::lab {
 struct RandomOutcome {
   boost::json::object row;
   bool truth_succeeds = true;
+  std::size_t number = 0;  ///< place in random_trials()
 };
 
 struct RandomClaim {
-  std::string text;   ///< with unit
-  double value = 0;   ///< NaN: no trial of this kind has a value
-  double bound = 0;   ///< the value is at most this
-  std::string worst;  ///< the trial that decides: experiment and seed
+  std::string text;        ///< with unit
+  double value = 0;        ///< NaN: no trial of this kind has a value
+  double bound = 0;        ///< the value is at most this
+  std::size_t trials = 0;  ///< that have a value
+  std::string worst;       ///< the trial that decides: experiment and number
 
-  /// A claim without trials does not fail.
-  bool holds() const { return !(value > bound); }
+  bool is_measured() const { return trials > 0; }
+  /// A claim that nothing was measured for does not hold.
+  bool holds() const { return is_measured() && value <= bound; }
 };
 
 /// Trials in which a link was silent for more than 110 ms count only where a claim says so: there the force has to fall.
