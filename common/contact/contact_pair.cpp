@@ -21,8 +21,8 @@ constexpr double kCoreGrowth = 1e-2;
 // What is found late gets deeper by so much in a step, besides its own motion.
 constexpr double kPushOut_m = 1e-5;
 
-// Where two planes meet at a right angle, samples are half of the way between both at most.
-constexpr double kSameSideCosine = 0.5;
+// A plane that faces away from a sample is the far side of a wall.
+constexpr double kFarSideCosine = -0.5;
 
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
@@ -348,7 +348,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
     // Samples round off edges where planes meet. Of a thin wall they know the side that the point came from.
-    if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kSameSideCosine) continue;
+    if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
   }

@@ -16,7 +16,7 @@ constexpr double kRecovery_m_per_s = 0.2;
 /// The excess of rows without a force.
 constexpr double kFarAway_m = -1e30;
 /// Of r: beyond, where kilonewtons press on a corner, friction does not settle in the iterations there are.
-constexpr double kMostRate = 100;
+constexpr double kMaxRate = 100;
 /// Divides instead of zero; far below any length or square of a length here.
 constexpr double kTiny = 1e-200;
 

@@ -62,7 +62,7 @@ struct PlacedRod {
   bool has_round_ends;
 };
 
-/// NearestOfAxes places of two axes.
+/// The nearest places of two axes.
 struct NearestOfAxes {
   NearestOfAxes(const PlacedRod& a, const PlacedRod& b) {
     const Vec3 apart = a.centre_W - b.centre_W;

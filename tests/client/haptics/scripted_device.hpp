@@ -27,7 +27,7 @@ class ScriptedDevice final : public devices::Device {
   }
   bool write(LocalTime, const Wrench& wrench_on_hand_D) noexcept override {
     all_finite = all_finite && is_finite(wrench_on_hand_D);
-    if (!accepts) {
+    if (!accepts || (keeps_force && !last.f.isZero(0))) {
       ++refused;
       return false;
     }
@@ -39,7 +39,8 @@ class ScriptedDevice final : public devices::Device {
   Wrench last;                    ///< taken
   bool has_frozen_clock = false;  ///< samples keep the time stamp that they have
   bool all_finite = true;
-  std::atomic<bool> accepts{true};  ///< false: write() is refused
+  std::atomic<bool> accepts{true};       ///< false: write() is refused
+  std::atomic<bool> keeps_force{false};  ///< true: once a force was taken, write() is refused
   std::atomic<int> refused{0};
 
  private:

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <map>
 #include <string>
 #include <tuple>
@@ -12,6 +11,7 @@
 #include "common/base/random.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
+#include "tests/common/physics/scene_count.hpp"
 #include "tests/common/physics/world_support.hpp"
 
 namespace tandem::physics {
@@ -21,8 +21,6 @@ using Part = TouchModel::Part;
 using Parts = std::vector<Part>;
 
 inline constexpr double kStiffness_n_per_m = 500;
-/// Of each kind.
-inline constexpr std::uint64_t kScenesByDay = 24, kScenesByNight = 200;
 inline constexpr double kSpeed_m_per_s = 0.04;
 inline ShapePointer mesh_of(const geometry::TriangleMesh& mesh) {
   return contact::make_contact_mesh(geometry::repaired(mesh));
@@ -136,12 +134,6 @@ inline std::vector<Vec3> drawn(const Parts& surface, const Tip& tip, const Draw&
     if (i >= settle) forces.push_back(draw.X_WU.q.conjugate() * world.tool(0).wrench_on_hand_W.f);
   }
   return forces;
-}
-
-/// Of a test: TANDEM_TEST_SCENES, or as many as usual.
-inline std::uint64_t scenes(std::uint64_t usual) {
-  const char* const given = std::getenv("TANDEM_TEST_SCENES");
-  return given != nullptr ? std::stoull(given) : usual;
 }
 
 }  // namespace tandem::physics
