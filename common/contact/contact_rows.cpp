@@ -15,7 +15,7 @@ constexpr std::size_t kLanes = 4;
 constexpr double kRecovery_m_per_s = 0.2;
 /// The excess of rows without a force.
 constexpr double kFarAway_m = -1e30;
-/// Of r: beyond, where kilonewtons press on a corner, friction does not settle in the iterations there are.
+/// Greatest r. With more, friction does not settle within the iterations of a step when kilonewtons press on a corner.
 constexpr double kMaxRate = 100;
 /// Divides instead of zero; far below any length or square of a length here.
 constexpr double kTiny = 1e-200;

@@ -70,7 +70,7 @@ struct ContactShapeOptions {
   std::size_t max_points = 1'000;  ///< a fuzzer tries scenes by the thousand
 #endif
 
-  /// The rods of a solid that are thinner than 0.8 mm get points and cells that suit their radius: all of the solid does.
+  /// A solid with rods thinner than 0.8 mm gets points and cells that suit their radius, all over its surface.
   bool refines_rods = true;
 
   /// A sheet is felt as a plate of this thickness around it.

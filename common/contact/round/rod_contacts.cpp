@@ -24,7 +24,7 @@ constexpr double kRestDepth = (2.0 / 3 - kMiddle * kMiddleDepth) / (1 - kMiddle)
 constexpr double kRestAside = (1 + kMiddle) / 2;
 // Of an end's depth, the slice that is the deepest.
 constexpr double kFirstSlice = 0.05;
-// What does not press has the area of a slice of this depth.
+// A contact that does not press has the area of a slice of this depth.
 constexpr double kGapSlice_m = 1.6e-5;
 // Axes that are more parallel than this have no common normal to speak of.
 constexpr double kParallelSine = 1e-3;

@@ -1,4 +1,4 @@
-// The contacts of two rods side by side or across each other, by formula: a few, however thin they are.
+// The contacts of two rods, parallel or crossing, by formula; their number does not depend on the thickness of the rods.
 #pragma once
 
 #include <cstddef>

@@ -67,7 +67,7 @@ double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, 
 
 }  // namespace
 
-/// The shape that covers the largest share of a place, and that share.
+/// The covering shape with the largest share of a place, and this share.
 struct ShapeUnion::Cover {
   double share = 0;
   const PlacedShape* by = nullptr;

@@ -249,7 +249,7 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // What single points of the ball alone let through, where the box has none inside of its faces.
+    // The step of single points of the ball: the box has no points inside of its faces.
     EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
