@@ -37,6 +37,7 @@ struct EnergyOptions {
   bool wants_atoms = false;
   bool wants_report = false;
   bool wants_json = false;
+  bool accepts_charge = false;
 };
 
 struct ResidueEnergy {
@@ -122,10 +123,30 @@ json::array residues_json(const docking::Molecule& molecule, const std::vector<R
   return rows;
 }
 
+json::object charge_json(const server::NetCharge& charge) {
+  json::object chains;
+  for (const server::ChainCharge& chain : charge.chains) chains[server::printable_text(chain.chain)] = chain.charge_e;
+  return {{"net_e", charge.total_e},
+          {"chains_e", std::move(chains)},
+          {"is_whole", charge.is_whole()},
+          {"not_whole", strings(charge.suspects)}};
+}
+
+/// Which molecules have a charge that no molecule has, for people; empty: none, or it is accepted.
+std::string doubtful_charges(const DockingPair& pair, const EnergyOptions& options) {
+  if (options.accepts_charge) return {};
+  std::string which;
+  if (!pair.receptor_report.charge.is_whole()) which = "receptor";
+  if (!pair.ligand_report.charge.is_whole()) which += which.empty() ? "ligand" : " and ligand";
+  return which;
+}
+
 json::object report_json(const docking::Molecule& molecule, const server::StructureReport& report) {
   json::array guessed;
   for (const auto& [atom, why] : molecule.guessed) guessed.emplace_back(why);
-  return {{"guessed", std::move(guessed)}, {"missing", strings(report.missing)}, {"dropped", strings(report.dropped)}};
+  return {{"guessed", std::move(guessed)},      {"missing", strings(report.missing)},
+          {"dropped", strings(report.dropped)}, {"built", strings(report.built)},
+          {"gaps", strings(report.gaps)},       {"histidines", strings(report.histidines)}};
 }
 
 json::object energy_json(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
@@ -139,6 +160,9 @@ json::object energy_json(const DockingPair& pair, const Energies& found, const E
                       {"cutoff_angstrom", pair.model.cutoff_angstrom},
                       {"lj_kj_mol", result.lennard_jones_kj_per_mol},
                       {"coulomb_kj_mol", result.coulomb_kj_per_mol},
+                      {"charges_accepted", doubtful_charges(pair, options).empty()},
+                      {"receptor_charge", charge_json(pair.receptor_report.charge)},
+                      {"ligand_charge", charge_json(pair.ligand_report.charge)},
                       {"total_kj_mol", result.energy_kj_per_mol()},
                       {"force_on_ligand_kj_mol_angstrom", json_of(result.force_on_b)},
                       {"torque_on_ligand_kj_mol", json_of(found.torque)},
@@ -174,6 +198,10 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   for (const auto& [atom, why] : molecule.guessed) std::printf("  guessed: %s\n", why.c_str());
   print_lines("  missing: ", report.missing);
   print_lines("  left out: ", report.dropped);
+  print_lines("  not whole: ", report.charge.suspects);
+  print_lines("  built: ", report.built);
+  print_lines("  gap: ", report.gaps);
+  print_lines("  histidine: ", report.histidines);
 }
 
 /// The last line has what is left, so that the columns sum to the energies above them.
@@ -200,6 +228,9 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   const Vec3& f = result.force_on_b;
   std::printf("Lennard-Jones %16.8g kJ/mol\nCoulomb       %16.8g kJ/mol\n", result.lennard_jones_kj_per_mol,
               result.coulomb_kj_per_mol);
+  if (const std::string which = doubtful_charges(pair, options); !which.empty()) {
+    std::printf("  doubtful: the net charge of the %s is not whole; --accept-charge if that is meant\n", which.c_str());
+  }
   std::printf("force on the ligand  %.8g %.8g %.8g kJ/mol/Å\n", f.x(), f.y(), f.z());
   std::printf("torque on it         %.8g %.8g %.8g kJ/mol, about its centre of mass\n", found.torque.x(),
               found.torque.y(), found.torque.z());
@@ -268,6 +299,8 @@ void add_energy_command(CLI::App& app, int& exit_code) {
   command->add_option("--save", options->save,
                       "write both as FILE.pdb or FILE.cif, receptor as in its file, ligand as moved [Å]");
   command->add_flag("--report", options->wants_report, "name each atom that is guessed, missing or left out");
+  command->add_flag("--accept-charge", options->accepts_charge,
+                    "take net charges that are not whole as meant: no mark at the Coulomb energy");
   atoms->needs(command->add_flag("--json", options->wants_json, "print JSON"));
   command->callback([options, &exit_code] {
     run_energy(*options);

@@ -55,6 +55,11 @@ void write_structures(const fs::path& folder) {
       "ATOM 1 N NTER 1 11.104 6.134 -6.504 -0.3 1.85\n"
       "ATOM 2 CA GLY A 1 11.639 6.071 -5.147 0.13 2.27\n"
       "HETATM 3 ZN ZN B 2 0.0 0.0 0.0 2.0 1.39\nEND\n";
+  const std::string pdbqt =
+      "ROOT\n"
+      "ATOM      1  OE1 LIG B   1       0.236  17.885   9.478  0.00  0.00    -0.347 OA\n"
+      "ENDROOT\nTORSDOF 0\n";
+  fuzz::write_seed(folder / "pdbqt", bytes_of(std::string(1, '\3') + pdbqt));
   fuzz::write_seed(folder / "pdb", bytes_of(std::string(1, '\0') + pdb));
   fuzz::write_seed(folder / "mmcif", bytes_of(std::string(1, '\1') + mmcif));
   fuzz::write_seed(folder / "pqr", bytes_of(std::string(1, '\2') + pqr));

@@ -24,29 +24,51 @@ struct PdbLine {
   char insertion = ' ';
   double x = 0, y = 0, z = 0;
   std::string record = "ATOM";
+  double occupancy = 1;
 };
 
 inline std::string to_text(const PdbLine& line) {
   std::array<char, 128> text = {};
-  std::snprintf(text.data(), text.size(), "%-6s%5d %-4s%c%-4s%c%4d%c   %8.3f%8.3f%8.3f  1.00  0.00\n",
+  std::snprintf(text.data(), text.size(), "%-6s%5d %-4s%c%-4s%c%4d%c   %8.3f%8.3f%8.3f%6.2f  0.00\n",
                 line.record.c_str(), 1, line.name.c_str(), line.alternate, line.residue.c_str(), line.chain,
-                line.number, line.insertion, line.x, line.y, line.z);
+                line.number, line.insertion, line.x, line.y, line.z, line.occupancy);
   return text.data();
 }
 
-/// Atoms given as "N CA C", one at each Å of a line.
+/// Atoms given as "N H CA C", each hydrogen behind the atom that it is on: 3 Å apart, hydrogens at 1 Å from theirs, N or P at 1.3 Å
+/// from C or O3' of the residue of the number before.
 inline std::string residue_text(const std::string& name, const std::string& atoms, int number, char chain = 'A') {
+  constexpr double kResidueAngstrom = 10, kHalfBondAngstrom = 0.65, kApartAngstrom = 3;
+  constexpr std::array<std::array<double, 2>, 4> kAround = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
   std::istringstream words(atoms);
   std::string text;
   std::string atom;
-  for (double x = 0; words >> atom; x += 1.0) {
-    PdbLine line;
+  PdbLine line;
+  std::size_t hydrogens = 0;
+  double x = 0;
+  for (PdbLine carrier; words >> atom;) {
+    const std::size_t letter = atom.find_first_not_of("0123456789");
+    const bool is_hydrogen = letter != std::string::npos && atom[letter] == 'H';
+    if (is_hydrogen) {
+      const std::array<double, 2> around = kAround.at(hydrogens++ % kAround.size());
+      line = carrier;
+      line.y += around[0];
+      line.z += around[1];
+    } else {
+      const bool is_before = atom == "N" || atom == "P", is_behind = atom == "C" || atom == "O3'";
+      x += is_before || is_behind ? 0 : kApartAngstrom;
+      line.x = is_before || is_behind ? 0 : x;
+      line.y = kResidueAngstrom * number;
+      if (is_before) line.y -= kResidueAngstrom / 2 - kHalfBondAngstrom;
+      if (is_behind) line.y += kResidueAngstrom / 2 - kHalfBondAngstrom;
+      line.z = 0;
+      carrier = line;
+      hydrogens = 0;
+    }
     line.name = atom.size() < 4 ? " " + atom : atom;
     line.residue = name;
     line.number = number;
     line.chain = chain;
-    line.x = x;
-    line.y = 10.0 * number;
     text += to_text(line);
   }
   return text;

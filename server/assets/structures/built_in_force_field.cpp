@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/assets/structures/elements.hpp"
 #include "server/assets/structures/force_field.hpp"
 #include "server/assets/structures/loader.hpp"
 
@@ -51,10 +52,16 @@ ForceField built_in_force_field() {
     made.types[std::string(element.type)] = {element.mass_u, element.sigma_angstrom,
                                              docking::kKilojoulesPerKilocalorie * element.epsilon_kcal_per_mol};
   }
-  for (const std::string_view name : kResidues) {
-    made.blocks[std::string(name)] = {std::string(name), {{"N", "N", 0}, {"CA", "C", 0}, {"C", "C", 0}, {"O", "O", 0}}};
+  for (const ChemicalElement& element : periodic_table()) {
+    made.types.try_emplace(std::string(element.symbol),
+                           AtomType{element.mass_u, element.sigma_angstrom(),
+                                    docking::kKilojoulesPerKilocalorie * element.well_kcal_per_mol});
   }
-  for (const std::string_view name : kKnownCaps) made.blocks[std::string(name)] = {std::string(name), {}};
+  for (const std::string_view name : kResidues) {
+    made.blocks[std::string(name)] = {
+        std::string(name), {{"N", "N", 0}, {"CA", "C", 0}, {"C", "C", 0}, {"O", "O", 0}}, {}};
+  }
+  for (const std::string_view name : kKnownCaps) made.blocks[std::string(name)] = {std::string(name), {}, {}};
   return made;
 }
 

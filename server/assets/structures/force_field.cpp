@@ -142,7 +142,7 @@ bool is_block_subsection(const std::string& name) {
          name == "exclusions" || name == "cmap";
 }
 
-void read_blocks(const fs::path& path, ForceField& force_field) {
+void read_blocks(const fs::path& path, const std::string& kind, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
   std::string section;
@@ -152,7 +152,7 @@ void read_blocks(const fs::path& path, ForceField& force_field) {
       section = name;
       if (is_block_subsection(name) || name == "bondedtypes") continue;
       block = &force_field.blocks[name];
-      *block = {name, {}};
+      *block = {name, {}, kind};
     } else if (section == "atoms") {
       if (block == nullptr || words.size() < 3) file.fail("an atom of a residue needs name, type and charge");
       block->atoms.push_back({std::string(words[0]), std::string(words[1]), file.number(words[2])});
@@ -244,24 +244,45 @@ void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_
   }
 }
 
-void read_names(const fs::path& directory, ForceField& force_field) {
+void read_block_names(const fs::path& path, ForceField& force_field) {
   Words words;
-  ParameterFile residues(directory / "aminoacids.r2b");
+  ParameterFile residues(path);
   while (residues.next(words)) {
     if (words.size() < 2 || words[1] == "-") continue;
     force_field.block_of_residue.insert_or_assign(std::string(words[0]), std::string(words[1]));
     if (words.size() < 4 || words[2] == "-" || words[3] == "-") continue;
-    force_field.end_blocks.insert_or_assign(std::string(words[1]),
-                                            std::pair(std::string(words[2]), std::string(words[3])));
+    const bool has_both = words.size() > 4 && words[4] != "-";
+    force_field.end_blocks.insert_or_assign(
+        std::string(words[1]),
+        EndBlocks{std::string(words[2]), std::string(words[3]), std::string(has_both ? words[4] : std::string_view())});
   }
+}
+
+void read_block_aliases(const fs::path& path, ForceField& force_field) {
+  Words words;
+  ParameterFile own_names(path);
+  while (own_names.next(words)) {
+    if (words.size() < 3) own_names.fail("a name of an atom needs residue, name and the force field's name");
+    force_field.block_aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
+  }
+}
+
+/// Nucleotides, where the folder has them.
+void read_nucleotides(const fs::path& directory, const char* stem, const char* kind, ForceField& force_field) {
   std::error_code error;
-  if (fs::exists(directory / "aminoacids.arn", error)) {
-    ParameterFile own_names(directory / "aminoacids.arn");
-    while (own_names.next(words)) {
-      if (words.size() < 3) own_names.fail("a name of an atom needs residue, name and the force field's name");
-      force_field.block_aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
-    }
-  }
+  const auto path = [&](const char* ending) { return directory / (std::string(stem) + ending); };
+  if (!fs::exists(path(".rtp"), error)) return;
+  read_blocks(path(".rtp"), kind, force_field);
+  if (fs::exists(path(".hdb"), error)) read_hydrogens(path(".hdb"), force_field);
+  if (fs::exists(path(".r2b"), error)) read_block_names(path(".r2b"), force_field);
+  if (fs::exists(path(".arn"), error)) read_block_aliases(path(".arn"), force_field);
+}
+
+void read_names(const fs::path& directory, ForceField& force_field) {
+  read_block_names(directory / "aminoacids.r2b", force_field);
+  std::error_code error;
+  if (fs::exists(directory / "aminoacids.arn", error)) read_block_aliases(directory / "aminoacids.arn", force_field);
+  Words words;
   const bool own = fs::exists(directory / "xlateat.dat", error);
   ParameterFile atoms((own ? directory : directory / "..") / "xlateat.dat");
   while (atoms.next(words)) {
@@ -283,6 +304,10 @@ const BlockAtom* ResidueBlock::find(std::string_view atom) const {
     if (candidate.name == atom) return &candidate;
   }
   return nullptr;
+}
+
+bool ResidueBlock::is_nucleotide() const {
+  return find("C1'") != nullptr && find("O4'") != nullptr;
 }
 
 bool ResidueBlock::is_amino_acid() const {
@@ -319,13 +344,16 @@ ForceField load_force_field(const fs::path& directory_or_name) {
   force_field.directory = directory.string();
   force_field.mixes_arithmetically = read_combination_rule(directory / "forcefield.itp");
   read_types(directory / "ffnonbonded.itp", force_field);
-  if (force_field.name != kOplsName) add_stand_ins(force_field);
-  read_blocks(directory / "aminoacids.rtp", force_field);
+  if (fs::exists(directory / "ffnanonbonded.itp", error)) read_types(directory / "ffnanonbonded.itp", force_field);
+  add_stand_ins(force_field);
+  read_blocks(directory / "aminoacids.rtp", "", force_field);
   read_hydrogens(directory / "aminoacids.hdb", force_field);
   force_field.n_termini = read_termini(directory / "aminoacids.n.tdb");
   force_field.c_termini = read_termini(directory / "aminoacids.c.tdb");
   drop_renamed_additions(force_field.c_termini);
   read_names(directory, force_field);
+  read_nucleotides(directory, "dna", "DNA", force_field);
+  read_nucleotides(directory, "rna", "RNA", force_field);
   return force_field;
 }
 

@@ -43,9 +43,18 @@ struct HydrogenRule {
 struct ResidueBlock {
   std::string name;
   std::vector<BlockAtom> atoms;
+  std::string kind;  ///< of its file, as aliases name it: "DNA", "RNA"; empty: of aminoacids.rtp
 
   const BlockAtom* find(std::string_view atom) const;
   bool is_amino_acid() const;  ///< has N, CA, C and O
+  bool is_nucleotide() const;  ///< has a sugar's C1' and O4'
+};
+
+/// Blocks that replace another at an end of its chain; empty: none does.
+struct EndBlocks {
+  std::string first;  ///< N terminus, or 5'
+  std::string last;   ///< C terminus, or 3'
+  std::string both;
 };
 
 /// What a chain end changes in the block of its residue.
@@ -71,11 +80,11 @@ struct ForceField {
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH
-  std::map<std::string, std::pair<std::string, std::string>, std::less<>>
-      end_blocks;  ///< N and C terminus: ALA → NALA, CALA
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< ALA → NALA, CALA
   std::vector<AtomAlias> aliases;
-  std::vector<AtomAlias> block_aliases;  ///< to the names of this force field's blocks; residue: a block, or "*"
-  bool mixes_arithmetically = false;     ///< see docking::Molecule
+  std::vector<AtomAlias>
+      block_aliases;  ///< to the names of this force field's blocks; residue: a block, a kind of blocks, or "*"
+  bool mixes_arithmetically = false;  ///< see docking::Molecule
   bool is_by_element =
       false;  ///< types are elements, and "HP", a hydrogen that is not on carbon; blocks only name residues
 
@@ -87,13 +96,14 @@ struct ForceField {
 
 /// What stands in for OPLS-AA without its files: Lennard-Jones parameters by element, no charges.
 ///
-/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: C, H of alkanes, N, O of amides, S of thiols; P, halogens of
+/// Source  of other elements elements.hpp; else Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: C, H of alkanes, N, O of amides, S of thiols; P, halogens of
 ///         the same set; ions of Åqvist, J. Phys. Chem. 94 (1990) 8021, with zinc and iron as magnesium
 ForceField built_in_force_field();
 
 /// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb, .r2b and, where it has one, .arn of the folder,
-/// and xlateat.dat of it or of its parent. A name stands for that folder of gromacs-data: "amber99sb". Types "element C" … are added where the folder is not OPLS-AA's: what stands in for
-/// atoms without an entry. In place of a folder "built-in": built_in_force_field().
+/// likewise .rtp, .hdb, .r2b and .arn of dna and rna, and xlateat.dat of it or of its parent. A name stands for that folder of
+/// gromacs-data: "amber99sb". Types "element C" … are added: what stands in for atoms without an entry. In place of a folder
+/// "built-in": built_in_force_field().
 ///
 /// Fails   MoleculeError: folder or file missing (names the Debian package), a line that cannot be read (names it), a
 ///         combination rule other than 2, arithmetic, and 3, geometric, or parameters of single pairs of types

@@ -3,104 +3,64 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "server/assets/structures/hydrogen_geometry.hpp"
+
 namespace tandem::server {
 namespace {
 
-constexpr double kBondAngstrom = 1.0;
-constexpr double kTetrahedral = 109.47122063449069 * std::numbers::pi / 180;
-constexpr double kThird = 2 * std::numbers::pi / 3;
-/// Longer than any bond between two of a rule's atoms: beyond it residues do not follow on each other.
-constexpr double kMaxBondAngstrom = 2.5;
+constexpr double kCarboxylateAngstrom = 1.25;
 
-using Positions = std::map<std::string, Vec3>;
-
-Positions positions_of(const PdbResidue& residue, const TypedResidue& typed) {
-  Positions found;
+AtomPlaces places_of(const PdbResidue& residue, const TypedResidue& typed) {
+  AtomPlaces found;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
     found.emplace(typed.names[i], residue.atoms[i].position_angstrom);
   }
   return found;
 }
 
-/// Bonded to i, at an angle to i-j, at a dihedral angle about i-j to k.
-Vec3 placed(const Vec3& i, const Vec3& j, const Vec3& k, double angle, double dihedral) {
-  const Vec3 axis = (j - i).normalized();
-  const Vec3 normal = axis.cross(k - j).normalized();
-  const Vec3 towards_k = normal.cross(axis);
-  return i + kBondAngstrom * (std::cos(angle) * axis +
-                              std::sin(angle) * (std::cos(dihedral) * towards_k + std::sin(dihedral) * normal));
-}
-
-Vec3 away_from_mean(const std::vector<Vec3>& p) {
-  Vec3 mean = Vec3::Zero();
-  for (std::size_t n = 1; n < p.size(); ++n) mean += p[n];
-  return p[0] - mean / static_cast<double>(p.size() - 1);
-}
-
-/// The hydrogens of a rule; p: its atoms. Empty for a rule that proteins do not have, and for atoms on a line, which
-/// name no plane.
-std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p) {
-  constexpr double kMinSquareAngstrom2 = 0.01;
-  std::vector<Vec3> made;
-  if (p.size() < 3 || (p[0] - p[1]).cross(p[2] - p[1]).norm() < kMinSquareAngstrom2) return made;
-  if (rule.kind == 1) {
-    made.push_back(p[0] + kBondAngstrom * ((p[0] - p[1]).normalized() + (p[0] - p[2]).normalized()).normalized());
-  } else if (rule.kind == 5) {
-    made.push_back(p[0] + kBondAngstrom * away_from_mean(p).normalized());
-  } else if (rule.kind == 6) {
-    const Vec3 outwards = away_from_mean({p[0], p[1], p[2]}).normalized();
-    const Vec3 across = (p[0] - p[1]).cross(p[0] - p[2]).normalized();
-    for (const double side : {1.0, -1.0}) {
-      made.push_back(p[0] + kBondAngstrom *
-                                (std::cos(kTetrahedral / 2) * outwards + side * std::sin(kTetrahedral / 2) * across));
-    }
-  } else if (rule.kind == 3) {
-    for (const double dihedral : {0.0, std::numbers::pi}) made.push_back(placed(p[0], p[1], p[2], kThird, dihedral));
-  } else if (rule.kind == 2 || rule.kind == 4) {
-    for (int n = 0; n < rule.count; ++n) {
-      made.push_back(placed(p[0], p[1], p[2], kTetrahedral, std::numbers::pi - n * kThird));
-    }
+/// Of the residue before, also where it is missing.
+std::optional<AtomPlaces> places_before(const ForceField& force_field, const std::vector<PdbResidue>& residues,
+                                        std::span<const ResidueContext> contexts, std::size_t r,
+                                        const AtomPlaces& own) {
+  if (const auto previous = contexts[r].previous) {
+    return places_of(residues[*previous], type_residue(force_field, residues[*previous], contexts[*previous]));
   }
-  made.resize(std::min(made.size(), static_cast<std::size_t>(rule.count)));
-  return made;
+  if (contexts[r].begins != ChainEnd::kGap) return std::nullopt;
+  const auto carbon = carbon_before_gap(own);
+  return carbon ? std::optional(AtomPlaces{{"C", *carbon}}) : std::nullopt;
 }
 
-/// Where the rule's atoms are; nothing when one is missing or they are not bonded.
-std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const Positions& own, const Positions* before) {
-  std::vector<Vec3> found;
-  for (const std::string& anchor : rule.anchors) {
-    const bool is_before = anchor.starts_with('-');
-    const Positions* where = is_before ? before : &own;
-    if (where == nullptr) return std::nullopt;
-    const auto at = where->find(is_before ? anchor.substr(1) : anchor);
-    if (at == where->end()) return std::nullopt;
-    if (is_before && found.size() == 1 && (at->second - found[0]).norm() > kMaxBondAngstrom) return std::nullopt;
-    found.push_back(at->second);
-  }
-  if (found.size() < 2) return std::nullopt;
-  return found;
-}
-
-void add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const Positions& own, const Positions* before) {
+/// Adds what the rules say, except for the hydrogens of rules of which all are there.
+void add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own, const AtomPlaces* before) {
+  std::set<std::string> removed;
+  std::vector<PdbAtom> made;
   for (const HydrogenRule& rule : typed.rules) {
-    const auto anchors = anchors_of(rule, own, before);
-    if (!anchors) continue;
-    const std::vector<Vec3> hydrogens = geometry(rule, *anchors);
-    for (std::size_t n = 0; n < hydrogens.size(); ++n) {
+    bool is_complete = true;
+    for (int n = 0; n < rule.count; ++n) is_complete &= own.contains(rule.hydrogen(n));
+    if (is_complete) continue;
+    const std::vector<Vec3> places = hydrogen_places(rule, own, before);
+    for (std::size_t n = 0; n < places.size(); ++n) {
       PdbAtom atom;
       atom.name = rule.hydrogen(static_cast<int>(n));
       atom.element = "H";
-      atom.position_angstrom = hydrogens[n];
-      if (is_finite(atom.position_angstrom)) residue.atoms.push_back(std::move(atom));
+      atom.position_angstrom = places[n];
+      removed.insert(atom.name);
+      made.push_back(std::move(atom));
     }
   }
+  // Of an incomplete group all are built: their places depend on each other.
+  std::vector<PdbAtom> kept;
+  for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
+    if (!removed.contains(typed.names[i])) kept.push_back(std::move(residue.atoms[i]));
+  }
+  residue.atoms = std::move(kept);
+  for (PdbAtom& atom : made) residue.atoms.push_back(std::move(atom));
 }
 
 const char* united_type(const HydrogenRule& rule) {
@@ -120,19 +80,37 @@ Hydrogens hydrogens_of(const std::string& text) {
   throw std::invalid_argument("hydrogens \"" + text + "\" must be given, build or united");
 }
 
+bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
+  const PdbAtom *const ca = find_atom(residue, "CA"), *const c = find_atom(residue, "C"),
+                       *const o = find_atom(residue, "O");
+  if (!is_amino_acid(force_field, residue.name) || find_atom(residue, "OXT") != nullptr) return false;
+  if (ca == nullptr || c == nullptr || o == nullptr) return false;
+  const Vec3 inwards = (ca->position_angstrom - c->position_angstrom).normalized() +
+                       (o->position_angstrom - c->position_angstrom).normalized();
+  PdbAtom atom;
+  atom.name = "OXT";
+  atom.element = "O";
+  atom.position_angstrom = c->position_angstrom - kCarboxylateAngstrom * inwards.normalized();
+  if (!is_finite(atom.position_angstrom)) return false;
+  residue.atoms.push_back(std::move(atom));
+  return true;
+}
+
+void complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
+                        std::span<const ResidueContext> contexts, std::size_t r) {
+  PdbResidue& residue = residues[r];
+  const TypedResidue typed = type_residue(force_field, residue, contexts[r]);
+  const AtomPlaces own = places_of(residue, typed);
+  const auto before = places_before(force_field, residues, contexts, r, own);
+  add_hydrogens(residue, typed, own, before ? &*before : nullptr);
+}
+
 void build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                      std::span<const ResidueContext> contexts) {
-  Positions before;
-  bool has_before = false;
-  for (std::size_t r = 0; r < residues.size(); ++r) {
-    PdbResidue& residue = residues[r];
+  for (PdbResidue& residue : residues) {
     std::erase_if(residue.atoms, [](const PdbAtom& atom) { return atom.element == "H"; });
-    const TypedResidue typed = type_residue(force_field, residue, contexts[r]);
-    Positions own = positions_of(residue, typed);
-    add_hydrogens(residue, typed, own, has_before && !contexts[r].first_of_chain ? &before : nullptr);
-    before = std::move(own);
-    has_before = true;
   }
+  for (std::size_t r = 0; r < residues.size(); ++r) complete_hydrogens(force_field, residues, contexts, r);
 }
 
 void unite_hydrogens(const ForceField& force_field, PdbResidue& residue, TypedResidue& typed) {

@@ -18,16 +18,20 @@ enum class Hydrogens {
 /// Fails   std::invalid_argument for another, naming these
 Hydrogens hydrogens_of(const std::string& text);
 
-/// The residues without their hydrogens and then with those of the rules of their blocks and chain ends. A rule of which
-/// an atom is missing, or farther than a bond from the one before, adds nothing.
+/// The residues without their hydrogens and then with those of the rules of their blocks and chain ends (hydrogen_places()). A rule of
+/// which an atom is missing adds nothing.
 ///
-/// Model   1.0 Å from their atom i, as aminoacids.hdb's rules say. With neighbours j, k, l of i: kind 1 and 5 away from
-///         their mean; 6 two in the plane across j-i-k, 109.5° apart; 2 and 4 at 109.5° to i-j, first trans to k;
-///         3 two at 120° to i-j, in its plane with k
-/// Source  GROMACS 2022 reference manual, "Hydrogen database"
 /// In      residues, contexts  one a residue, in file order
 void build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                      std::span<const ResidueContext> contexts);
+
+/// Likewise for one residue, beside the hydrogens that it has; of a group such as CH3 of which one is missing, all are built.
+void complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
+                        std::span<const ResidueContext> contexts, std::size_t r);
+
+/// Adds the second oxygen of a chain's last amino acid where it is missing: in the plane of CA, C and O, 1.25 Å from C.
+/// Out     whether it was added
+bool complete_chain_end(const ForceField& force_field, PdbResidue& residue);
 
 /// Takes the hydrogens on carbon out of a residue and its entries; their charge and mass go to the carbon, which becomes
 /// one of the force field's united atoms.

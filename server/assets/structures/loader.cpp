@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "common/base/units.hpp"
+#include "server/assets/structures/chain_links.hpp"
 #include "server/assets/structures/force_field.hpp"
+#include "server/assets/structures/histidines.hpp"
 #include "server/assets/structures/residue_typing.hpp"
 #include "server/assets/structures/text.hpp"
 
@@ -54,11 +56,20 @@ std::string text_of(const LeftOutByName::value_type& entry) {
          counted(entry.second.atoms, "atom", "atoms") + ")";
 }
 
-void check_selection(const std::vector<PdbResidue>& protein, const std::vector<PdbResidue>& others,
+/// The names of the residues of one chain, for people.
+std::set<std::string> names_in(const std::vector<PdbResidue>& residues, std::string_view chain) {
+  std::set<std::string> names;
+  for (const PdbResidue& residue : residues) {
+    if (residue.chain == chain) names.insert(residue.name);
+  }
+  return names;
+}
+
+void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector<PdbResidue>& others,
                      const StructureSelection& selection, const std::string& source) {
   std::set<std::string> chains;
   std::set<std::string> shown;
-  for (const PdbResidue& residue : protein) {
+  for (const PdbResidue& residue : in_chains) {
     chains.insert(residue.chain);
     shown.insert(chain_name(residue.chain));
   }
@@ -66,15 +77,19 @@ void check_selection(const std::vector<PdbResidue>& protein, const std::vector<P
     StructureSelection one{{wanted}};
     const auto is_it = [&one](const PdbResidue& residue) { return one.takes_residue(residue); };
     if (wanted.find('/') != std::string::npos) {
-      if (std::any_of(others.begin(), others.end(), is_it) || std::any_of(protein.begin(), protein.end(), is_it)) {
-        continue;
-      }
+      if (std::ranges::any_of(others, is_it) || std::ranges::any_of(in_chains, is_it)) continue;
       std::set<std::string> names;
       for (const PdbResidue& residue : others) names.insert(residue.chain + "/" + residue.name);
       throw docking::MoleculeError(source + ": no residue '" + wanted + "'; other than amino acids there are " +
                                    (names.empty() ? "none" : joined(names)));
     }
     if (chains.contains(wanted)) continue;
+    if (const std::set<std::string> names = names_in(others, wanted); !names.empty()) {
+      throw docking::MoleculeError(source + ": chain '" + printable_text(wanted) +
+                                   "' has no amino acids or nucleotides of the force field; it has " + joined(names) +
+                                   ": choose all of it with " + printable_text(wanted) +
+                                   "/*; chains with such residues are " + joined(shown));
+    }
     throw docking::MoleculeError(source + ": no protein in chain '" + printable_text(wanted) +
                                  "'; chains with protein are " + joined(shown));
   }
@@ -102,15 +117,6 @@ std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, con
   return taken;
 }
 
-bool has_atom(const PdbResidue& residue, std::string_view name) {
-  return std::any_of(residue.atoms.begin(), residue.atoms.end(),
-                     [name](const PdbAtom& atom) { return atom.name == name; });
-}
-
-bool follows_in_chain(const PdbResidue& earlier, const PdbResidue& later) {
-  return earlier.chain == later.chain && earlier.segment == later.segment && !has_atom(earlier, "OXT");
-}
-
 class Loader {
  public:
   Loader(const ForceField& force_field, docking::Molecule& molecule, StructureReport& report)
@@ -119,6 +125,9 @@ class Loader {
   void add(const PdbResidue& residue, const TypedResidue& typed) {
     for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
       add_atom(residue, residue.atoms[i], typed.atoms[i], typed.guesses[i]);
+    }
+    if (typed.expected_charge_e && !has_own_charges(residue) && !residue.atoms.empty()) {
+      implied_.push_back({molecule_.size() - residue.atoms.size(), *typed.expected_charge_e});
     }
     expected_hydrogens_ += typed.expected_hydrogens;
     missing_hydrogens_ += typed.missing_hydrogens;
@@ -130,6 +139,22 @@ class Loader {
     for (const std::string& name : typed.missing_hydrogen_names) {
       report_.missing.push_back("hydrogen " + place_text(residue, name));
     }
+  }
+
+  /// One that the force field does not know: its charge is lost, and its hydrogens are those of the file.
+  void add_unknown(const PdbResidue& residue, const TypedResidue& typed) {
+    add(residue, typed);
+    if (has_own_charges(residue)) return;
+    const auto has_element = [&residue](std::string_view element) {
+      return std::ranges::any_of(residue.atoms, [element](const PdbAtom& atom) { return atom.element == element; });
+    };
+    if (has_element("C") && !has_element("H")) ++without_hydrogens_[residue.name];
+    const std::optional<int> formal = formal_charge_of(residue);
+    if (formal && *formal == 0) return;
+    const std::string place =
+        residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
+    if (formal) uncharged_.push_back(place + " (" + (*formal > 0 ? "+" : "") + std::to_string(*formal) + " e)");
+    if (!formal && residue.atoms.size() > 1) uncharged_.push_back(place + " (not known)");
   }
 
   void write_notes(const LeftOutByName& left_out, const PdbStructure& structure) {
@@ -151,7 +176,14 @@ class Loader {
     if (missing_heavy_ > 0) {
       note(std::to_string(missing_heavy_) + " other atoms are not in the file: " + joined(incomplete_));
     }
+    if (!without_hydrogens_.empty()) {
+      note("without hydrogens in the file, and none are built: " + joined(without_hydrogens_, [](const auto& entry) {
+             return counted(entry.second, "residue ", "residues ") + printable_text(entry.first);
+           }));
+    }
+    if (!force_field_.is_by_element) write_charge_notes();
     if (force_field_.is_by_element) note_parameters();
+    write_chain_notes();
     if (structure.alternate_atoms > 0) {
       note(std::to_string(structure.alternate_atoms) + " atoms of other alternate locations in the file left out");
     }
@@ -161,7 +193,46 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
+  void write_rebuilt_note(const std::vector<std::string>& rebuilt) {
+    if (rebuilt.empty()) return;
+    note("hydrogens that are on no atom, or one too many, were left out and missing ones built in " +
+         counted(rebuilt.size(), "residue: ", "residues: ") +
+         joined(rebuilt, [](const std::string& name) { return printable_text(name); }));
+  }
+
  private:
+  void write_charge_notes() {
+    report_.charge = net_charge(molecule_, implied_);
+    const auto plain = [](const std::string& text) { return text; };
+    // A structure without hydrogens has no residue that is whole.
+    const bool has_hydrogens = 2 * missing_hydrogens_ <= expected_hydrogens_;
+    note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : ", for hydrogens are missing"));
+    if (has_hydrogens && !report_.charge.suspects.empty()) {
+      note("charges that are not those of a whole residue: " + joined(report_.charge.suspects, plain));
+    }
+    if (has_hydrogens && !report_.charge.is_whole()) {
+      note("the net charge is not whole in chain " + joined(report_.charge.fractional_chains, plain) +
+           ": Coulomb energies are doubtful; complete the structure, or build its hydrogens");
+    }
+    if (!uncharged_.empty()) {
+      note("charges that are lost, for " + force_field_.name +
+           " does not know them: " + joined(uncharged_, [](const std::string& text) { return printable_text(text); }));
+    }
+  }
+
+  void write_chain_notes() {
+    const auto printable = [](const std::string& text) { return printable_text(text); };
+    if (!report_.gaps.empty()) {
+      note(counted(report_.gaps.size(), "gap", "gaps") +
+           " in chains, whose ends are neutral as within a chain: " + joined(report_.gaps, printable));
+    }
+    if (!report_.built.empty()) note("built at ends of chains: " + joined(report_.built, printable));
+    if (!report_.histidines.empty()) {
+      note("histidines without hydrogens in the file: " +
+           joined(report_.histidines, [](const std::string& text) { return text; }));
+    }
+  }
+
   void note_parameters() {
     std::error_code error;
     const bool is_installed = std::filesystem::is_directory(kOplsDirectory, error);
@@ -204,25 +275,67 @@ class Loader {
   std::size_t missing_hydrogens_ = 0;
   std::size_t missing_heavy_ = 0;
   std::set<std::string> incomplete_;
-  std::map<std::string, std::size_t> guesses_;  ///< atoms, by the name of their residue
+  std::vector<ImpliedCharge> implied_;
+  std::vector<std::string> uncharged_;
+  std::map<std::string, std::size_t> without_hydrogens_;  ///< residues, by name
+  std::map<std::string, std::size_t> guesses_;            ///< atoms, by the name of their residue
 };
 
-std::vector<bool> disulfides_of(const std::vector<PdbResidue>& protein, const std::string& source) {
+std::vector<bool> disulfides_of(const std::vector<PdbResidue>& chains, const std::string& source) {
   try {
-    return find_disulfides(protein);
+    return find_disulfides(chains);
   } catch (const docking::MoleculeError& error) {
     throw docking::MoleculeError(source + ": " + error.what());
   }
 }
 
-std::vector<ResidueContext> contexts_of(const std::vector<PdbResidue>& protein, const std::vector<bool>& in_disulfide) {
-  std::vector<ResidueContext> contexts(protein.size());
-  for (std::size_t r = 0; r < protein.size(); ++r) {
-    contexts[r].first_of_chain = r == 0 || !follows_in_chain(protein[r - 1], protein[r]);
-    contexts[r].last_of_chain = r + 1 == protein.size() || !follows_in_chain(protein[r], protein[r + 1]);
-    contexts[r].in_disulfide = in_disulfide[r];
+std::vector<ResidueContext> contexts_of(const std::vector<PdbResidue>& chains, const std::vector<bool>& in_disulfide,
+                                        const std::vector<HistidineChoice>& histidines) {
+  const std::vector<ChainLink> links = chain_links(chains);
+  std::vector<ResidueContext> contexts(chains.size());
+  for (std::size_t r = 0; r < chains.size(); ++r) {
+    contexts[r] = {links[r].previous, links[r].begins, links[r].ends, in_disulfide[r], histidines[r].block};
   }
   return contexts;
+}
+
+std::string residue_place(const PdbResidue& residue) {
+  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
+}
+
+/// Takes out hydrogens that fit nowhere, and builds what is then missing. Out: the residues, for people.
+std::vector<std::string> rebuild_misfits(const ForceField& force_field, std::vector<PdbResidue>& chains,
+                                         const std::vector<ResidueContext>& contexts,
+                                         std::vector<std::string>& dropped) {
+  std::vector<std::string> rebuilt;
+  for (std::size_t r = 0; r < chains.size(); ++r) {
+    PdbResidue& residue = chains[r];
+    if (has_own_charges(residue)) continue;
+    const TypedResidue typed = type_residue(force_field, residue, contexts[r]);
+    if (typed.misfits.empty()) continue;
+    for (auto i = typed.misfits.rbegin(); i != typed.misfits.rend(); ++i) {
+      dropped.push_back("hydrogen " + place_text(residue, residue.atoms[*i].name) +
+                        ": on no atom, or one too many on it; built where one is missing");
+      residue.atoms.erase(residue.atoms.begin() + static_cast<std::ptrdiff_t>(*i));
+    }
+    complete_hydrogens(force_field, chains, contexts, r);
+    rebuilt.push_back(residue_place(residue));
+  }
+  return rebuilt;
+}
+
+/// Only alpha carbons, or a trace of phosphates: nothing that a field could be of.
+void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
+  constexpr std::size_t kFewResidues = 4;
+  const auto is_one_atom = [](const PdbResidue& residue) {
+    return residue.atoms.size() == 1 && (residue.atoms.front().name == "CA" || residue.atoms.front().name == "P");
+  };
+  const auto traces = static_cast<std::size_t>(std::ranges::count_if(chains, is_one_atom));
+  if (traces < kFewResidues || 2 * traces < chains.size()) return;
+  throw docking::MoleculeError(
+      source + ": " + std::to_string(traces) + " of " + std::to_string(chains.size()) +
+      " residues have only an alpha carbon or a phosphorus; forces need all atoms: take a file " +
+      "with side chains, or rebuild them with a modelling program");
 }
 
 /// Sorted along x, so that only near ones are compared.
@@ -269,39 +382,59 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
                                  " has no united atoms; take given or build, or OPLS-AA (" + kOplsDirectory + ")");
   }
   PdbStructure read = read_structure(structure);
-  std::vector<PdbResidue> protein, others;
+  std::vector<PdbResidue> chains, others;
   for (PdbResidue& residue : read.residues) {
-    (is_protein_residue(force_field, residue.name) ? protein : others).push_back(std::move(residue));
+    (is_chain_residue(force_field, residue.name) ? chains : others).push_back(std::move(residue));
   }
   const std::string source = structure.string();
-  check_selection(protein, others, selection, source);
+  check_selection(chains, others, selection, source);
+  refuse_traces(chains, source);
   // Over all chains: a disulfide may lead to a chain that is not selected.
-  const std::vector<bool> in_disulfide = disulfides_of(protein, source);
+  const std::vector<bool> in_disulfide = disulfides_of(chains, source);
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
   molecule.mixes_arithmetically = force_field.mixes_arithmetically;
   StructureReport told;
   told.dropped = std::move(read.dropped);
   Loader loader(force_field, molecule, told);
-  const std::vector<ResidueContext> contexts = contexts_of(protein, in_disulfide);
+  const std::vector<HistidineChoice> histidines = choose_histidines(chains, others);
+  const std::vector<ResidueContext> contexts = contexts_of(chains, in_disulfide, histidines);
   // Over all chains: a residue's hydrogens may depend on the one before.
-  if (hydrogens != Hydrogens::kGiven) build_hydrogens(force_field, protein, contexts);
-  for (std::size_t r = 0; r < protein.size(); ++r) {
-    if (!selection.takes_chain(protein[r].chain) && !selection.takes_residue(protein[r])) continue;
-    TypedResidue typed = force_field.is_by_element ? type_by_element(force_field, protein[r])
-                                                   : type_residue(force_field, protein[r], contexts[r]);
-    if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field, protein[r], typed);
-    loader.add(protein[r], typed);
+  std::vector<std::string> rebuilt;
+  if (hydrogens != Hydrogens::kGiven) {
+    for (std::size_t r = 0; r < chains.size(); ++r) {
+      if (contexts[r].ends == ChainEnd::kEnd && complete_chain_end(force_field, chains[r]))
+        told.built.push_back("atom " + place_text(chains[r], "OXT"));
+    }
+    build_hydrogens(force_field, chains, contexts);
+  } else if (!force_field.is_by_element) {
+    rebuilt = rebuild_misfits(force_field, chains, contexts, told.dropped);
+  }
+  for (std::size_t r = 0; r < chains.size(); ++r) {
+    if (!selection.takes_chain(chains[r].chain) && !selection.takes_residue(chains[r])) continue;
+    TypedResidue typed = force_field.is_by_element ? type_by_element(force_field, chains[r])
+                                                   : type_residue(force_field, chains[r], contexts[r]);
+    if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field, chains[r], typed);
+    loader.add(chains[r], typed);
+    if (!histidines[r].block.empty()) {
+      told.histidines.push_back(residue_place(chains[r]) + ": " + histidines[r].block + ", " + histidines[r].reason);
+    }
+    if (contexts[r].begins == ChainEnd::kGap) told.gaps.push_back("before " + residue_place(chains[r]));
   }
   LeftOutByName left_out;
   for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) {
-    loader.add(residue, type_by_element(force_field, residue));
+    if (!force_field.is_by_element && has_block(force_field, residue.name)) {
+      loader.add(residue, type_residue(force_field, residue, {}));
+    } else {
+      loader.add_unknown(residue, type_by_element(force_field, residue));
+    }
   }
   if (molecule.size() == 0) {
     throw docking::MoleculeError(source +
                                  ": no protein atoms; a structure with amino acids is needed, or a choice of " +
                                  "residues, e.g. FILE:A/LIG");
   }
+  loader.write_rebuilt_note(rebuilt);
   loader.write_notes(left_out, read);
   check_places(molecule.positions_angstrom, told.places, source);
   try {

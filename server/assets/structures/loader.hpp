@@ -8,6 +8,7 @@
 #include "common/docking/molecule.hpp"
 #include "common/docking/molecule_error.hpp"
 #include "server/assets/structures/hydrogens.hpp"
+#include "server/assets/structures/net_charge.hpp"
 #include "server/assets/structures/structure_file.hpp"
 
 namespace tandem::server {
@@ -27,9 +28,13 @@ std::string built_in_note(bool is_installed, bool is_charged);
 
 /// What people may want to know of single atoms, beside Molecule::guessed and the counts in Molecule::notes.
 struct StructureReport {
-  std::vector<std::string> places;   ///< of each atom of the molecule: "CG of VAL 12A of chain B"
-  std::vector<std::string> missing;  ///< atoms that the force field expects and the file lacks
-  std::vector<std::string> dropped;  ///< atoms and residues of the file that were left out, with the reason
+  std::vector<std::string> places;      ///< of each atom of the molecule: "CG of VAL 12A of chain B"
+  std::vector<std::string> missing;     ///< atoms that the force field expects and the file lacks
+  std::vector<std::string> dropped;     ///< atoms and residues of the file that were left out, with the reason
+  std::vector<std::string> built;       ///< heavy atoms that were added: OXT at ends of chains
+  std::vector<std::string> gaps;        ///< "before GLY 45 of chain A"
+  std::vector<std::string> histidines;  ///< of those without hydrogens in the file, which was chosen and why
+  NetCharge charge;                     ///< of what was loaded; with built-in parameters not set
 };
 
 /// Reads what is selected (first model, first alternate location) and gives each atom its type, charge and

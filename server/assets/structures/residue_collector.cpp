@@ -2,7 +2,9 @@
 #include "server/assets/structures/residue_collector.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "server/assets/structures/text.hpp"
@@ -14,20 +16,43 @@ constexpr std::size_t kMaxAtoms = 1'000'000;
 /// More records than any residue has with all its alternate locations; then a new residue begins.
 constexpr std::size_t kMaxRecordsPerResidue = 1000;
 constexpr std::size_t kMaxDropped = 100'000;
-constexpr std::array<std::string_view, 14> kTwoLetterElements = {"SE", "CL", "BR", "ZN", "MG", "CA", "NA",
-                                                                 "FE", "MN", "CU", "CO", "NI", "CD", "LI"};
+/// Between what is written as one place with three decimals.
+constexpr double kOnePlaceAngstrom = 0.01;
+/// Two atoms of one name that are nearer than any bond are one atom at two places.
+constexpr double kNearerThanAnyBondAngstrom = 0.6;
+/// From an atom to the nearest other of its residue, at most.
+constexpr double kMaxBondAngstrom = 2.5;
 
-bool is_letter(char c) {
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
-}
-
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+/// How much speaks for each alternate location, in the order of the file.
+class Alternates {
+ public:
+  void add(char letter, const PdbAtom& atom) {
+    const auto known = std::ranges::find(all_, letter, &Entry::letter);
+    Entry& entry = known == all_.end() ? all_.emplace_back(Entry{letter}) : *known;
+    ++entry.atoms;
+    // Programs that place hydrogens give them occupancies of their own.
+    if (atom.element == "H") return;
+    entry.heavy_occupancy += atom.occupancy;
+    ++entry.heavy_atoms;
   }
-  return result;
-}
+  bool has(char letter) const { return std::ranges::find(all_, letter, &Entry::letter) != all_.end(); }
+  /// The largest mean occupancy, to two digits; of equal ones the most atoms, then the first. ' ' where there is none.
+  char best() const {
+    const auto found = std::ranges::max_element(all_, {}, [](const Entry& e) {
+      return std::pair(std::round(100 * e.heavy_occupancy / std::max(1.0, e.heavy_atoms)), e.atoms);
+    });
+    return found == all_.end() ? ' ' : found->letter;
+  }
+
+ private:
+  struct Entry {
+    char letter;
+    double heavy_occupancy = 0;
+    double heavy_atoms = 0;
+    double atoms = 0;
+  };
+  std::vector<Entry> all_;
+};
 
 }  // namespace
 
@@ -36,17 +61,23 @@ std::string place_text(const PdbResidue& residue, std::string_view atom) {
                         (residue.chain.empty() ? "" : " of chain " + residue.chain));
 }
 
-std::string element_of(std::string_view atom_name, std::string_view file_element, std::string_view residue_name) {
-  while (!atom_name.empty() && !is_letter(atom_name.front())) atom_name.remove_prefix(1);
-  const std::string name = upper(atom_name);
-  const std::string stated = upper(file_element);
-  for (const std::string_view element : kTwoLetterElements) {
-    const bool is_stated = stated == element && name.starts_with(element);
-    const bool is_ion = name == element && residue_name.starts_with(element);
-    if (is_stated || is_ion) return std::string(element);
+bool ResidueCollector::belongs_to(const OpenResidue& known, const PdbResidue& residue, const Record& record) const {
+  if (known.residue.name != residue.name || known.records.size() >= kMaxRecordsPerResidue) return false;
+  const bool is_latest = &known == &open_.back();
+  const auto has_name = [&known, &record](std::string_view name) {
+    return std::ranges::any_of(known.records,
+                               [&](const Record& r) { return r.atom.name == name && r.alternate == record.alternate; });
+  };
+  const auto distance = [&record](const Record& other) {
+    return (other.atom.position_angstrom - record.atom.position_angstrom).norm();
+  };
+  if (is_latest) {
+    const bool begins_again = record.atom.name == "N" && has_name("N") && has_name("CA") && has_name("C");
+    return !begins_again || std::ranges::any_of(known.records, [&distance, &record](const Record& r) {
+      return r.atom.name == record.atom.name && distance(r) < kNearerThanAnyBondAngstrom;
+    });
   }
-  const std::string first = name.substr(0, 1);
-  return first == "D" ? "H" : first;
+  return std::ranges::any_of(known.records, [&distance](const Record& r) { return distance(r) < kMaxBondAngstrom; });
 }
 
 void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
@@ -54,24 +85,25 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
     throw docking::MoleculeError("more than 1000000 atoms; keep only the chains that are needed");
   }
   Record record{std::move(atom), alternate};
-  const std::string place = std::to_string(residue.segment) + '|' + residue.chain + '|' + residue.id;
+  const std::string place =
+      std::to_string(residue.segment) + '|' + residue.segment_name + '|' + residue.chain + '|' + residue.id;
   const auto [entry, is_new] = index_of_place_.try_emplace(place, open_.size());
+  std::size_t first_there = open_.size();
   if (!is_new) {
-    OpenResidue& known = open_[entry->second];
-    const bool other_name = known.residue.name != residue.name;
-    if (other_name && record.alternate != ' ') {
-      ++structure_.alternate_atoms;
-      drop(residue, record, "another residue stands at its place first");
+    // Names at one place alternate, so the one before may go on.
+    for (const std::size_t index : {entry->second, open_[entry->second].place}) {
+      if (!belongs_to(open_[index], residue, record)) continue;
+      open_[index].records.push_back(std::move(record));
       return;
     }
-    if (!other_name && known.records.size() < kMaxRecordsPerResidue) {
-      known.records.push_back(std::move(record));
-      return;
-    }
+    const OpenResidue& known = open_[entry->second];
+    if (known.residue.name != residue.name && alternate != ' ') first_there = known.place;
     entry->second = open_.size();
   }
-  open_.push_back({std::move(residue), {}});
-  open_.back().records.push_back(std::move(record));
+  OpenResidue& opened = open_.emplace_back();
+  opened.residue = std::move(residue);
+  opened.records.push_back(std::move(record));
+  opened.place = first_there;
 }
 
 void ResidueCollector::drop(const PdbResidue& residue, const Record& record, const char* why) {
@@ -79,33 +111,114 @@ void ResidueCollector::drop(const PdbResidue& residue, const Record& record, con
   structure_.dropped.push_back("atom " + place_text(residue, record.atom.name) + ": " + why);
 }
 
-/// Chooses among the alternate locations; the order of first appearance is kept.
-void ResidueCollector::close(OpenResidue& open) {
-  char chosen = ' ';
-  for (const Record& record : open.records) {
-    if (chosen == ' ') chosen = record.alternate;
+/// Whether the bond of a chain between them has alternates on both sides.
+bool ResidueCollector::are_linked(const OpenResidue& before, const OpenResidue& after) {
+  const auto alternates = [](const OpenResidue& open, std::string_view a, std::string_view b) {
+    return std::ranges::any_of(
+        open.records, [&](const Record& r) { return r.alternate != ' ' && (r.atom.name == a || r.atom.name == b); });
+  };
+  return before.residue.chain == after.residue.chain && before.residue.segment == after.residue.segment &&
+         alternates(before, "C", "O3'") && alternates(after, "N", "P");
+}
+
+void ResidueCollector::choose_alternates() {
+  std::size_t begin = 0;
+  for (std::size_t r = 1; r <= open_.size(); ++r) {
+    const bool goes_on =
+        r < open_.size() && (open_[r].place == open_[r - 1].place || are_linked(open_[r - 1], open_[r]));
+    if (goes_on) continue;
+    choose_alternate(begin, r);
+    begin = r;
   }
-  const auto is_first_choice = [chosen](char alternate) { return alternate == ' ' || alternate == chosen; };
-  std::unordered_map<std::string, std::size_t> kept;
-  std::vector<Record> atoms;
-  for (Record& record : open.records) {
-    const auto [entry, is_new] = kept.try_emplace(record.atom.name, atoms.size());
-    if (is_new) {
-      atoms.push_back(std::move(record));
+}
+
+/// Of a run of residues that take the same alternate location; one that lacks it takes its own best.
+void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
+  Alternates all;
+  std::map<std::size_t, Alternates> of_place;
+  for (std::size_t r = begin; r < end; ++r) {
+    for (const Record& record : open_[r].records) {
+      if (record.alternate == ' ') continue;
+      all.add(record.alternate, record.atom);
+      of_place[open_[r].place].add(record.alternate, record.atom);
+    }
+  }
+  const char best = all.best();
+  for (std::size_t r = begin; r < end; ++r) {
+    const Alternates& own = of_place[open_[r].place];
+    open_[r].chosen = own.has(best) ? best : own.best();
+  }
+}
+
+/// A letter without a meaning: the atom is always there, and has no alternate.
+bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record) {
+  constexpr double kAlways = 0.995;
+  return record.atom.occupancy >= kAlways && std::ranges::none_of(open.records, [&record](const Record& other) {
+           return other.atom.name == record.atom.name && other.alternate != record.alternate;
+         });
+}
+
+/// Leaves out what another alternate location has, and what is there twice; the order of the file is kept.
+void ResidueCollector::close(OpenResidue& open) {
+  std::unordered_map<std::string, std::vector<std::size_t>> kept;  // by name
+  std::vector<char> alternates;
+  for (const Record& record : open.records) {
+    if (record.alternate != ' ' && record.alternate != open.chosen && !is_only_one(open, record)) {
+      ++structure_.alternate_atoms;
+      drop(open.residue, record, "another alternate location is taken");
       continue;
     }
-    Record& known = atoms[entry->second];
-    if (!is_first_choice(known.alternate) && is_first_choice(record.alternate)) std::swap(known, record);
-    const bool is_duplicate = record.alternate == known.alternate;
-    ++(is_duplicate ? structure_.duplicate_atoms : structure_.alternate_atoms);
-    drop(open.residue, record, is_duplicate ? "the file gives it twice" : "another alternate location is taken");
+    std::vector<std::size_t>& same_name = kept[record.atom.name];
+    double nearest = kMaxCoordinateAngstrom;
+    for (const std::size_t i : same_name) {
+      const Vec3& other = open.residue.atoms[i].position_angstrom;
+      nearest = std::min(nearest, (other - record.atom.position_angstrom).norm());
+    }
+    const bool is_alternate =
+        std::ranges::any_of(same_name, [&](std::size_t i) { return alternates[i] != record.alternate; });
+    if (is_alternate || nearest < kNearerThanAnyBondAngstrom) {
+      const bool is_duplicate = nearest < kOnePlaceAngstrom;
+      ++(is_duplicate ? structure_.duplicate_atoms : structure_.alternate_atoms);
+      drop(open.residue, record,
+           is_duplicate   ? "the file gives it twice"
+           : is_alternate ? "another alternate location is taken"
+                          : "nearer than any bond to another of its name");
+      continue;
+    }
+    same_name.push_back(open.residue.atoms.size());
+    alternates.push_back(record.alternate);
+    open.residue.atoms.push_back(record.atom);
   }
-  for (Record& record : atoms) open.residue.atoms.push_back(std::move(record.atom));
-  structure_.residues.push_back(std::move(open.residue));
+}
+
+/// In a file without names of chains, the names of its segments are theirs, where it has several.
+void ResidueCollector::name_chains_by_segment() {
+  std::set<std::string_view> names;
+  for (const OpenResidue& open : open_) {
+    if (!open.residue.chain.empty()) return;
+    names.insert(open.residue.segment_name);
+  }
+  if (names.size() < 2) return;
+  for (OpenResidue& open : open_) open.residue.chain = open.residue.segment_name;
 }
 
 PdbStructure ResidueCollector::take() {
-  for (OpenResidue& open : open_) close(open);
+  name_chains_by_segment();
+  choose_alternates();
+  for (OpenResidue& open : open_) {
+    const bool is_rival = open.chosen != ' ' && std::ranges::none_of(open.records, [&open](const Record& record) {
+                            return record.alternate == ' ' || record.alternate == open.chosen;
+                          });
+    if (is_rival) {
+      structure_.alternate_atoms += open.records.size();
+      for (const Record& record : open.records) {
+        drop(open.residue, record, "another residue of its place has the larger occupancy");
+      }
+      continue;
+    }
+    close(open);
+    if (!open.residue.atoms.empty()) structure_.residues.push_back(std::move(open.residue));
+  }
   return std::move(structure_);
 }
 

@@ -3,44 +3,39 @@
 //
 // Order of decisions
 //   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
-//   2. block        by residue name; HIS, LYS, ASP, GLU by the hydrogens present; CYS by its disulfide
+//   2. block        by residue name; HIS, LYS, ASP, GLU by the hydrogens on their atoms; CYS by its disulfide
 //   3. chain ends   by the hydrogens on N and by OXT; without hydrogens the charged end
-//   4. atoms        by name; a hydrogen also by its stem (HB2, HB3 → HB1, HB2) where all of that stem are alike
+//   4. atoms        heavy ones by name; a hydrogen by the atom that it is on, whatever its name
 //   5. the rest     by element, charge 0, named as guessed
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "server/assets/structures/force_field.hpp"
+#include "server/assets/structures/residue_blocks.hpp"
 #include "server/assets/structures/residue_collector.hpp"
 
 namespace tandem::server {
 
-struct ResidueContext {
-  bool first_of_chain = false;
-  bool last_of_chain = false;
-  bool in_disulfide = false;
-};
-
 struct TypedResidue {
-  std::vector<BlockAtom> atoms;      ///< the entry of each of the residue's
-  std::vector<std::string> names;    ///< likewise: as the force field calls it, for hydrogens.hpp
-  std::vector<HydrogenRule> rules;   ///< of the block and its chain ends
-  std::vector<std::string> guesses;  ///< likewise: empty for an exact entry; else for people
+  std::vector<BlockAtom> atoms;             ///< the entry of each of the residue's
+  std::vector<std::string> names;           ///< likewise: as the force field calls it, for hydrogens.hpp
+  std::vector<HydrogenRule> rules;          ///< of the block and its chain ends
+  std::vector<std::string> guesses;         ///< likewise: empty for an exact entry; else for people
+  std::optional<double> expected_charge_e;  ///< of all atoms that the block has; none: no block
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;
   std::vector<std::string> missing_heavy;  ///< names
   std::vector<std::string> missing_hydrogen_names;
+  std::vector<std::size_t> misfits;  ///< hydrogens that are on no atom, or one too many on theirs
 };
 
-/// Whether the force field has a block of an amino acid or cap (ACE, NAC/NME, NH2, NHE) for this residue name.
-bool is_protein_residue(const ForceField& force_field, std::string_view residue_name);
-
 /// Source  block and chain-end choice follow pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are ours
-/// In      residue  one for which is_protein_residue()
+/// In      residue  one for which has_block()
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
 /// Every atom by its element: a ligand, an ion, a sugar, which the force field does not know; a guess, unless the force

@@ -8,9 +8,9 @@
 #include <memory>
 #include <system_error>
 
-#include "server/assets/structures/mmcif_reader.hpp"
-#include "server/assets/structures/pdb_reader.hpp"
-#include "server/assets/structures/pqr_reader.hpp"
+#include "server/assets/structures/readers/mmcif_reader.hpp"
+#include "server/assets/structures/readers/pdb_reader.hpp"
+#include "server/assets/structures/readers/pqr_reader.hpp"
 #include "server/assets/structures/text.hpp"
 
 namespace tandem::server {
@@ -50,14 +50,16 @@ std::string text_of(const fs::path& path) {
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
     const std::string_view line = trimmed(take_line(text));
-    if (!line.empty() && line.front() != '#') return line.starts_with("data_");
+    if (!line.empty() && line.front() != '#')
+      return line.size() >= 5 && std::ranges::equal(line.substr(0, 5), std::string_view("data_"), {}, small_letter);
   }
   return false;
 }
 
-bool is_named_pqr(fs::path path) {
+/// ".pqr" also of "x.pqr.gz".
+std::string format_ending(fs::path path) {
   if (path.extension() == ".gz") path.replace_extension();
-  return path.extension() == ".pqr";
+  return path.extension().string();
 }
 
 }  // namespace
@@ -70,7 +72,9 @@ PdbStructure read_structure(const fs::path& path) {
     throw docking::MoleculeError(path.string() + ": compressed, not by gzip; unpack it first");
   }
   if (is_mmcif(text)) return parse_mmcif(text, path.string());
-  return is_named_pqr(path) ? parse_pqr(text, path.string()) : parse_pdb(text, path.string());
+  const std::string ending = format_ending(path);
+  if (ending == ".pqr") return parse_pqr(text, path.string());
+  return parse_pdb(text, path.string(), ending == ".pdbqt" ? PdbFlavour::kPdbqt : PdbFlavour::kPdb);
 }
 
 bool StructureSelection::takes_chain(std::string_view chain) const {

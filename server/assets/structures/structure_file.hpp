@@ -10,8 +10,9 @@
 
 namespace tandem::server {
 
-/// Reads PDB, mmCIF or PQR, also compressed by gzip, of at most 256 MiB of text. mmCIF is known by its first word, PQR by
-/// the file's name (.pqr, .pqr.gz).
+/// Reads PDB, mmCIF, PQR or PDBQT, also compressed by gzip, of at most 256 MiB of text. mmCIF is known by its first word, PQR and
+/// PDBQT by the file's name (.pqr, .pqr.gz). The readers are written here, not taken from gemmi: it has none of PQR and PDBQT, ends with
+/// an error at line numbers in columns 79-80, which old PDB files have, and keeps no account of what it leaves out.
 ///
 /// Fails   MoleculeError naming the file: missing, too large, damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);

@@ -12,6 +12,10 @@ inline bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
+inline char small_letter(char c) {
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
 std::string_view trimmed(std::string_view text);
 
 /// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks;

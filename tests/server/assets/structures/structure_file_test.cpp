@@ -14,8 +14,8 @@
 #include <tuple>
 
 #include "server/assets/structures/loader.hpp"
-#include "server/assets/structures/mmcif_reader.hpp"
-#include "server/assets/structures/pqr_reader.hpp"
+#include "server/assets/structures/readers/mmcif_reader.hpp"
+#include "server/assets/structures/readers/pqr_reader.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/needs.hpp"
 #include "tests/support/pdb_text.hpp"

@@ -1,5 +1,5 @@
 // See pqr_reader.hpp. Format: PDB2PQR's documentation, "PQR molecular structure format".
-#include "server/assets/structures/pqr_reader.hpp"
+#include "server/assets/structures/readers/pqr_reader.hpp"
 
 #include <array>
 #include <cmath>
@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "server/assets/structures/elements.hpp"
 #include "server/assets/structures/text.hpp"
 
 namespace tandem::server {
 namespace {
 
-constexpr double kMaxCharge_e = 100;
 constexpr double kMaxRadiusAngstrom = 10;
 
 /// Four-letter atom names and serials of six digits may leave no blank after the record's name.
@@ -25,25 +25,69 @@ bool is_chain_end(std::string_view residue) {
   return residue == "NTER" || residue == "NTE" || residue == "CTER" || residue == "CTE";
 }
 
-bool add_atom(std::string_view line, int segment, ResidueCollector& residues) {
-  const std::vector<std::string_view> fields = fields_of(line);
-  if (fields.size() < 9) return false;
-  std::array<double, 5> numbers{};
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (!parse_finite(fields[fields.size() - numbers.size() + i], numbers[i])) return false;
+/// "A1000", "B-5", "A12B": from residue 1000 on nothing divides the chain from the number.
+bool has_chain_before_number(std::string_view field) {
+  if (field.size() < 2 || is_digit(field[0]) || field[0] == '-') return false;
+  return is_digit(field[1]) || (field[1] == '-' && field.size() > 2 && is_digit(field[2]));
+}
+
+struct PqrRecord {
+  std::string_view name, residue, chain, id, element;
+  std::array<double, 5> numbers{};  ///< x y z [Å], charge [e], radius [Å]
+};
+
+/// By blanks, as the format is defined; Open Babel writes an element behind the radius.
+bool read_words(std::string_view line, PqrRecord& record) {
+  std::vector<std::string_view> fields = fields_of(line);
+  if (double number = 0; fields.size() > 9 && !parse_finite(fields.back(), number)) {
+    record.element = fields.back();
+    fields.pop_back();
   }
-  const auto& [x, y, z, charge, radius] = numbers;
+  const std::size_t count = record.numbers.size();
+  if (fields.size() < 9 || fields.size() > 10) return false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!parse_finite(fields[fields.size() - count + i], record.numbers[i])) return false;
+  }
+  record.name = fields[1];
+  record.residue = fields[2];
+  record.id = fields[fields.size() - count - 1];
+  if (fields.size() == 10) {
+    record.chain = fields[3];
+  } else if (has_chain_before_number(record.id)) {
+    record.chain = record.id.substr(0, 1);
+    record.id.remove_prefix(1);
+  }
+  return true;
+}
+
+/// By PDB's columns and then "%8.4f%7.4f", as PDB2PQR writes: wide numbers leave no blank between them.
+bool read_columns(std::string_view line, PqrRecord& record) {
+  constexpr std::array<std::array<std::size_t, 2>, 5> kColumns = {{{31, 38}, {39, 46}, {47, 54}, {55, 62}, {63, 69}}};
+  for (std::size_t i = 0; i < record.numbers.size(); ++i) {
+    if (!parse_finite(columns(line, kColumns[i][0], kColumns[i][1]), record.numbers[i])) return false;
+  }
+  record.name = columns(line, 13, 16);
+  record.residue = columns(line, 18, 21);
+  record.chain = columns(line, 22, 22);
+  record.id = columns(line, 23, 27);
+  return !record.name.empty();
+}
+
+bool add_atom(std::string_view line, int segment, ResidueCollector& residues) {
+  PqrRecord record;
+  if (!read_words(line, record) && !read_columns(line, record)) return false;
+  const auto& [x, y, z, charge, radius] = record.numbers;
   const Vec3 position(x, y, z);
   if (position.cwiseAbs().maxCoeff() > kMaxCoordinateAngstrom) return false;
   if (std::abs(charge) > kMaxCharge_e || radius < 0 || radius > kMaxRadiusAngstrom) return false;
   PdbResidue residue;
-  residue.name = fields[2];
-  residue.id = fields[fields.size() - 6];
-  residue.chain = fields.size() > 9 ? fields[3] : std::string_view();
+  residue.name = record.residue;
+  residue.id = record.id;
+  residue.chain = record.chain;
   residue.segment = segment;
   PdbAtom atom;
-  atom.name = fields[1];
-  atom.element = element_of(atom.name, {}, residue.name);
+  atom.name = record.name;
+  atom.element = element_of({atom.name, record.element, residue.name});
   atom.position_angstrom = position;
   atom.charge_e = charge;
   atom.radius_angstrom = radius;

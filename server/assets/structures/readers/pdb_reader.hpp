@@ -9,12 +9,18 @@
 
 namespace tandem::server {
 
+enum class PdbFlavour {
+  kPdb,
+  kPdbqt,  ///< AutoDock's: charges and atom types of its own behind the temperature factor
+};
+
 /// Reads ATOM and HETATM records of the first model, up to ENDMDL or END.
 ///
-/// Columns 55-80 may be missing or hold anything. LF or CRLF.
+/// Columns 55-80 may be missing or hold anything, except in a PDBQT file. LF or CRLF.
 ///
 /// In      source  name of the file, for messages
-/// Fails   MoleculeError with file and line: an atom line without three coordinates within 1e6 Å, too many atoms
-PdbStructure parse_pdb(std::string_view text, const std::string& source);
+/// Fails   MoleculeError with file and line: an atom line without three coordinates within 1e6 Å, in a PDBQT file without a charge
+///         within 100 e; too many atoms
+PdbStructure parse_pdb(std::string_view text, const std::string& source, PdbFlavour flavour = PdbFlavour::kPdb);
 
 }  // namespace tandem::server

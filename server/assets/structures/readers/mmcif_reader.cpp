@@ -1,5 +1,5 @@
 // See mmcif_reader.hpp.
-#include "server/assets/structures/mmcif_reader.hpp"
+#include "server/assets/structures/readers/mmcif_reader.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/assets/structures/elements.hpp"
 #include "server/assets/structures/text.hpp"
 
 namespace tandem::server {
@@ -15,13 +16,23 @@ namespace {
 
 constexpr std::string_view kMmcifBlanks = " \t\r\n";
 constexpr std::size_t kMaxColumns = 200;
+constexpr double kMaxFormalCharge_e = 20;
+
+/// Keywords and names of CIF are the same in capitals. `keyword` is in small letters.
+bool begins_with(std::string_view text, std::string_view keyword) {
+  return text.size() >= keyword.size() && std::ranges::equal(text.substr(0, keyword.size()), keyword, {}, small_letter);
+}
+
+bool is_named(std::string_view text, std::string_view name) {
+  return std::ranges::equal(text, name, {}, small_letter, small_letter);
+}
 
 /// A value or a keyword; a quoted one is never a keyword.
 struct Word {
   std::string_view text;
   bool is_quoted = false;
 
-  bool is_keyword(std::string_view keyword) const { return !is_quoted && text.starts_with(keyword); }
+  bool is_keyword(std::string_view keyword) const { return !is_quoted && begins_with(text, keyword); }
   bool ends_loop() const {
     return is_keyword("_") || is_keyword("loop_") || is_keyword("data_") || is_keyword("save_");
   }
@@ -96,7 +107,7 @@ class MmcifParser {
       std::vector<std::string_view> tags;
       while ((has_word = words_.next(word)) && word.is_keyword("_") && tags.size() < kMaxColumns)
         tags.push_back(word.text);
-      if (tags.empty() || !tags.front().starts_with("_atom_site.")) continue;
+      if (tags.empty() || !begins_with(tags.front(), "_atom_site.")) continue;
       read_atoms(tags, word, has_word);
       PdbStructure structure = residues_.take();
       structure.has_more_models = has_more_models_;
@@ -123,6 +134,8 @@ class MmcifParser {
     alternate_ = column("label_alt_id");
     element_ = column("type_symbol");
     model_ = column("pdbx_PDB_model_num");
+    occupancy_ = column("occupancy");
+    formal_charge_ = column("pdbx_formal_charge");
     row_.resize(tags.size());
     while (has_word && !word.ends_loop()) {
       row_at_ = words_.position();
@@ -137,7 +150,7 @@ class MmcifParser {
 
   std::size_t column(std::string_view wanted, std::string_view otherwise = {}) const {
     for (std::size_t c = 0; c < tags_->size(); ++c) {
-      if ((*tags_)[c].substr((*tags_)[c].find('.') + 1) == wanted) return c;
+      if (is_named((*tags_)[c].substr((*tags_)[c].find('.') + 1), wanted)) return c;
     }
     return otherwise.empty() ? kNone : column(otherwise);
   }
@@ -158,7 +171,12 @@ class MmcifParser {
     residue.segment = segment_;
     PdbAtom atom;
     atom.name = value(name_);
-    atom.element = element_of(atom.name, value(element_), residue.name);
+    atom.element = element_of({atom.name, value(element_), residue.name});
+    if (double occupancy = 0; parse_finite(value(occupancy_), occupancy)) atom.occupancy = occupancy;
+    double formal = 0;
+    if (parse_finite(value(formal_charge_), formal) && std::abs(formal) <= kMaxFormalCharge_e) {
+      atom.formal_charge_e = static_cast<int>(formal);
+    }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double& coordinate = atom.position_angstrom[static_cast<Eigen::Index>(axis)];
       if (!parse_finite(row_[xyz[axis]], coordinate) || std::abs(coordinate) > kMaxCoordinateAngstrom) {
@@ -182,7 +200,7 @@ class MmcifParser {
   std::vector<std::string_view> row_;
   std::size_t row_at_ = 0;  ///< behind the row's first word
   std::size_t name_ = kNone, residue_ = kNone, chain_ = kNone, number_ = kNone, entity_ = kNone, insertion_ = kNone,
-              alternate_ = kNone, element_ = kNone, model_ = kNone;
+              alternate_ = kNone, element_ = kNone, model_ = kNone, occupancy_ = kNone, formal_charge_ = kNone;
   std::string_view first_model_, last_entity_;
   int segment_ = 0;
   bool has_more_models_ = false;

@@ -1,5 +1,5 @@
 // The PDB reader: what it must understand, what it must refuse with a place and a remedy, and that no bytes crash it.
-#include "server/assets/structures/pdb_reader.hpp"
+#include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <gtest/gtest.h>
 
@@ -61,20 +61,25 @@ TEST(PdbReader, InsertionCodesSeparateResidues) {
   EXPECT_EQ(structure.residues[1].id, "5A");
 }
 
-TEST(PdbReader, KeepsTheFirstAlternateLocationOfAResidueThroughout) {
-  // B stands first for HB, but the residue's first letter is A.
-  const std::string text = test::to_text({.name = " CA ", .x = 1}) +
-                           test::to_text({.name = " CB ", .alternate = 'A', .x = 2}) +
-                           test::to_text({.name = " CB ", .alternate = 'B', .x = 3}) +
-                           test::to_text({.name = " HB ", .alternate = 'B', .x = 4}) +
-                           test::to_text({.name = " HB ", .alternate = 'A', .x = 5}) +
-                           test::to_text({.name = " CG ", .alternate = 'B', .x = 6});
+TEST(PdbReader, KeepsTheAlternateLocationOfTheLargerOccupancyThroughoutAResidue) {
+  std::string text = test::to_text({.name = " CA ", .x = 1}) +
+                     test::to_text({.name = " CB ", .alternate = 'A', .x = 2, .occupancy = 0.5}) +
+                     test::to_text({.name = " CB ", .alternate = 'B', .x = 3, .occupancy = 0.5}) +
+                     test::to_text({.name = " HB ", .alternate = 'B', .x = 4, .occupancy = 0.5}) +
+                     test::to_text({.name = " HB ", .alternate = 'A', .x = 5, .occupancy = 0.5}) +
+                     test::to_text({.name = " CG ", .alternate = 'B', .x = 6, .occupancy = 0.5});
+  const auto places = [](const PdbStructure& structure) {
+    std::vector<double> x;
+    for (const PdbAtom& atom : structure.residues.at(0).atoms) x.push_back(atom.position_angstrom.x());
+    return x;
+  };
+  // Of equal ones that of more atoms, never some of both.
+  EXPECT_EQ(places(parse_pdb(text, "x.pdb")), (std::vector<double>{1, 3, 4, 6}));
+  text.replace(text.find("  0.50"), 6, "  0.60");
   const PdbStructure structure = parse_pdb(text, "x.pdb");
   ASSERT_EQ(structure.residues.size(), 1U);
-  std::vector<double> x;
-  for (const PdbAtom& atom : structure.residues[0].atoms) x.push_back(atom.position_angstrom.x());
-  EXPECT_EQ(x, (std::vector<double>{1, 2, 5, 6}));
-  EXPECT_EQ(structure.alternate_atoms, 2U);
+  EXPECT_EQ(places(structure), (std::vector<double>{1, 2, 5}));
+  EXPECT_EQ(structure.alternate_atoms, 3U);
 }
 
 TEST(PdbReader, KeepsTheFirstResidueNameWhereTwoShareAPlace) {

@@ -1,0 +1,50 @@
+// Points by cubes, so that only near ones are compared. Bounded: of points that crowd in one cube it keeps the first.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "common/base/spatial.hpp"
+
+namespace tandem::server {
+
+class AtomGrid {
+ public:
+  /// In      cube_angstrom  0.5 at least: as wide as the distances that are asked for
+  AtomGrid(double cube_angstrom, const std::vector<Vec3>& positions) : cube_(cube_angstrom) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      std::vector<std::uint32_t>& cell = cells_[key(cell_of(positions[i]))];
+      if (cell.size() < kMaxPointsPerCube) cell.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  /// Calls `visit` with the index of each point within a cube's width, and of some beyond.
+  template <class Visit>
+  void visit_near(const Vec3& position, const Visit& visit) const {
+    const Cell centre = cell_of(position);
+    for (int n = 0; n < 27; ++n) {
+      const auto found = cells_.find(key(centre + Cell(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)));
+      if (found == cells_.end()) continue;
+      for (const std::uint32_t i : found->second) visit(std::size_t{i});
+    }
+  }
+
+ private:
+  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+  /// A cube of 5 Å has some 15 atoms; damaged and hostile files have any number.
+  static constexpr std::size_t kMaxPointsPerCube = 100;
+
+  Cell cell_of(const Vec3& position) const { return (position / cube_).array().floor().cast<std::int64_t>().matrix(); }
+  static std::int64_t key(const Cell& cell) {
+    constexpr std::int64_t kCells = std::int64_t{1} << 21;
+    return (cell.x() * kCells + cell.y()) * kCells + cell.z();
+  }
+
+  double cube_;
+  std::unordered_map<std::int64_t, std::vector<std::uint32_t>> cells_;
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,310 @@
+// See residue_blocks.hpp.
+#include "server/assets/structures/residue_blocks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "server/assets/structures/text.hpp"
+
+namespace tandem::server {
+namespace {
+
+struct Renaming {
+  std::string_view residue;
+  std::string_view from;
+  std::string_view to;
+};
+
+/// Residue names of other programs (AMBER, CHARMM, GROMOS, PDB components) with one meaning in GROMACS's blocks.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidueNames = {{
+    {"HID", "HISD"},  {"HSD", "HISD"}, {"HISA", "HISD"}, {"HIE", "HISE"}, {"HSE", "HISE"},
+    {"HISB", "HISE"}, {"HIP", "HISH"}, {"HSP", "HISH"},  {"CYX", "CYS2"}, {"ASH", "ASPH"},
+    {"ASPP", "ASPH"}, {"GLH", "GLUH"}, {"GLUP", "GLUH"}, {"LYN", "LYSN"}, {"LSN", "LYSN"},
+    {"LYP", "LYSH"},  {"NME", "NAC"},  {"CT3", "NAC"},   {"PCA", "PGLU"}, {"MSE", "MET"},
+}};
+
+/// Atom names of the PDB's chemical components for the caps, which xlateat.dat does not have. By block.
+constexpr std::array<Renaming, 12> kCapAtoms = {{
+    {"ACE", "H", "HH31"},
+    {"ACE", "H1", "HH31"},
+    {"ACE", "H2", "HH32"},
+    {"ACE", "H3", "HH33"},
+    {"NAC", "C", "CH3"},
+    {"NAC", "H1", "HH31"},
+    {"NAC", "H2", "HH32"},
+    {"NAC", "H3", "HH33"},
+    {"NAC", "HN2", "H"},
+    {"NH2", "HN1", "H1"},
+    {"NH2", "HN2", "H2"},
+    {"PGLU", "OE1", "OE"},
+}};
+
+constexpr std::array<std::string_view, 5> kCaps = {"ACE", "NAC", "NME", "NH2", "NHE"};
+
+using Names = std::vector<std::string>;
+
+bool has(const Names& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Block name without regard to protonation; "HIS" has none of its own.
+const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
+  const std::string_view canonical = canonical_residue(residue_name);
+  return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);
+}
+
+std::string digit_last(std::string_view name) {
+  std::size_t digits = 0;
+  while (digits < name.size() && is_digit(name[digits])) ++digits;
+  return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
+}
+
+bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueContext& context) {
+  return alias.residue == "protein" || alias.residue == residue_name ||
+         (alias.residue == "protein-nterm" && context.begins != ChainEnd::kBonded) ||
+         (alias.residue == "protein-cterm" && context.ends != ChainEnd::kBonded);
+}
+
+Names normalised_names(const ForceField& force_field, const PdbResidue& residue, const ResidueBlock& block,
+                       const ResidueContext& context) {
+  Names names;
+  for (const PdbAtom& atom : residue.atoms) {
+    std::string name = digit_last(atom.name);
+    for (const AtomAlias& alias : force_field.aliases) {
+      if (alias.from == name && alias_applies(alias, residue.name, context)) {
+        name = alias.to;
+        break;
+      }
+    }
+    for (const Renaming& cap : kCapAtoms) {
+      if (cap.residue == (block.name == "NME" ? "NAC" : block.name) && cap.from == name) {
+        name = cap.to;
+        break;
+      }
+    }
+    if (residue.name == "MSE" && name == "SE") name = "SD";
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+/// Of each hydrogen of a residue the heavy atom that it is on, NamedAtoms::kNowhere where none is within a bond; of other atoms themselves.
+std::vector<std::size_t> carriers(const PdbResidue& residue) {
+  constexpr double kMaxHydrogenBondAngstrom = 1.5;  // S-H has 1.34, and structures are not exact
+  std::vector<std::size_t> found(residue.atoms.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    found[i] = i;
+    if (residue.atoms[i].element != "H") continue;
+    double nearest = kMaxHydrogenBondAngstrom;
+    found[i] = NamedAtoms::kNowhere;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      if (residue.atoms[k].element == "H") continue;
+      const double distance = (residue.atoms[k].position_angstrom - residue.atoms[i].position_angstrom).norm();
+      if (distance >= nearest) continue;
+      nearest = distance;
+      found[i] = k;
+    }
+  }
+  return found;
+}
+
+void swap_names(Names& names, std::string_view a, std::string_view b) {
+  for (std::string& name : names) {
+    if (name == a) {
+      name = b;
+    } else if (name == b) {
+      name = a;
+    }
+  }
+}
+
+/// The block of a protonated acid has its hydrogen on the second oxygen; a file may have it on the first.
+std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
+  const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
+  if (named.hydrogens_on(second) > 0) return neutral;
+  if (named.hydrogens_on(first) == 0) return charged;
+  swap_names(named.names, first, second);
+  return neutral;
+}
+
+std::string_view histidine_block(const NamedAtoms& named, const ResidueContext& context) {
+  const bool on_delta = named.hydrogens_on("ND1") > 0, on_epsilon = named.hydrogens_on("NE2") > 0;
+  if (on_delta) return on_epsilon ? "HISH" : "HISD";
+  return on_epsilon || context.histidine.empty() ? std::string_view("HISE") : std::string_view(context.histidine);
+}
+
+/// The entry for this residue's block if there is one ("GLY-NH3+"), else the general one ("NH3+").
+const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::less<>>& edits, const std::string& block,
+                              const std::string& terminus) {
+  auto found = edits.find(block + "-" + terminus);
+  if (found == edits.end()) found = edits.find(terminus);
+  return found == edits.end() ? nullptr : &found->second;
+}
+
+/// Empty: as within a chain.
+std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainEnd begins) {
+  const std::size_t hydrogens = named.hydrogens_on("N");
+  if (begins == ChainEnd::kBonded || (begins == ChainEnd::kGap && hydrogens < 2)) return {};
+  if (block == "PGLU") return "NH";
+  if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
+  // One hydrogen is a chain cut out of a longer one: no edit, except where the block has a terminus of that name.
+  if (hydrogens == 1) return "NH";
+  return hydrogens == 2 ? "NH2" : "NH3+";
+}
+
+void apply_to_atoms(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
+  const auto put = [&atoms](const BlockAtom& atom) {
+    const auto same = std::find_if(atoms.begin(), atoms.end(), [&](const BlockAtom& a) { return a.name == atom.name; });
+    if (same == atoms.end()) {
+      atoms.push_back(atom);
+    } else {
+      *same = atom;
+    }
+  };
+  for (const std::string& name : edit.deleted) std::erase_if(atoms, [&](const BlockAtom& a) { return a.name == name; });
+  for (const BlockAtom& atom : edit.replaced) put(atom);
+  for (const BlockAtom& atom : edit.added) put(atom);
+}
+
+void apply(const TerminusEdit& edit, Composition& made) {
+  apply_to_atoms(edit, made.atoms);
+  for (const std::string& name : edit.deleted) {
+    std::erase_if(made.rules, [&name](const HydrogenRule& rule) { return rule.name == name; });
+  }
+  made.rules.insert(made.rules.end(), edit.hydrogens.begin(), edit.hydrogens.end());
+}
+
+Composition composition_of(const ForceField& force_field, const ResidueBlock& block) {
+  const auto rules = force_field.hydrogens.find(block.name);
+  return {block.atoms, rules == force_field.hydrogens.end() ? std::vector<HydrogenRule>() : rules->second};
+}
+
+/// The block that an end has of its own, as AMBER's force fields do: charged ends of amino acids ("NALA", "CALA"; of a residue that is
+/// both ends the N terminus's), nucleotides without a phosphate and at the 3' end ("DA5", "DA3", "DAN"). None: no such block.
+const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, bool is_first, bool is_last) {
+  const auto found = force_field.end_blocks.find(block.name);
+  if (found == force_field.end_blocks.end() || (!is_first && !is_last)) return nullptr;
+  const EndBlocks& ends = found->second;
+  if (is_first && is_last && !ends.both.empty()) return force_field.block(ends.both);
+  return force_field.block(is_first ? ends.first : ends.last);
+}
+
+void use_names_of(const ForceField& force_field, const ResidueBlock& block, Names& names) {
+  for (std::string& name : names) {
+    for (const AtomAlias& alias : force_field.block_aliases) {
+      if (alias.from != name) continue;
+      if (alias.residue != "*" && alias.residue != block.name && alias.residue != block.kind) continue;
+      name = alias.to;
+      break;
+    }
+  }
+}
+
+/// A 5' end that has a phosphate is as within the chain.
+Composition nucleotide_with_ends(const ForceField& force_field, const ResidueBlock& block,
+                                 const ResidueContext& context, Names& names) {
+  const bool is_first = context.begins != ChainEnd::kBonded && !has(names, "P");
+  const bool is_last = context.ends == ChainEnd::kEnd;
+  const ResidueBlock* const end = end_block(force_field, block, is_first, is_last);
+  const ResidueBlock& chosen = end != nullptr ? *end : block;
+  use_names_of(force_field, chosen, names);
+  return composition_of(force_field, chosen);
+}
+
+}  // namespace
+
+std::size_t NamedAtoms::hydrogens_on(std::string_view heavy) const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (carriers[i] != i && carriers[i] != kNowhere && names[carriers[i]] == heavy) ++count;
+  }
+  return count;
+}
+
+const ResidueBlock* block_named(const ForceField& force_field, std::string_view residue) {
+  const auto renamed = force_field.block_of_residue.find(residue);
+  const ResidueBlock* const block =
+      force_field.block(renamed == force_field.block_of_residue.end() ? residue : renamed->second);
+  return block == nullptr && residue == "NAC" ? force_field.block("NME") : block;
+}
+
+std::string_view canonical_residue(std::string_view name) {
+  for (const auto& [other, canonical] : kResidueNames) {
+    if (other == name) return canonical;
+  }
+  return name;
+}
+
+const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
+                                 const ResidueContext& context, NamedAtoms& named) {
+  const std::string_view canonical = canonical_residue(residue_name);
+  const ResidueBlock* chosen = nullptr;
+  if (canonical == "HIS") chosen = block_named(force_field, histidine_block(named, context));
+  if (canonical == "ASP" || canonical == "ASPH")
+    chosen = block_named(force_field, acid_block(named, 'D', canonical, "ASPH"));
+  if (canonical == "GLU" || canonical == "GLUH")
+    chosen = block_named(force_field, acid_block(named, 'E', canonical, "GLUH"));
+  if (canonical == "CYS" && context.in_disulfide && named.hydrogens_on("SG") == 0)
+    chosen = block_named(force_field, "CYS2");
+  if (canonical == "LYS" && named.hydrogens_on("NZ") == 2) chosen = block_named(force_field, "LYSN");
+  return chosen != nullptr ? *chosen : *default_block(force_field, residue_name);
+}
+
+NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context) {
+  return {normalised_names(force_field, residue, *default_block(force_field, residue.name), context),
+          carriers(residue)};
+}
+
+/// A residue that is both ends, both charged, takes the zwitterion's entries.
+Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
+                            NamedAtoms& named) {
+  Names& names = named.names;
+  if (block.is_nucleotide()) return nucleotide_with_ends(force_field, block, context, names);
+  Composition made = composition_of(force_field, block);
+  if (!block.is_amino_acid()) {
+    use_names_of(force_field, block, names);
+    return made;
+  }
+  std::string n_end = n_terminus(named, block.name, context.begins);
+  std::string c_end;
+  if (has(names, "OXT")) {
+    const bool has_hydrogen_on_oxt = named.hydrogens_on("OXT") > 0;
+    c_end = has_hydrogen_on_oxt || named.hydrogens_on("O") > 0 ? "COOH" : "COO-";
+    // In GROMACS's COOH the hydrogen is on O; in PDB files it is on OXT.
+    if (has_hydrogen_on_oxt) swap_names(names, "O", "OXT");
+  }
+  const ResidueBlock* const end = end_block(force_field, block, n_end.ends_with('+'), c_end == "COO-");
+  use_names_of(force_field, end != nullptr ? *end : block, names);
+  if (end != nullptr) return composition_of(force_field, *end);
+  if (n_end.ends_with('+') && c_end == "COO-") {
+    n_end = "ZWITTERION_" + n_end;
+    c_end = "ZWITTERION_" + c_end;
+  }
+  const TerminusEdit* n_edit = n_end.empty() ? nullptr : find_edit(force_field.n_termini, block.name, n_end);
+  const TerminusEdit* c_edit = c_end.empty() ? nullptr : find_edit(force_field.c_termini, block.name, c_end);
+  if (n_edit != nullptr) apply(*n_edit, made);
+  if (c_edit != nullptr) apply(*c_edit, made);
+  return made;
+}
+
+bool is_amino_acid(const ForceField& force_field, std::string_view residue_name) {
+  const ResidueBlock* block = default_block(force_field, residue_name);
+  return block != nullptr && block->is_amino_acid();
+}
+
+bool is_chain_residue(const ForceField& force_field, std::string_view residue_name) {
+  const ResidueBlock* block = default_block(force_field, residue_name);
+  if (block == nullptr) return false;
+  return block->is_amino_acid() || block->is_nucleotide() || std::ranges::find(kCaps, block->name) != kCaps.end();
+}
+
+bool is_histidine(std::string_view residue_name) {
+  return canonical_residue(residue_name) == "HIS";
+}
+
+bool has_block(const ForceField& force_field, std::string_view residue_name) {
+  return default_block(force_field, residue_name) != nullptr;
+}
+
+}  // namespace tandem::server
