@@ -3,12 +3,16 @@
 # label           run by, compiled with
 # asan, tsan      .ci/run; AddressSanitizer and UndefinedBehaviorSanitizer, ThreadSanitizer
 # nightly         deploy/nightly; optimised: what takes minutes
-# asan-nightly, tsan-nightly   deploy/nightly; as asan and tsan, but of the lab, which no bytes from outside reach
+# asan-nightly, tsan-nightly, asan-lab, tsan-lab   deploy/nightly; as asan and tsan, of code that bytes from outside do not reach, and of
+#                 the lab
 #
 # The target LABEL_tests builds what a sanitizer's label needs.
-foreach(label asan tsan asan-nightly tsan-nightly)
+foreach(label asan tsan asan-nightly tsan-nightly asan-lab tsan-lab)
   add_custom_target(${label}_tests)
 endforeach()
+
+# The part of the night that runs NUMERIC tests of this folder under sanitizers: nightly, or lab.
+set(tandem_night nightly)
 
 # What tests check does not depend on how fast they are, and -O1 compiles in two thirds of the time.
 set(tandem_test_options $<$<CONFIG:Release>:-O1>)
@@ -72,14 +76,14 @@ function(tandem_test name)
     list(APPEND labels tsan)
   endif()
   if(ARG_NUMERIC)
-    list(TRANSFORM labels APPEND -nightly)
+    list(TRANSFORM labels APPEND -${tandem_night})
   elseif(ARG_SLOW)
     set(labels "")
   endif()
   if(TANDEM_SANITIZE AND ARG_NUMERIC_CASES)
     list(JOIN ARG_NUMERIC_CASES ":" numeric)
     tandem_run_cases(${name} ${name} "*-${numeric}" "${labels}")
-    list(TRANSFORM labels APPEND -nightly)
+    list(TRANSFORM labels APPEND -${tandem_night})
     tandem_run_cases(${name}.numeric ${name} "${numeric}" "${labels}")
     return()
   endif()
