@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/base/byte_io.hpp"
+#include "server/assets/meshes/collada_shift.hpp"
 #include "server/assets/meshes/formats.hpp"
 #include "server/assets/meshes/gltf_checks.hpp"
 #include "server/assets/meshes/text.hpp"
@@ -125,6 +126,13 @@ geometry::TriangleMesh triangles_of_obj(const std::vector<GivenFile>& files) {
   return triangulated(mesh);
 }
 
+geometry::TriangleMesh triangles_of_dae(std::vector<GivenFile> files) {
+  const std::optional<ShiftedCollada> shifted = shifted_collada(text_of(files.front().bytes));
+  if (!shifted) return checked_triangles(polygons_of_scene(files, std::nullopt));
+  files.front().bytes = std::as_bytes(std::span(shifted->text));
+  return checked_triangles(polygons_of_scene(files, std::nullopt, shifted->shift));
+}
+
 geometry::TriangleMesh triangles_of(const std::vector<GivenFile>& files, const std::string& format) {
   const std::span<const std::byte> bytes = without_mark(files.front().bytes);
   if (format == "obj") return triangles_of_obj(files);
@@ -134,7 +142,8 @@ geometry::TriangleMesh triangles_of(const std::vector<GivenFile>& files, const s
   if (format == "gltf" || format == "glb") {
     return checked_triangles(polygons_of_scene(files, checked_gltf_triangles(bytes)));
   }
-  if (format == "dae" || format == "3ds") return checked_triangles(polygons_of_scene(files, std::nullopt));
+  if (format == "dae") return triangles_of_dae(files);
+  if (format == "3ds") return checked_triangles(polygons_of_scene(files, std::nullopt));
   throw Refusal("which is in a format that is not read; give .obj, .stl, .ply, .off, .gltf, .glb, .3ds or .dae");
 }
 

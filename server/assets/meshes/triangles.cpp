@@ -121,7 +121,7 @@ double largest_stretch(const Eigen::Affine3d& pose) {
 /// The nodes of a scene, parents first, and the polygons of their meshes.
 class SceneFlattener {
  public:
-  SceneFlattener(const aiScene& scene, bool has_master_scale) : scene_(scene) {
+  SceneFlattener(const aiScene& scene, const Vec3& shift, bool has_master_scale) : scene_(scene), shift_(shift) {
     Eigen::Affine3d root = pose_of(scene.mRootNode->mTransformation);
     // Assimp divides .3ds by the editor's display scale, which is no unit of the file.
     const double volume = std::abs(root.linear().determinant());
@@ -168,7 +168,7 @@ class SceneFlattener {
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
       const Vec3 vertex(part.mVertices[v].x, part.mVertices[v].y, part.mVertices[v].z);
       farthest = std::max(farthest, vertex.cwiseAbs().maxCoeff());
-      mesh_.vertices.push_back(placed.X_WN * vertex);
+      mesh_.vertices.push_back(placed.X_WN * (vertex + shift_));
     }
     mesh_.step = std::max(mesh_.step, farthest * kSingleStep * largest_stretch(placed.X_WN));
     add_faces(part, first, placed.X_WN.linear().determinant() < 0);
@@ -187,6 +187,7 @@ class SceneFlattener {
   }
 
   const aiScene& scene_;
+  const Vec3 shift_;
   std::vector<Placed> nodes_;
   Polygons mesh_;
 };
@@ -208,9 +209,9 @@ class PolygonLoader final : public Assimp::BaseImporter {
     scene->mRootNode = new aiNode(kPolygons);
     scene->mRootNode->mMeshes = new unsigned[1]{0};
     scene->mRootNode->mNumMeshes = 1;
-    scene->mMaterials = new aiMaterial*[1]{new aiMaterial};
+    scene->mMaterials = new aiMaterial* [1] { new aiMaterial };
     scene->mNumMaterials = 1;
-    scene->mMeshes = new aiMesh*[1]{new aiMesh};
+    scene->mMeshes = new aiMesh* [1] { new aiMesh };
     scene->mNumMeshes = 1;
     fill(*scene->mMeshes[0]);
   }
@@ -274,7 +275,8 @@ geometry::TriangleMesh joined(const std::vector<Vec3>& vertices, const std::vect
 
 }  // namespace
 
-Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<std::size_t> expected_faces) {
+Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<std::size_t> expected_faces,
+                           const Vec3& shift) {
   Complaints complaints;
   Assimp::Importer importer;
   importer.SetIOHandler(new GivenFiles(files));
@@ -288,7 +290,7 @@ Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<st
                   std::to_string(count_faces(*scene)) + "; export it as triangles without extensions");
   }
   const bool is_3ds = files.front().name.ends_with("3ds");
-  Polygons mesh = SceneFlattener(*scene, is_3ds).flattened();
+  Polygons mesh = SceneFlattener(*scene, shift, is_3ds).flattened();
   // Vertices of .3ds are in the scene's frame.
   if (is_3ds) mesh.number_step = kSingleStep;
   return mesh;
@@ -309,7 +311,8 @@ geometry::TriangleMesh triangulated(const Polygons& mesh) {
   return joined(mesh.vertices, corners);
 }
 
-std::optional<geometry::TriangleMesh> assimp_triangles(const std::vector<GivenFile>& files, std::size_t expected_faces) {
+std::optional<geometry::TriangleMesh> assimp_triangles(const std::vector<GivenFile>& files,
+                                                       std::size_t expected_faces) {
   Assimp::Importer importer;
   importer.SetIOHandler(new GivenFiles(files));
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |

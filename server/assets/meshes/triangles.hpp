@@ -23,8 +23,10 @@ struct GivenFile {
 /// All meshes of a scene in one frame, z up, in metres where the format has a unit.
 /// In      files  the first is the scene and named mesh.FORMAT; those that it needs follow
 ///         expected_faces  of all its meshes, if the file says it
+///         shift           of its meshes, to be added to their vertices
 /// Fails   Refusal
-Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<std::size_t> expected_faces);
+Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<std::size_t> expected_faces,
+                           const Vec3& shift = Vec3::Zero());
 
 /// Each polygon as triangles; vertices at the same place are one.
 geometry::TriangleMesh triangulated(const Polygons& mesh);

@@ -81,7 +81,9 @@ Part random_part(Random& random) {
   if (random.uniform() < 0.5) part.surface = test::reversed(part.surface);
   part.scale = std::pow(10, random.uniform(-6, 6));
   if (random.uniform() < 0.7) part.ratio = std::pow(10, random.uniform(0, 8));
-  const auto direction = [&random] { return Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)); };
+  const auto direction = [&random] {
+    return Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+  };
   const Quat turn(Eigen::AngleAxisd(random.uniform(0, 6), direction().normalized()));
   const Vec3 offset = part.ratio * direction().normalized();
   for (Vec3& p : part.surface.vertices) p = part.scale * (turn * p + offset);
@@ -91,9 +93,9 @@ Part random_part(Random& random) {
 /// How a part is written, and what may be said against it.
 struct Written {
   std::string name, bytes;
-  bool is_single = false;    ///< numbers of the file, or of its parser
-  std::string refused_for{};///< an extension
-  double unit = 1;           ///< of the file in what is read
+  bool is_single = false;     ///< numbers of the file, or of its parser
+  std::string refused_for{};  ///< an extension
+  double unit = 1;            ///< of the file in what is read
 };
 
 Written written(const Part& part, Random& random) {
@@ -104,23 +106,32 @@ Written written(const Part& part, Random& random) {
   };
   const bool other = random.uniform() < 0.5;
   switch (static_cast<int>(random.uniform() * 11)) {
-    case 0: return {"t.obj", test::obj_file(s, other)};
-    case 1: return {"t.off", test::off_file(s)};
-    case 2: return {"t.stl", test::stl_text(s)};
-    case 3: return {"t.stl", test::stl_binary(s), true};
-    case 4: return {"t.ply", test::ply_text(s)};
-    case 5: return {"t.ply", test::ply_binary(s, other), !other};
-    case 6: return {"t.ply", test::ply_strips(s, other)};
-    case 7: return {"t.3ds", test::file_3ds(s, other ? 0.0254F : 0), true};
+    case 0:
+      return {"t.obj", test::obj_file(s, other)};
+    case 1:
+      return {"t.off", test::off_file(s)};
+    case 2:
+      return {"t.stl", test::stl_text(s)};
+    case 3:
+      return {"t.stl", test::stl_binary(s), true};
+    case 4:
+      return {"t.ply", test::ply_text(s)};
+    case 5:
+      return {"t.ply", test::ply_binary(s, other), !other};
+    case 6:
+      return {"t.ply", test::ply_strips(s, other)};
+    case 7:
+      return {"t.3ds", test::file_3ds(s, other ? 0.0254F : 0), true};
     case 8: {
       const std::string unit = one_of({"", "0.001", "0.0254"});
-      const std::string node = one_of({"", ("<translate>" + far + " 0 3</translate>").c_str(), "<rotate>0 0 1 90</rotate>"});
-      return {"t.dae", test::dae_file(s, {one_of({"", "X_UP", "Y_UP", "Z_UP"}), unit, node}), true, "",
+      const std::string node =
+          one_of({"", ("<translate>" + far + " 0 3</translate>").c_str(), "<rotate>0 0 1 90</rotate>"});
+      return {"t.dae", test::dae_file(s, {one_of({"", "X_UP", "Y_UP", "Z_UP"}), unit, node}), false, "",
               unit.empty() ? 1 : std::stod(unit)};
     }
     case 9: {
-      const std::string extension = one_of({"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization",
-                                            "EXT_mesh_gpu_instancing", "VENDOR_unknown"});
+      const std::string extension = one_of({"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                            "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "VENDOR_unknown"});
       const bool is_quantised = extension == "KHR_mesh_quantization";
       return {"t.glb", test::gltf_file(s, {.required = extension, .is_quantised = is_quantised}).file, true, extension};
     }
@@ -170,8 +181,10 @@ TEST_F(MeshFormats, ConcaveFacesKeepTheirAreaAtAnySize) {
   for (const double scale : {1e-9, 1e-3, 1.0, 1e9}) {
     test::Surface part = test::prism({{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 2.5}, {0, 2.5}}, 1.5);
     for (Vec3& p : part.vertices) p *= scale;
-    for (const auto& [name, bytes] : {std::pair{"t.obj", test::obj_file(part)}, {"t.off", test::off_file(part)},
-                                      {"t.ply", test::ply_text(part)}, {"u.ply", test::ply_binary(part, true)}}) {
+    for (const auto& [name, bytes] : {std::pair{"t.obj", test::obj_file(part)},
+                                      {"t.off", test::off_file(part)},
+                                      {"t.ply", test::ply_text(part)},
+                                      {"u.ply", test::ply_binary(part, true)}}) {
       const geometry::TriangleMesh mesh = read(name, bytes);
       EXPECT_NEAR(test::volume_and_area(mesh.vertices, mesh.triangles).area / area(scale), 1, 1e-6) << name << scale;
     }
@@ -236,8 +249,10 @@ TEST_F(MeshFormats, FilesThatEndTooSoonOrNameWrongVerticesAreRefused) {
               HasSubstr("declares 12 triangles and holds 13"));
   test::Surface wrong = box();
   wrong.faces[0][0] = 8;
-  for (const auto& [name, bytes] : {std::pair{"t.obj", test::obj_file(wrong)}, {"t.off", test::off_file(wrong)},
-                                    {"t.ply", test::ply_text(wrong)}, {"u.ply", test::ply_binary(wrong, true)}}) {
+  for (const auto& [name, bytes] : {std::pair{"t.obj", test::obj_file(wrong)},
+                                    {"t.off", test::off_file(wrong)},
+                                    {"t.ply", test::ply_text(wrong)},
+                                    {"u.ply", test::ply_binary(wrong, true)}}) {
     EXPECT_THAT(refusal(name, bytes), HasSubstr("an index beyond its last vertex: vertex 8 of 8")) << name;
   }
 }
@@ -245,12 +260,13 @@ TEST_F(MeshFormats, FilesThatEndTooSoonOrNameWrongVerticesAreRefused) {
 TEST_F(MeshFormats, StatementsAndElementsThatAreNotReadAreNamed) {
   EXPECT_THAT(refusal("t.obj", test::obj_file(box()) + "surf 0 1 0 1 1 2 3 4\n"), HasSubstr("a statement surf"));
   EXPECT_THAT(refusal("t.off", "OFF BINARY\n"), HasSubstr("binary .off"));
-  EXPECT_THAT(refusal("t.ply", test::ply_header(box(), "ascii", "float", "element range_grid 0\nproperty int a\n") + "1" +
-                                   [] {
-                                     std::string text;
-                                     for (const Vec3& p : box().vertices) text += " " + test::text_of(p);
-                                     return text;
-                                   }()),
+  EXPECT_THAT(refusal(
+                  "t.ply", test::ply_header(box(), "ascii", "float", "element range_grid 0\nproperty int a\n") + "1" +
+                               [] {
+                                 std::string text;
+                                 for (const Vec3& p : box().vertices) text += " " + test::text_of(p);
+                                 return text;
+                               }()),
               AllOf(HasSubstr("which has no triangle"), HasSubstr("range_grid"), HasSubstr("tristrips")));
   EXPECT_THAT(refusal("t.fbx", "Kaydara FBX Binary"), HasSubstr("give .obj, .stl, .ply"));
 }
