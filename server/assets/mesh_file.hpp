@@ -24,7 +24,19 @@ std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const 
 ///         whose rounding far from the origin changes the shape, an extension that is not read
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
-/// Both of the above.
+/// Whether the format states the unit, as .gltf, .glb and .dae do.
+bool states_unit(const std::filesystem::path& file);
+/// Whether the format states the axis that is up: those, and .3ds.
+bool states_up_axis(const std::filesystem::path& file);
+
+/// Longer than what people touch with a haptic device: mostly millimetres taken for metres.
+bool is_too_large(double size_m);
+
+/// A question about a size that hardly is that of a thing in a hand, for a mesh whose scale was not chosen by its size:
+/// "60 m large, for a unit of the file is 1 m: is that right?". Empty for a plausible one.
+std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::path& file);
+
+/// read_asset_file() and mesh_of_bytes().
 geometry::TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy);
 
 }  // namespace tandem::server

@@ -122,6 +122,23 @@ TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
               AllOf(HasSubstr("which is 200 m large"), HasSubstr("0.001 if the file is in millimetres")));
 }
 
+TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
+  write("t.obj", kTetrahedron);
+  write("u.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  std::vector<std::string> events;
+  SceneLoading loading;
+  loading.cache_directory.clear();
+  loading.warn = [&events](const std::string& warning) { events.push_back(warning); };
+  loading.progress = [&events](const std::string&, double) { events.push_back("built"); };
+  load_scene_text(
+      physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.obj", "scale": 0.01}}]},
+                                                   {"name": "b", "shapes": [{"mesh": {"file": "u.obj"}}]})"}),
+      "test.json", directory_, loading);
+  ASSERT_GT(events.size(), 1U);
+  EXPECT_THAT(events[0], AllOf(HasSubstr("u.obj: 5 m large"), HasSubstr("scale (0.001"), HasSubstr("largest_size_m")));
+  EXPECT_THAT(std::vector(events.begin() + 1, events.end()), ::testing::Each("built"));
+}
+
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
   write("t.obj", kTetrahedron);
   const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
