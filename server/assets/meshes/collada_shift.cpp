@@ -77,7 +77,8 @@ bool is_list_of_xyz(std::string_view text, std::size_t begin, std::size_t end) {
 std::optional<std::vector<Piece>> position_lists(std::string_view text) {
   const auto ids = position_sources(text);
   std::vector<Piece> lists;
-  for (auto tag = next_tag(text, "source", 0, text.size()); tag; tag = next_tag(text, "source", tag->end, text.size())) {
+  for (auto tag = next_tag(text, "source", 0, text.size()); tag;
+       tag = next_tag(text, "source", tag->end, text.size())) {
     if (!ids.contains(attribute(tag->in(text), "id"))) continue;
     const std::size_t end = std::min(text.find("</source", tag->end), text.size());
     const std::optional<Piece> array = next_tag(text, "float_array", tag->end, end);

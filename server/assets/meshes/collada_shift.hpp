@@ -10,7 +10,7 @@
 namespace tandem::server::mesh_reader {
 
 struct ShiftedCollada {
-  std::string text;             ///< the file, each position less `shift`
+  std::string text;           ///< the file, each position less `shift`
   Vec3 shift = Vec3::Zero();  ///< in the frame and units of the geometries
 };
 

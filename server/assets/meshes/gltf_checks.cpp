@@ -16,6 +16,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::int64_t kSingle = 5126;  // FLOAT
+/// Of lists and objects in each other; exporters write user data of some tens.
+constexpr std::size_t kMaxDepth = 200;
 /// Extensions that change no shape.
 constexpr std::array kHarmless{"KHR_materials_",        "KHR_technique", "KHR_texture_", "KHR_lights_",   "KHR_xmp",
                                "KHR_mesh_quantization", "EXT_texture_",  "EXT_lights_",  "MSFT_texture_", "MSFT_lod",
@@ -156,8 +158,13 @@ class GltfChecker {
 
 std::optional<std::size_t> checked_gltf_triangles(std::span<const std::byte> bytes) {
   boost::system::error_code error;
-  const json::value document = json::parse(json_text(bytes), error);
-  if (error) return std::nullopt;
+  json::parse_options options;
+  options.max_depth = kMaxDepth;
+  const json::value document = json::parse(json_text(bytes), error, {}, options);
+  if (error) {
+    throw Refusal("which is not a mesh in glTF: its JSON cannot be read (" + error.message() +
+                  "); export the mesh again, in the format that its name says");
+  }
   const std::size_t triangles = GltfChecker(document).checked_triangles();
   if (document.is_object() && field(document, "meshes") != nullptr && field(document, "meshes")->is_array())
     return triangles;

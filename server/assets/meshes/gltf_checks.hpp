@@ -8,8 +8,7 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Out     triangles of all meshes, as their accessors count them; nothing for version 1, and for bytes that are no JSON,
-///         which the parser refuses
+/// Out     triangles of all meshes, as their accessors count them; nothing for version 1
 /// Fails   Refusal
 std::optional<std::size_t> checked_gltf_triangles(std::span<const std::byte> bytes);
 

@@ -179,8 +179,11 @@ class SceneFlattener {
     std::vector<std::uint32_t> corners;
     for (const aiFace& face : faces_of(part)) {
       corners.clear();
-      for (unsigned c = 0; c < face.mNumIndices; ++c)
-        corners.push_back(static_cast<std::uint32_t>(first + std::min(face.mIndices[c], part.mNumVertices)));
+      for (unsigned c = 0; c < face.mNumIndices; ++c) {
+        // The next part has vertices, too.
+        const bool is_here = face.mIndices[c] < part.mNumVertices;
+        corners.push_back(is_here ? static_cast<std::uint32_t>(first + face.mIndices[c]) : UINT32_MAX);
+      }
       if (is_mirrored) std::ranges::reverse(corners);
       mesh_.add_face(corners);
     }

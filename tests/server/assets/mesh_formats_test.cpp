@@ -9,6 +9,7 @@
 #include <fstream>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/random.hpp"
@@ -176,6 +177,31 @@ TEST_F(MeshFormats, EveryFileHasItsGeneratorsVolumeAndAreaOrIsRefusedByName) {
   EXPECT_GT(refused_far, kFiles / 20);
 }
 
+TEST_F(MeshFormats, DamagedFilesAreReadOrRefusedAndTheirReaderNeverFails) {
+  const std::uint64_t seed = test::test_seed(61);
+  const std::vector<std::pair<const char*, std::string>> files{
+      {"t.obj", test::obj_file(box())},         {"t.off", test::off_file(box())},
+      {"t.ply", test::ply_text(box())},         {"t.ply", test::ply_binary(box(), true)},
+      {"t.ply", test::ply_strips(box(), true)}, {"t.stl", test::stl_text(box())},
+      {"t.stl", test::stl_binary(box())},       {"t.glb", test::gltf_file(box()).file}};
+  int refused = 0;
+  for (std::size_t trial = 0; trial < 240; ++trial) {
+    Random random(seed + trial);
+    auto [name, bytes] = files[trial % files.size()];
+    const auto place = [&] { return static_cast<std::size_t>(random.uniform() * static_cast<double>(bytes.size())); };
+    for (int change = 0; change < 3; ++change) {
+      const double kind = random.uniform();
+      if (kind < 0.6) bytes.at(place()) = static_cast<char>(random.next_u64());
+      if (kind > 0.5 && kind < 0.8) bytes.erase(place(), 1 + random.next_u64() % 8);
+      if (kind > 0.8) bytes.insert(place(), bytes.substr(place(), 1 + random.next_u64() % 8));
+    }
+    const std::string why = refusal(name, bytes);
+    refused += why.empty() ? 0 : 1;
+    ASSERT_THAT(why, ::testing::Not(HasSubstr("its reader fails"))) << name << ", trial " << trial;
+  }
+  EXPECT_GT(refused, 120);
+}
+
 TEST_F(MeshFormats, ConcaveFacesKeepTheirAreaAtAnySize) {
   const auto area = [](double scale) { return scale * scale * (2 * 4.5 + 11 * 1.5); };
   for (const double scale : {1e-9, 1e-3, 1.0, 1e9}) {
@@ -233,6 +259,8 @@ TEST_F(MeshFormats, WhatGltfSaysAndIsNotReadIsNamed) {
               AllOf(HasSubstr("meshes[0].primitives[0] uses KHR_draco_mesh_compression"), HasSubstr("compression")));
   EXPECT_THAT(why({.node = R"("mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {}})"}),
               HasSubstr("nodes[0] uses EXT_mesh_gpu_instancing"));
+  EXPECT_THAT(refusal("t.gltf", R"({"asset": )"),
+              HasSubstr("t.gltf, which is not a mesh in glTF: its JSON cannot be read"));
   EXPECT_EQ(why({.required = "KHR_materials_unlit", .mesh = R"("weights": [0], )"}), "");
 }
 
