@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
 #include <new>
 #include <optional>
 #include <span>
@@ -111,6 +112,15 @@ bool is_ordinary(const Extent& extent) {
   return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
+/// Assimp's vertices fill the box of those that the file lists.
+bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
+  constexpr double kMaxShare = 1e-5;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
+  return !box.isEmpty() && std::abs(box.sizes().maxCoeff() - extent.size) <= kMaxShare * extent.size &&
+         (box.center() - extent.middle).cwiseAbs().maxCoeff() <= kMaxShare * extent.size;
+}
+
 geometry::TriangleMesh checked_triangles(const Polygons& mesh) {
   check(mesh);
   return triangulated(mesh);
@@ -119,9 +129,10 @@ geometry::TriangleMesh checked_triangles(const Polygons& mesh) {
 geometry::TriangleMesh triangles_of_obj(const std::vector<GivenFile>& files) {
   const Polygons mesh = polygons_of_obj(text_of(without_mark(files.front().bytes)));
   check(mesh);
-  if (is_ordinary(extent_of(mesh))) {
-    if (std::optional<geometry::TriangleMesh> triangles = assimp_triangles(files, mesh.face_sizes.size()))
-      return *std::move(triangles);
+  const Extent extent = extent_of(mesh);
+  if (is_ordinary(extent)) {
+    std::optional<geometry::TriangleMesh> triangles = assimp_triangles(files, mesh.face_sizes.size());
+    if (triangles && is_same_box(extent, *triangles)) return *std::move(triangles);
   }
   return triangulated(mesh);
 }
