@@ -5,10 +5,12 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,6 +20,7 @@
 #include "common/contact/round/too_thin.hpp"
 #include "lab/cli/commands.hpp"
 #include "lab/studies/contact/mesh_facts.hpp"
+#include "server/assets/mesh_file.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -33,7 +36,8 @@ struct MeshOptions {
   std::vector<std::string> folders;
   std::string picture;
   std::string up = "z";
-  double largest_size_m = 0.1;
+  double largest_size_m = 0;
+  double scale = 1;
   bool wants_json = false;
 };
 
@@ -63,6 +67,7 @@ json::object json_of(const std::string& file, const MeshFacts& facts) {
   return {{"file", file},
           {"size_units", {facts.size_units.x(), facts.size_units.y(), facts.size_units.z()}},
           {"scale_m", facts.scale_m},
+          {"doubt", facts.doubt},
           {"size_m", {facts.size_m.x(), facts.size_m.y(), facts.size_m.z()}},
           {"parts", std::move(parts)},
           {"volume_m3", facts.volume_m3},
@@ -74,11 +79,23 @@ json::object json_of(const std::string& file, const MeshFacts& facts) {
           {"notes", std::move(notes)}};
 }
 
-void print(const std::string& file, const MeshFacts& facts) {
+/// Of the file, and what it became here.
+std::string size_text(const std::string& file, const MeshFacts& facts) {
+  const bool is_stated = server::states_unit(file);
   const Vec3 size_mm = facts.size_m * 1e3;
-  std::printf("%s: %.4g x %.4g x %.4g units in the file, here %.4g x %.4g x %.4g mm%s\n", file.c_str(),
-              facts.size_units.x(), facts.size_units.y(), facts.size_units.z(), size_mm.x(), size_mm.y(), size_mm.z(),
-              facts.scale_m == 1 ? ", for a unit is 1 m" : " (--largest-size; 0: a unit is 1 m)");
+  std::ostringstream text;
+  text << std::setprecision(4) << facts.size_units.x() << " x " << facts.size_units.y() << " x " << facts.size_units.z()
+       << (is_stated ? " m by the unit that the file states" : " units in the file") << ", here " << size_mm.x()
+       << " x " << size_mm.y() << " x " << size_mm.z() << " mm";
+  if (!is_stated || facts.scale_m != 1) {
+    text << " (" << (is_stated ? "a metre of it" : "a unit") << " is " << facts.scale_m
+         << " m: --scale or --largest-size)";
+  }
+  return text.str();
+}
+
+void print(const std::string& file, const MeshFacts& facts) {
+  std::printf("%s: %s\n", file.c_str(), size_text(file, facts).c_str());
   for (const std::string& line : geometry::part_lines(facts.mesh)) std::printf("  %s\n", line.c_str());
   for (const std::string& note : facts.mesh.notes) std::printf("  note: %s\n", note.c_str());
   std::printf("  volume %.4g cm³%s, %s\n", facts.volume_m3 * 1e6,
@@ -94,6 +111,10 @@ void print(const std::string& file, const MeshFacts& facts) {
   std::printf("  thinnest wall %.3g mm, but for 2 %% of the surface; resolution %.3g mm%s\n",
               facts.thinnest_wall_m * 1e3, facts.resolution_m * 1e3,
               facts.thinnest_wall_m < 2 * facts.resolution_m ? ": walls thinner than two cells are felt softer" : "");
+}
+
+MeshScale scale_of(const MeshOptions& options) {
+  return {.scale = options.scale, .largest_size_m = options.largest_size_m, .y_is_up = options.up == "y"};
 }
 
 /// Of each format how many files there are with triangles, and why the others were refused.
@@ -114,7 +135,7 @@ Tally tally_of(const std::vector<std::string>& folders, const MeshOptions& optio
   for (const fs::path& file : files) {
     std::fprintf(stderr, "\r%zu of %zu", static_cast<std::size_t>(&file - files.data()) + 1, files.size());
     try {
-      mesh_facts(file, options.largest_size_m, options.up == "z");
+      mesh_facts(file, scale_of(options), [](const std::string&) {});
       ++tally.loaded[format_of(file)];
     } catch (const std::exception& error) {
       tally.refused[format_of(file)].push_back(error.what());
@@ -169,7 +190,10 @@ void run_mesh(const MeshOptions& options) {
   check(options);
   json::array all;
   for (const std::string& file : options.files) {
-    const MeshFacts facts = mesh_facts(file, options.largest_size_m, options.up == "z");
+    const auto warn = [&file](const std::string& text) {
+      std::fprintf(stderr, "%s: warning: %s\n", file.c_str(), text.c_str());
+    };
+    const MeshFacts facts = mesh_facts(file, scale_of(options), warn);
     if (options.wants_json) {
       all.emplace_back(json_of(file, facts));
     } else {
@@ -200,12 +224,21 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
   command->add_option("FILE", options->files, "mesh files: .obj, .stl, .ply, .off, .gltf, .glb, .3ds, .dae");
   command->add_option("--all", options->folders, "load every mesh file in these folders, and print a table by format");
   command->add_option("--picture", options->picture, "write what the one file looks like to this PNG file");
+  CLI::Option* const scale =
+      command
+          ->add_option(
+              "--scale", options->scale,
+              "metres of a unit of the file, 0.001 for millimetres; of .dae, .gltf and .glb, which state their "
+              "unit, a factor")
+          ->check(CLI::Range(1e-12, 1e12))
+          ->capture_default_str();
   command
       ->add_option("--largest-size", options->largest_size_m,
-                   "scaled until the longest edge is this [m]; 0: a unit of the file is 1 m")
+                   "in place of --scale: scaled until the longest edge is this [m]; 0: as --scale says")
       ->check(CLI::Range(0.0, 1000.0))
+      ->excludes(scale)
       ->capture_default_str();
-  command->add_option("--up", options->up, "axis of the file that points up")
+  command->add_option("--up", options->up, "axis that points up in files that do not state it (.obj, .stl, .ply, .off)")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
   command->add_flag("--json", options->wants_json, "print JSON: a list of files, or an object with --all");

@@ -231,6 +231,7 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, re
   const server::SceneLoading loading{
       .cache_directory = options.cache,
       .progress = progress_on_stderr([&output](const std::string& text) { output.err(text); }),
+      .warn = [&output](const std::string& warning) { output.log("scene", "warning: " + warning); },
       .max_build = options.build_limit};
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     const auto scene = server::load_scene(server::find_scene(options.scenes[i], server::scene_folders()), loading);

@@ -18,6 +18,7 @@
 #include <fstream>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -37,6 +38,8 @@ constexpr int kMaxWaitShare = 10;
 constexpr std::size_t kMaxBeside = 64;
 /// A longer .gltf holds its numbers itself.
 constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
+/// Of things that a hand touches. Others are possible, but mostly a scale is forgotten.
+constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 
 /// What to install when a file of a known data package is missing.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
@@ -157,11 +160,15 @@ std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
   return names;
 }
 
-std::vector<GivenFile> files_beside(std::span<const std::byte> bytes, const fs::path& file) {
-  std::vector<GivenFile> files;
+std::string lower_extension(const fs::path& file) {
   std::string extension = file.extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (extension != ".gltf") return files;
+  return extension;
+}
+
+std::vector<GivenFile> files_beside(std::span<const std::byte> bytes, const fs::path& file) {
+  std::vector<GivenFile> files;
+  if (lower_extension(file) != ".gltf") return files;
   std::size_t total = bytes.size();
   for (const std::string& name : buffers_of(bytes)) {
     const fs::path path = file.parent_path() / name;
@@ -358,6 +365,32 @@ geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const 
   geometry::TriangleMesh mesh = import_mesh(bytes, file);
   check(mesh, file);
   return mesh;
+}
+
+bool states_unit(const std::filesystem::path& file) {
+  const std::string extension = lower_extension(file);
+  return extension == ".gltf" || extension == ".glb" || extension == ".dae";
+}
+
+bool states_up_axis(const std::filesystem::path& file) {
+  return states_unit(file) || lower_extension(file) == ".3ds";
+}
+
+bool is_too_large(double size_m) {
+  return size_m > kMaxPlausible_m;
+}
+
+std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::path& file) {
+  if (size_m >= kMinPlausible_m && !is_too_large(size_m)) return "";
+  std::ostringstream text;
+  text << size_m << " m large, ";
+  if (states_unit(file) && scale_m == 1) {
+    text << "by the unit that the file states";
+  } else {
+    text << "for a unit of the file is " << scale_m << " m";
+  }
+  text << ": is that right?";
+  return text.str();
 }
 
 geometry::TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy) {

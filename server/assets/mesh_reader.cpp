@@ -1,23 +1,15 @@
 // tandem-mesh-reader: parses one mesh file in bounded memory and time, for mesh_file.cpp. See mesh_reader.hpp.
 #include "server/assets/mesh_reader.hpp"
 
-#include <assimp/MemoryIOWrapper.h>
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <assimp/DefaultLogger.hpp>
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
-#include <assimp/LogStream.hpp>
 #include <cerrno>
+#include <cmath>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +17,11 @@
 #include <vector>
 
 #include "common/base/byte_io.hpp"
+#include "server/assets/meshes/collada_shift.hpp"
+#include "server/assets/meshes/formats.hpp"
+#include "server/assets/meshes/gltf_checks.hpp"
+#include "server/assets/meshes/text.hpp"
+#include "server/assets/meshes/triangles.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
 // An address space cannot be limited under it; single allocations can.
@@ -40,7 +37,6 @@ using namespace tandem::server::mesh_reader;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kBadCall = 2;
-constexpr std::size_t kMaxPlyHeader = 65536;
 
 void limit(__rlimit_resource resource, std::size_t value) {
   const rlimit both{value, value};
@@ -75,65 +71,21 @@ Bytes refusal(std::string text) {
   return reply;
 }
 
-std::size_t triangles_of(const aiMesh& part) {
-  std::size_t count = 0;
-  for (unsigned f = 0; f < part.mNumFaces; ++f) count += part.mFaces[f].mNumIndices == 3 ? 1 : 0;
-  return count;
-}
-
-void write_vertices(const aiScene& scene, ByteWriter& writer) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    for (unsigned v = 0; v < part.mNumVertices; ++v) {
-      writer.f64(part.mVertices[v].x);
-      writer.f64(part.mVertices[v].y);
-      writer.f64(part.mVertices[v].z);
-    }
-  }
-}
-
-void write_triangles(const aiScene& scene, ByteWriter& writer) {
-  std::int32_t first = 0;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    for (unsigned f = 0; f < part.mNumFaces; ++f) {
-      const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;
-      for (unsigned corner = 0; corner < 3; ++corner) {
-        writer.number(first + static_cast<std::int32_t>(face.mIndices[corner]));
-      }
-    }
-    first += static_cast<std::int32_t>(part.mNumVertices);
-  }
-}
-
-/// Assimp's triangles of all its meshes in one list, in file units.
-Bytes reply_of(const aiScene& scene) {
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    vertices += scene.mMeshes[m]->mNumVertices;
-    triangles += triangles_of(*scene.mMeshes[m]);
-  }
-  if (triangles > kMaxTriangles || vertices > kMaxVertices) {
-    return refusal("which has " + std::to_string(triangles) + " triangles; at most " + std::to_string(kMaxTriangles) +
-                   " are possible");
+Bytes reply_of(const geometry::TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return refusal("which has no triangle; export its surface as triangles");
+  if (mesh.triangles.size() > kMaxTriangles || mesh.vertices.size() > kMaxVertices) {
+    return refusal("which has " + std::to_string(mesh.triangles.size()) + " triangles; at most " +
+                   std::to_string(kMaxTriangles) + " are possible");
   }
   Bytes reply{kMesh};
-  reply.reserve(9 + vertices * 24 + triangles * 12);
+  reply.reserve(9 + mesh.vertices.size() * 24 + mesh.triangles.size() * 12);
   ByteWriter writer(reply);
-  writer.u32(static_cast<std::uint32_t>(vertices));
-  writer.u32(static_cast<std::uint32_t>(triangles));
-  write_vertices(scene, writer);
-  write_triangles(scene, writer);
+  writer.u32(static_cast<std::uint32_t>(mesh.vertices.size()));
+  writer.u32(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const Vec3& vertex : mesh.vertices) writer.array(std::span<const double>(vertex.data(), 3));
+  for (const auto& triangle : mesh.triangles) writer.array(std::span<const std::int32_t>(triangle));
   return reply;
 }
-
-/// A file that was given, or its name alone.
-struct GivenFile {
-  std::string name;
-  std::span<const std::byte> bytes;
-};
 
 std::vector<GivenFile> files_of(std::span<const std::byte> input) {
   std::vector<GivenFile> files;
@@ -149,112 +101,72 @@ std::vector<GivenFile> files_of(std::span<const std::byte> input) {
   return files;
 }
 
-/// What Assimp may open: the files that were given.
-class GivenFiles final : public Assimp::IOSystem {
- public:
-  explicit GivenFiles(std::vector<GivenFile> files) : files_(std::move(files)) {}
-
-  bool Exists(const char* name) const override { return find(name) != nullptr; }
-  char getOsSeparator() const override { return '/'; }
-  Assimp::IOStream* Open(const char* name, const char*) override {
-    const GivenFile* const file = find(name);
-    if (file == nullptr) return nullptr;
-    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(file->bytes.data()), file->bytes.size());
-  }
-  void Close(Assimp::IOStream* stream) override { delete stream; }
-
- private:
-  const GivenFile* find(std::string_view name) const {
-    while (name.starts_with("./") || name.starts_with("/")) name.remove_prefix(name.front() == '/' ? 1 : 2);
-    const auto found = std::ranges::find(files_, name, &GivenFile::name);
-    return found == files_.end() ? nullptr : &*found;
-  }
-
-  std::vector<GivenFile> files_;
-};
-
-/// Assimp leaves out a newline behind the header of a binary PLY, even where it is the first byte of a coordinate: that one is
-/// put there twice. Empty: nothing has to be done.
-std::vector<std::byte> ply_with_newline(std::span<const std::byte> bytes) {
-  constexpr std::string_view kEnd = "end_header\n";
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const std::size_t end = text.substr(0, kMaxPlyHeader).find(kEnd);
-  if (end == std::string_view::npos || text.substr(0, end).find("\nformat binary_") == std::string_view::npos)
-    return {};
-  const std::size_t data = end + kEnd.size();
-  if (data >= text.size() || text[data] != '\n') return {};
-  std::vector<std::byte> doubled(bytes.begin(), bytes.end());
-  doubled.insert(doubled.begin() + static_cast<std::ptrdiff_t>(data), std::byte{'\n'});
-  return doubled;
+/// Without the mark that some editors put before text of UTF-8.
+std::span<const std::byte> without_mark(std::span<const std::byte> bytes) {
+  return bytes.subspan(text_of(bytes).starts_with("\xEF\xBB\xBF") ? 3 : 0);
 }
 
-/// Assimp takes the last vertex for one that is not there, or leaves the face out, and only writes so into its log.
-class Complaints final : public Assimp::LogStream {
- public:
-  Complaints() {
-    Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
-    Assimp::DefaultLogger::get()->attachStream(this, kSeverity);
-  }
-  Complaints(const Complaints&) = delete;
-  Complaints& operator=(const Complaints&) = delete;
-  ~Complaints() override { Assimp::DefaultLogger::get()->detachStream(this, kSeverity); }
-
-  void write(const char* message) override {
-    const std::string_view text(message);
-    const auto is_said = [text](const char* words) { return text.find(words) != std::string_view::npos; };
-    // Of .off, .3ds and .gltf; readers of other formats throw.
-    constexpr std::array kWrongIndex{"Vertex index is out of range", "Vertex index overflow", "out-of-range indices"};
-    is_index_wrong |= std::ranges::any_of(kWrongIndex, is_said);
-  }
-
-  bool is_index_wrong = false;
-
- private:
-  static constexpr unsigned kSeverity = Assimp::Logger::Err | Assimp::Logger::Warn;
-};
-
-/// Why Assimp gives no mesh, in its own words in brackets.
-Bytes refusal_of(const std::string& reason, const std::string& format) {
-  constexpr std::array kWithoutTriangle{"No meshes remaining", "all meshes are orphaned", "OBJ-file is too small",
-                                        "There are no valid faces", "no data loaded"};
-  const std::string in_brackets = reason.empty() ? "" : " (" + reason + ")";
-  const auto is_said = [&reason](const char* words) { return reason.find(words) != std::string::npos; };
-  if (std::ranges::any_of(kWithoutTriangle, is_said)) {
-    return refusal("which has no triangle" + in_brackets + "; export its surface as triangles");
-  }
-  const bool is_known = Assimp::Importer().IsExtensionSupported("." + format);
-  const bool is_other = is_said("Failed to determine") || is_said("No suitable reader");
-  return refusal("which is not a mesh that can be read" + in_brackets +
-                 (!is_known  ? "; give a file such as .obj, .ply or .stl"
-                  : is_other ? "; export the mesh again, in the format that its name says"
-                             : "; export the mesh again"));
+/// Assimp's numbers of an ordinary .obj go on unchanged, so that what was built and measured of such files stays valid.
+bool is_ordinary(const Extent& extent) {
+  constexpr double kMinSize = 1e-2, kMaxSize = 1e6, kFarthest = 4;
+  return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
-/// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
+/// Assimp's vertices fill the box of those that the file lists.
+bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
+  constexpr double kMaxShare = 1e-5;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
+  return !box.isEmpty() && std::abs(box.sizes().maxCoeff() - extent.size) <= kMaxShare * extent.size &&
+         (box.center() - extent.middle).cwiseAbs().maxCoeff() <= kMaxShare * extent.size;
+}
+
+geometry::TriangleMesh checked_triangles(const Polygons& mesh) {
+  check(mesh);
+  return triangulated(mesh);
+}
+
+geometry::TriangleMesh triangles_of_obj(const std::vector<GivenFile>& files) {
+  const Polygons mesh = polygons_of_obj(text_of(without_mark(files.front().bytes)));
+  check(mesh);
+  const Extent extent = extent_of(mesh);
+  if (is_ordinary(extent)) {
+    std::optional<geometry::TriangleMesh> triangles = assimp_triangles(files, mesh.face_sizes.size());
+    if (triangles && is_same_box(extent, *triangles)) return *std::move(triangles);
+  }
+  return triangulated(mesh);
+}
+
+geometry::TriangleMesh triangles_of_dae(std::vector<GivenFile> files) {
+  const std::optional<ShiftedCollada> shifted = shifted_collada(text_of(files.front().bytes));
+  if (!shifted) return checked_triangles(polygons_of_scene(files, std::nullopt));
+  files.front().bytes = std::as_bytes(std::span(shifted->text));
+  return checked_triangles(polygons_of_scene(files, std::nullopt, shifted->shift));
+}
+
+geometry::TriangleMesh triangles_of(const std::vector<GivenFile>& files, const std::string& format) {
+  const std::span<const std::byte> bytes = without_mark(files.front().bytes);
+  if (format == "obj") return triangles_of_obj(files);
+  if (format == "off") return checked_triangles(polygons_of_off(text_of(bytes)));
+  if (format == "ply") return checked_triangles(polygons_of_ply(bytes));
+  if (format == "stl") return checked_triangles(polygons_of_stl(bytes));
+  if (format == "gltf" || format == "glb") {
+    return checked_triangles(polygons_of_scene(files, checked_gltf_triangles(bytes)));
+  }
+  if (format == "dae") return triangles_of_dae(files);
+  if (format == "3ds") return checked_triangles(polygons_of_scene(files, std::nullopt));
+  throw Refusal("which is in a format that is not read; give .obj, .stl, .ply, .off, .gltf, .glb, .3ds or .dae");
+}
+
 Bytes import(std::span<const std::byte> bytes, const std::string& format) {
   std::vector<GivenFile> files = files_of(bytes);
   if (files.empty()) return refusal("which is empty; export the mesh again");
-  Complaints complaints;
-  const std::string name = "mesh." + format;
-  files.front().name = name;
-  const std::vector<std::byte> ply = format == "ply" ? ply_with_newline(files.front().bytes) : std::vector<std::byte>{};
-  if (!ply.empty()) files.front().bytes = ply;
-  Assimp::Importer importer;
-  importer.SetIOHandler(new GivenFiles(std::move(files)));
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
-                                                          aiComponent_COLORS | aiComponent_TEXCOORDS |
-                                                          aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                                          aiComponent_TEXTURES | aiComponent_LIGHTS |
-                                                          aiComponent_CAMERAS | aiComponent_MATERIALS);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* const scene =
-      importer.ReadFile(name, aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
-                                  aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
-  if (complaints.is_index_wrong) {
-    return refusal("which has a face with an index beyond its last vertex; export the mesh again");
+  files.front().name = "mesh." + format;
+  try {
+    return reply_of(triangles_of(files, format));
+  } catch (const Refusal& why) {
+    return refusal(why.what());
   }
-  if (scene != nullptr && scene->mNumMeshes > 0) return reply_of(*scene);
-  return refusal_of(importer.GetErrorString(), format);
 }
 
 bool write_all(std::span<const std::uint8_t> bytes) {
@@ -272,7 +184,7 @@ int main(int argc, char** argv) {
   const std::span<const std::byte> bytes = input();
   if (argc != 2 || bytes.empty()) return kBadCall;
   limit_resources(bytes.size());
-  const bool is_written = write_all(import(bytes, argv[1]));
+  const bool is_written = write_all(import(bytes, lower_case(argv[1])));
   // Not through the importer's end: what it holds is the system's to free.
   _exit(is_written ? 0 : kBadCall);
 }

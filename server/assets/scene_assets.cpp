@@ -21,8 +21,6 @@ namespace {
 
 /// Meshes larger than this get cells and spacings in proportion: the default ones would fill the memory.
 constexpr double kFullResolutionSize_m = 0.2;
-/// Of things that a hand touches. Others are possible, but mostly a scale is forgotten.
-constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
 /// A larger asset has a coarse one, which clients touch until they have it: cells, tolerance and distances between points are
@@ -123,13 +121,13 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
 }
 
-/// Metres taken for millimetres, or the other way round.
-void note_odd_size(const wire::Mesh& message, std::vector<std::string>& notes) {
-  const double size = message.largest_size_m();
-  if (size >= kMinPlausible_m && size <= kMaxPlausible_m) return;
-  notes.push_back(message.file() + ": " + number_text(size) + " m large, for a unit of the file is " +
-                  number_text(message.scale()) + " m: is that right? Else give the mesh scale" +
-                  (size > kMaxPlausible_m ? std::string(" (") + kMillimetres + ")" : "") + " or largest_size_m");
+/// Metres taken for millimetres, or the other way round; empty if the size is plausible.
+std::string size_warning(const wire::Mesh& message) {
+  const std::string doubt = doubt_of_size(message.largest_size_m(), message.scale(), message.file());
+  if (doubt.empty()) return doubt;
+  const std::string millimetres =
+      is_too_large(message.largest_size_m()) ? std::string(" (") + kMillimetres + ")" : std::string();
+  return message.file() + ": " + doubt + " Else give the mesh scale" + millimetres + " or largest_size_m";
 }
 
 /// The same mesh may be there in several sizes, and names must differ.
@@ -179,7 +177,10 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
   const bool is_scaled = message.largest_size_m() == 0;
   place(mesh, message, file, file_field);
   message.set_file(file.filename().string());
-  if (is_scaled) note_odd_size(message, notes);
+  if (const std::string warning = is_scaled ? size_warning(message) : ""; !warning.empty()) {
+    notes.push_back(warning);
+    if (loading_.warn) loading_.warn(warning);
+  }
   try {
     geometry::ContactMesh repaired_mesh = geometry::repaired(mesh);
     for (const std::string& line : geometry::part_lines(repaired_mesh)) notes.push_back(message.file() + ": " + line);

@@ -27,6 +27,8 @@ struct SceneLoading {
   std::filesystem::path cache_directory = default_cache_directory();  ///< empty: build every time
   /// Called while something takes long: what, and how much of it is done (0..1).
   std::function<void(const std::string& what, double done)> progress;
+  /// Called before anything is built, with what the operator may want to correct first, such as an odd scale.
+  std::function<void(const std::string& warning)> warn;
   /// For making all shapes of the scene ready for touch.
   Duration max_build = Duration::max();
 };

@@ -89,11 +89,14 @@ class SceneBuilder {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
+    // Every file is read before the first contact shape is built, which takes long: a wrong scale is reported at once.
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
     for (int i = 0; i < description.soft_bodies_size(); ++i) {
       add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
     }
+    for (int i = 0; i < description.bodies_size(); ++i) build_body(i);
+    for (int i = 0; i < description.tools_size(); ++i) build_tool(i);
     check_atom_pairs();
     scale_molecules();
     scene_->world.coupling.fit = adaptive_fit(description.coupling());
@@ -182,22 +185,36 @@ class SceneBuilder {
     }
     std::vector<SolidShape> solids = load_shapes(*message.mutable_shapes(), field);
     body.mass = checked_mass(message.mass_kg(), solids, field, "make it static (0), or give the mesh thickness");
-    body.touch = make_contacts(*message.mutable_shapes(), field, solids, message.contact_stiffness_n_per_m3());
     scene_->body_shapes.push_back(std::move(solids));
+  }
+
+  void build_body(int index) {
+    wire::Body& message = *scene_->description.mutable_bodies(index);
+    if (message.shapes(0).has_molecule()) return;
+    const auto place = static_cast<std::size_t>(index);
+    scene_->world.bodies[place].touch = make_contacts(*message.mutable_shapes(), file_.in("bodies", place),
+                                                      scene_->body_shapes[place], message.contact_stiffness_n_per_m3());
   }
 
   void add_tool(int index) {
     wire::Tool& message = *scene_->description.mutable_tools(index);
     const SceneField field = file_.in("tools", static_cast<std::size_t>(index));
     physics::ToolDescription& tool = scene_->world.tools[static_cast<std::size_t>(index)];
-    const std::vector<SolidShape> solids = load_shapes(*message.mutable_shapes(), field);
+    std::vector<SolidShape> solids = load_shapes(*message.mutable_shapes(), field);
     tool.mass = checked_mass(message.mass_kg(), solids, field, "give the mesh thickness");
     const double least = message.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
     tool.mass.principal_inertia_kg_m2 = tool.mass.principal_inertia_kg_m2.cwiseMax(least);
-    tool.touch = make_contacts(*message.mutable_shapes(), field, solids, message.contact_stiffness_n_per_m3());
+    tool_shapes_.push_back(std::move(solids));
     const wire::Workspace& workspace = message.workspace();
     scene_->workspaces.push_back(
         {proto::pose_from_placement(workspace.device_base()), workspace.position_scale(), workspace.force_scale()});
+  }
+
+  void build_tool(int index) {
+    wire::Tool& message = *scene_->description.mutable_tools(index);
+    const auto place = static_cast<std::size_t>(index);
+    scene_->world.tools[place].touch = make_contacts(*message.mutable_shapes(), file_.in("tools", place),
+                                                     tool_shapes_[place], message.contact_stiffness_n_per_m3());
   }
 
   void add_soft_body(wire::SoftBody& body, const SceneField& field) {
@@ -268,6 +285,7 @@ class SceneBuilder {
 
   SceneField file_;
   SceneAssets assets_;
+  std::vector<std::vector<SolidShape>> tool_shapes_;  ///< until their contact shapes are built
   std::shared_ptr<LoadedScene> scene_;
 };
 

@@ -1,4 +1,4 @@
-// Any corners and triangles as a mesh that somebody brings: it is made ready for touch, or refused. What parses files (Assimp) is a
+// Any corners and triangles as a mesh that somebody brings: it is made ready for touch, or refused. What parses files is a
 // program of its own with bounded memory and time, and not tested here.
 #include <cmath>
 #include <cstdint>

@@ -108,6 +108,12 @@ MESHES = {
     "ply of a face of two billion corners": ("a.ply", ply("binary_little_endian", PLY_VERTEX.format(3) +
                                                           PLY_FACE.format(1, "uint"),
                                                           PLY_CORNERS + struct.pack("<I", MANY))),
+    "ply of a strip of two billion corners": ("a.ply", ply("binary_little_endian", PLY_VERTEX.format(3) +
+                                                           "element tristrips 1\nproperty list uint int vertex_indices\n",
+                                                           PLY_CORNERS + struct.pack("<I", MANY))),
+    "ply of an element before its vertices": ("a.ply", ply("ascii", f"element camera {MANY}\nproperty list uchar uchar a\n" +
+                                                           PLY_VERTEX.format(3), b"1 " * 1000)),
+    "off of a face of two billion corners": ("a.off", f"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n{MANY} 0 1 2\n".encode()),
     "stl of four billion triangles": ("a.stl", stl(0xFFFFFFFF)),
     "stl that lacks its triangles": ("a.stl", stl(1_000_000) + b"\0" * 50),
     "off of two billion vertices": ("a.off", f"OFF\n{MANY} {MANY} 0\n0 0 0\n".encode()),

@@ -373,14 +373,34 @@ class Meshes(ProgramTest):
         file = self.write("plate.obj", self.PLATE)
         code, out, err = run("tandem-lab", "mesh", file, "--largest-size", "0.05", "--picture", self.path("p.png"))
         self.assertEqual(code, 0, err)
-        for words in ("plate.obj: 100 x 80 x 5 units in the file, here 50 x 40 x 2.5 mm (--largest-size; 0: a unit is 1 m)",
+        for words in ("plate.obj: 100 x 80 x 5 units in the file, here 50 x 40 x 2.5 mm (a unit is 0.0005 m: --scale or --largest-size)",
                       "a solid of 12 triangles: closed, 5 cm³", "volume 5 cm³, watertight", "thinnest wall 2.5 mm"):
             self.assertIn(words, out)
-        code, out, err = run("tandem-lab", "mesh", file, "--json", "--largest-size", "0")
+        self.assertEqual(err, "")
+        code, out, err = run("tandem-lab", "mesh", file, "--json")
         self.assertEqual(code, 0, err)
         (facts,) = json.loads(out)
         self.assertEqual([facts["scale_m"], facts["size_units"], facts["size_m"]], [1, [100, 80, 5], [100, 80, 5]])
         self.assertAlmostEqual(facts["thinnest_wall_m"], 5)
+
+    def test_a_files_own_size_is_the_default_and_a_doubtful_one_is_reported_with_its_option(self):
+        metres = "".join("v " + " ".join(str(float(x) / 1000) for x in line.split()[1:]) + "\n" if line[0] == "v" else line + "\n"
+                         for line in self.PLATE.splitlines())
+        code, out, err = run("tandem-lab", "mesh", self.write("metres.obj", metres))
+        self.assertEqual([code, err], [0, ""])
+        self.assertIn("0.1 x 0.08 x 0.005 units in the file, here 100 x 80 x 5 mm (a unit is 1 m", out)
+        file = self.write("plate.obj", self.PLATE)
+        code, out, err = run("tandem-lab", "mesh", file, "--json")
+        self.assertEqual(code, 0, err)
+        doubt = "100 m large, for a unit of the file is 1 m: is that right? Else give --scale (0.001 if the file is in millimetres) or --largest-size"
+        self.assertEqual(err, f"{file}: warning: {doubt}\n")
+        self.assertEqual(json.loads(out)[0]["doubt"], doubt)
+        code, out, err = run("tandem-lab", "mesh", file, "--scale", "0.001", "--json")
+        self.assertEqual([code, err], [0, ""])
+        (facts,) = json.loads(out)
+        self.assertEqual([facts["scale_m"], facts["doubt"]], [0.001, ""])
+        for size, expected in zip(facts["size_m"], (0.1, 0.08, 0.005)):
+            self.assertAlmostEqual(size, expected)
 
     def test_parts_that_overlap_are_said_to_count_twice(self):
         half = self.PLATE.replace("v 0 ", "v 50 ").replace("v 100 ", "v 120 ")

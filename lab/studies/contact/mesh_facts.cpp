@@ -17,16 +17,26 @@ namespace {
 /// Meshes larger than this get cells in proportion (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
-/// As the report has it. Fails: MeshError
-void place(geometry::TriangleMesh& mesh, double largest_size_m, bool z_is_up, MeshFacts& facts) {
+/// As the report has it, about the origin. Fails: MeshError
+void place(geometry::TriangleMesh& mesh, const MeshScale& scale, bool turns, MeshFacts& facts) {
   for (Vec3& vertex : mesh.vertices) {
-    if (!z_is_up) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
+    if (turns) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
   }
   const Eigen::AlignedBox3d bounds = geometry::mesh_bounds(mesh);
   facts.size_units = bounds.sizes();
-  if (largest_size_m <= 0) return;
-  facts.scale_m = largest_size_m / facts.size_units.maxCoeff();
+  facts.scale_m = scale.largest_size_m > 0 ? scale.largest_size_m / facts.size_units.maxCoeff() : scale.scale;
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - bounds.center()) * facts.scale_m;
+}
+
+/// Empty for a size that was asked for, or is plausible.
+std::string doubt_of(const std::filesystem::path& file, const MeshScale& scale, const MeshFacts& facts) {
+  const double size_m = facts.size_units.maxCoeff() * facts.scale_m;
+  const std::string doubt =
+      scale.largest_size_m > 0 ? std::string() : server::doubt_of_size(size_m, facts.scale_m, file);
+  if (doubt.empty()) return doubt;
+  const bool is_large = server::is_too_large(size_m);
+  return doubt + (is_large ? " Else give --scale (0.001 if the file is in millimetres) or --largest-size"
+                           : " Else give --scale or --largest-size");
 }
 
 /// A square picture with the depth of each pixel.
@@ -84,11 +94,14 @@ class Canvas {
 
 }  // namespace
 
-MeshFacts mesh_facts(const std::filesystem::path& file, double largest_size_m, bool z_is_up) {
+MeshFacts mesh_facts(const std::filesystem::path& file, const MeshScale& scale,
+                     const std::function<void(const std::string& warning)>& warn) {
   geometry::TriangleMesh read = server::read_mesh_file(file, "give a mesh file");
   MeshFacts facts;
   try {
-    place(read, largest_size_m, z_is_up, facts);
+    place(read, scale, scale.y_is_up && !server::states_up_axis(file), facts);
+    facts.doubt = doubt_of(file, scale, facts);
+    if (!facts.doubt.empty()) warn(facts.doubt);
     facts.mesh = geometry::repaired(read);
   } catch (const geometry::MeshError& error) {
     throw std::runtime_error(file.string() + ", which cannot be touched: " + error.what());

@@ -122,6 +122,23 @@ TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
               AllOf(HasSubstr("which is 200 m large"), HasSubstr("0.001 if the file is in millimetres")));
 }
 
+TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
+  write("t.obj", kTetrahedron);
+  write("u.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  std::vector<std::string> events;
+  SceneLoading loading;
+  loading.cache_directory.clear();
+  loading.warn = [&events](const std::string& warning) { events.push_back(warning); };
+  loading.progress = [&events](const std::string&, double) { events.push_back("built"); };
+  load_scene_text(
+      physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.obj", "scale": 0.01}}]},
+                                                   {"name": "b", "shapes": [{"mesh": {"file": "u.obj"}}]})"}),
+      "test.json", directory_, loading);
+  ASSERT_GT(events.size(), 1U);
+  EXPECT_THAT(events[0], AllOf(HasSubstr("u.obj: 5 m large"), HasSubstr("scale (0.001"), HasSubstr("largest_size_m")));
+  EXPECT_THAT(std::vector(events.begin() + 1, events.end()), ::testing::Each("built"));
+}
+
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
   write("t.obj", kTetrahedron);
   const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
@@ -144,7 +161,7 @@ TEST_F(SceneFiles, BrokenMeshesAreRefused) {
   write("t.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which"));
   write("t.obj", std::string("\0\1\2garbage", 10));
-  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which has no triangle (OBJ-file is too small.); export"));
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which has no triangle; export"));
   write("t.obj", "");
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is empty; export the mesh again"));
 }
@@ -174,13 +191,13 @@ TEST_F(SceneFiles, MeshWithoutTrianglesOrInAnotherFormatIsRefusedInWordsOfItsOwn
   };
   const std::string vertices = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
   EXPECT_THAT(said_of("cloud.ply", vertices + "property float z\nend_header\n0 0 0\n"),
-              AllOf(HasSubstr("cloud.ply, which has no triangle (No output meshes"), HasSubstr("export its surface")));
+              AllOf(HasSubstr("cloud.ply, which has no triangle: its elements are"), HasSubstr("export its surface")));
   EXPECT_THAT(said_of("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"),
-              HasSubstr("lines.obj, which has no triangle (No meshes remaining)"));
+              HasSubstr("lines.obj, which has no triangle"));
   EXPECT_THAT(said_of("other.stl", kTetrahedron),
-              AllOf(HasSubstr("other.stl, which is not a mesh"), HasSubstr("for other.stl."),
-                    HasSubstr("in the format that its name says"), Not(HasSubstr("give a file such as"))));
-  EXPECT_THAT(said_of("mesh.xyz", "nothing that anybody reads"), HasSubstr("give a file such as .obj, .ply or .stl"));
+              AllOf(HasSubstr("other.stl, which is not a mesh"), HasSubstr("in the format that its name says"),
+                    Not(HasSubstr("give a file such as"))));
+  EXPECT_THAT(said_of("mesh.xyz", "nothing that anybody reads"), HasSubstr("give .obj, .stl, .ply"));
   EXPECT_THAT(said_of("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n"),
               HasSubstr("t.off, which has a face with an index beyond its last vertex"));
   EXPECT_THAT(said_of("t.gltf", R"({"asset": {"version": "2.0"}, "scene": 0})"),
