@@ -8,7 +8,6 @@
 #include <random>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "common/docking/far_grid.hpp"
 #include "common/docking/molecular_field.hpp"
@@ -19,39 +18,6 @@ namespace tandem::docking {
 namespace {
 
 constexpr unsigned kRoleSeed = 20261130;
-
-/// A ball as dense as a protein about the origin, in groups of ten atoms of which one in eight has a charge of ±1 e, 11 of 20 of
-/// them that of `sign`.
-Molecule protein_like(std::size_t count, double sign, std::mt19937& random) {
-  constexpr double kCellAngstrom = 2.15;
-  std::uniform_real_distribution<double> uniform(0, 1);
-  const double radius = std::cbrt(3 * static_cast<double>(count) / 4 / 3.14159) + 1;
-  const int cells = static_cast<int>(radius) + 1;
-  std::vector<Vec3> places;
-  for (int z = -cells; z <= cells; ++z) {
-    for (int y = -cells; y <= cells; ++y) {
-      for (int x = -cells; x <= cells; ++x) places.emplace_back(x, y, z);
-    }
-  }
-  std::ranges::stable_sort(places, {}, [](const Vec3& place) { return place.squaredNorm(); });
-  places.resize(count);
-  Molecule molecule;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 jitter(uniform(random), uniform(random), uniform(random));
-    molecule.positions_angstrom.push_back(kCellAngstrom * (places[i] + 0.3 * jitter));
-    molecule.sigma_angstrom.push_back(2.5 + 1.2 * uniform(random));
-    molecule.epsilon_kj_per_mol.push_back(0.1 + 0.5 * uniform(random));
-    molecule.charge_e.push_back(uniform(random) - 0.5);
-    molecule.mass_u.push_back(12);
-  }
-  for (std::size_t first = 0; first < count; first += 10) {
-    const std::size_t end = std::min(first + 10, count);
-    double sum = uniform(random) < 0.125 ? (uniform(random) < 0.55 ? -sign : sign) : 0;
-    for (std::size_t i = first; i < end; ++i) sum += molecule.charge_e[i];
-    for (std::size_t i = first; i < end; ++i) molecule.charge_e[i] -= sum / static_cast<double>(end - first);
-  }
-  return molecule;
-}
 
 double extent(const Molecule& molecule) {
   double radius = 0;
@@ -67,21 +33,22 @@ FieldModel chosen_model(const Molecule& a, const Molecule& b) {
 }
 
 constexpr std::array<std::pair<std::size_t, std::size_t>, 10> kSizes{{{500, 500},
-                                                                       {700, 2'500},
-                                                                       {1'000, 1'000},
-                                                                       {1'856, 6'870},
-                                                                       {3'845, 3'120},
-                                                                       {5'000, 4'100},
-                                                                       {900, 12'000},
-                                                                       {4'000, 8'000},
-                                                                       {4'500, 4'500},
-                                                                       {12'000, 9'000}}};
+                                                                      {700, 2'500},
+                                                                      {1'000, 1'000},
+                                                                      {1'856, 6'870},
+                                                                      {3'845, 3'120},
+                                                                      {5'000, 4'100},
+                                                                      {900, 12'000},
+                                                                      {4'000, 8'000},
+                                                                      {4'500, 4'500},
+                                                                      {12'000, 9'000}}};
 
 class RoleSwap : public testing::TestWithParam<std::pair<std::size_t, std::size_t>> {
  protected:
   const std::uint64_t seed_ = test::test_seed(kRoleSeed);
   std::mt19937 random_{static_cast<unsigned>(seed_)};
-  const Molecule a_ = protein_like(GetParam().first, 1, random_), b_ = protein_like(GetParam().second, -1, random_);
+  const Molecule a_ = test::protein_like(GetParam().first, 1, random_),
+                 b_ = test::protein_like(GetParam().second, -1, random_);
   const FieldModel model_ = chosen_model(a_, b_);
 };
 
@@ -139,7 +106,7 @@ TEST_P(RoleSwap, KeepsTheWellOfAllPairsOnTheWayIn) {
 /// As many atoms decide nothing, and neither does the order of the arguments.
 TEST(ComesFirst, OrdersTwoDifferentMoleculesOfOneSize) {
   std::mt19937 random(kRoleSeed);
-  const Molecule a = protein_like(100, 1, random);
+  const Molecule a = test::protein_like(100, 1, random);
   Molecule b = a;
   EXPECT_FALSE(comes_first(a, b));
   EXPECT_FALSE(comes_first(b, a));
