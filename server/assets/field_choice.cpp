@@ -90,10 +90,10 @@ void choose_field(const Molecule& a, const Molecule& b, const Vec3& offset_A, Fi
 }
 
 std::string well_note(const WellCheck& check) {
-  const std::string reference = check.reference_cutoff_angstrom == 0
-                                    ? "all pairs"
-                                    : "the pairs within " + proto::number_text(check.reference_cutoff_angstrom) +
-                                          " angstrom";
+  const std::string reference =
+      check.reference_cutoff_angstrom == 0
+          ? "all pairs"
+          : "the pairs within " + proto::number_text(check.reference_cutoff_angstrom) + " angstrom";
   const std::string where = " on the way in along the line of centres";
   if (check.well_kj_per_mol >= 0) {
     return "no well" + where + "; the energy differs from that of " + reference + " by up to " +
@@ -103,7 +103,8 @@ std::string well_note(const WellCheck& check) {
                            short_number(100 * check.error_kj_per_mol / -check.well_kj_per_mol) + " % of the well of " +
                            short_number(check.well_kj_per_mol) + " kJ/mol" + where;
   if (check.is_kept()) return text;
-  return "doubtful: " + text + "; give molecular_field.far_grid (--far-grid), a larger cutoff_angstrom (--cutoff), or fewer " +
+  return "doubtful: " + text +
+         "; give molecular_field.far_grid (--far-grid), a larger cutoff_angstrom (--cutoff), or fewer " +
          "atoms (molecule.chains)";
 }
 

@@ -15,8 +15,8 @@ inline constexpr double kKeptWell = 0.05;
 
 /// A field against all pairs, on the way in.
 struct WellCheck {
-  double well_kj_per_mol = 0;           ///< least energy of all pairs
-  double error_kj_per_mol = 0;          ///< largest difference on the way
+  double well_kj_per_mol = 0;            ///< least energy of all pairs
+  double error_kj_per_mol = 0;           ///< largest difference on the way
   double reference_cutoff_angstrom = 0;  ///< 0: all pairs; else too many for that, and only what is within this
 
   bool is_kept() const { return error_kj_per_mol <= -kKeptWell * well_kj_per_mol; }

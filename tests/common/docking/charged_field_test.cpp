@@ -378,6 +378,19 @@ TEST(Clusters, WorkWithoutAtoms) {
   EXPECT_EQ(MolecularField(atom, Molecule(), model_of(Dielectric::kNone, 8)).evaluate(Pose{}).energy_kj_per_mol(), 0);
 }
 
+TEST(ExactField, OfManyPairsReportsProgress) {
+  std::mt19937 random(kSeed);
+  const Molecule a = test::random_molecule(3'000, random), b = test::random_molecule(7'000, random);
+  std::vector<double> done;
+  ExactDetails details;
+  details.progress = [&done](double part) { done.push_back(part); };
+  const FieldResult result = exact_field(a, b, {{80, 0, 0}, Quat::Identity()}, {}, details);
+  ASSERT_EQ(done.size(), 3U);
+  EXPECT_TRUE(std::ranges::is_sorted(done));
+  EXPECT_EQ(done.back(), 1);
+  EXPECT_EQ(result.energy_kj_per_mol(), exact_field(a, b, {{80, 0, 0}, Quat::Identity()}).energy_kj_per_mol());
+}
+
 TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridAboveWhateverTheRoles) {
   const auto chosen = [](std::size_t atoms_a, std::size_t atoms_b) {
     Molecule a, b;
