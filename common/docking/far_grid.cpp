@@ -8,6 +8,7 @@
 #include <functional>
 #include <mutex>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -15,11 +16,7 @@ namespace tandem::docking {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
-using Nodes = float __attribute__((vector_size(16)));  ///< of q, of √C6, of √C12, nothing
-
-struct Node {
-  Nodes of;
-};
+using Node = Eigen::Vector4f;  ///< of q, of √C6, of √C12, nothing
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
@@ -58,69 +55,48 @@ constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 
 /// A coarser lattice of fewer nodes is not worth another one.
 constexpr std::size_t kFewNodes = 4096;
 
-/// A's atoms as the kernels take them, relative to a centre.
-class Sources {
- public:
-  Sources(const Molecule& a, const FieldModel& model, const KernelModel& constants, FarPointsKernel far_points,
-          const Vec3& centre)
-      : constants_(constants),
-        far_points_(far_points),
-        centre_(centre),
-        positions_(a.positions_angstrom),
-        cutoff_angstrom_(model.cutoff_angstrom) {
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const Vec3 at = a.positions_angstrom[i] - centre;
-      const double cube = std::pow(a.sigma_angstrom[i], 3);
-      // x y z c6 s3 q
-      const std::array<double, 6> of_atom{at.x(), at.y(),
-                                          at.z(), 2 * std::sqrt(a.epsilon_kj_per_mol[i]) * cube,
-                                          cube,   model.dielectric == Dielectric::kNone ? 0 : a.charge_e[i]};
-      for (std::size_t k = 0; k < 6; ++k) atoms_[k].push_back(static_cast<float>(of_atom[k]));
-    }
-    target_.x = atoms_[0].data();
-    target_.y = atoms_[1].data();
-    target_.z = atoms_[2].data();
-    target_.c6 = atoms_[3].data();
-    target_.s3 = atoms_[4].data();
-    target_.charge = atoms_[5].data();
+/// Sets each node to the potential at its place.
+using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
+
+/// Of all atoms of A, which the kernels take relative to the centre. The kernel model outlives it.
+Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
+                       FarPointsKernel far_points, const Vec3& centre) {
+  // x y z c6 s3 q
+  std::array<std::vector<float>, 6> atoms;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Vec3 at = a.positions_angstrom[i] - centre;
+    const double cube = std::pow(a.sigma_angstrom[i], 3);
+    const std::array<double, 6> of_atom{at.x(), at.y(),
+                                        at.z(), 2 * std::sqrt(a.epsilon_kj_per_mol[i]) * cube,
+                                        cube,   model.dielectric == Dielectric::kNone ? 0 : a.charge_e[i]};
+    for (std::size_t k = 0; k < 6; ++k) atoms[k].push_back(static_cast<float>(of_atom[k]));
   }
-  Sources(const Sources&) = delete;
-  Sources& operator=(const Sources&) = delete;
-
-  std::span<const Vec3> positions() const { return positions_; }
-  double cutoff_angstrom() const { return cutoff_angstrom_; }
-
-  /// Calls put(place, q c6 c12 there) for each.
-  template <class Put>
-  void evaluate(std::span<const std::size_t> places, const std::function<Vec3(std::size_t)>& position,
-                const Put& put) const {
-    constexpr std::size_t kBlock = 4 * kLanes;
-    alignas(64) std::array<std::array<float, kBlock>, 6> floats{};
-    for (std::size_t begin = 0; begin < places.size(); begin += kBlock) {
-      const std::size_t count = std::min(kBlock, places.size() - begin);
-      for (std::size_t i = 0; i < kBlock; ++i) {
-        // The last block repeats its last place.
-        const Vec3 at = position(places[begin + std::min(i, count - 1)]) - centre_;
-        for (std::size_t axis = 0; axis < 3; ++axis) floats[axis][i] = static_cast<float>(at[static_cast<int>(axis)]);
-      }
-      far_points_(target_, positions_.size(), constants_,
-                  {kBlock, floats[0].data(), floats[1].data(), floats[2].data(), floats[3].data(), floats[4].data(),
-                   floats[5].data()});
-      for (std::size_t i = 0; i < count; ++i) {
-        put(places[begin + i], Nodes{floats[3][i], floats[4][i], floats[5][i], 0});
-      }
-    }
-  }
-
- private:
-  const KernelModel& constants_;
-  FarPointsKernel far_points_;
-  Vec3 centre_;
-  std::span<const Vec3> positions_;
-  double cutoff_angstrom_;
-  std::array<std::vector<float>, 6> atoms_;
-  Target target_;
-};
+  return
+      [atoms = std::move(atoms), &constants, far_points, centre](std::span<const Vec3> places, std::span<Node> nodes) {
+        Target target;
+        target.x = atoms[0].data();
+        target.y = atoms[1].data();
+        target.z = atoms[2].data();
+        target.c6 = atoms[3].data();
+        target.s3 = atoms[4].data();
+        target.charge = atoms[5].data();
+        constexpr std::size_t kBlock = 4 * kLanes;
+        alignas(64) std::array<std::array<float, kBlock>, 6> floats{};
+        const std::array<const float*, 3> from{floats[0].data(), floats[1].data(), floats[2].data()};
+        const std::array<float*, 3> to{floats[3].data(), floats[4].data(), floats[5].data()};
+        for (std::size_t begin = 0; begin < places.size(); begin += kBlock) {
+          const std::size_t count = std::min(kBlock, places.size() - begin);
+          for (std::size_t i = 0; i < kBlock; ++i) {
+            // The last block repeats its last place.
+            const Vec3 at = places[begin + std::min(i, count - 1)] - centre;
+            for (std::size_t axis = 0; axis < 3; ++axis)
+              floats[axis][i] = static_cast<float>(at[static_cast<int>(axis)]);
+          }
+          far_points(target, atoms[0].size(), constants, kBlock, from.data(), to.data());
+          for (std::size_t i = 0; i < count; ++i) nodes[begin + i] = Node(floats[3][i], floats[4][i], floats[5][i], 0);
+        }
+      };
+}
 
 /// Nodes of a cubic lattice, x fastest.
 class Lattice {
@@ -137,22 +113,25 @@ class Lattice {
 
   double coordinate(std::size_t i, int axis) const { return origin_[axis] + static_cast<double>(i) * spacing_; }
 
-  /// The potential at each node: near A from all its atoms, farther away from a coarser lattice.
-  void fill(const Sources& sources) {
-    nodes_.assign(size(), Node{});
-    std::vector<std::size_t> near;
-    const std::vector<char> is_near = near_nodes(sources.positions(), sources.cutoff_angstrom());
+  /// The potential at each node: near an atom from all atoms, farther away from a coarser lattice.
+  void fill(const Potential& potential, std::span<const Vec3> atoms, double cutoff_angstrom) {
+    nodes_.assign(size(), Node::Zero());
+    const std::vector<char> is_near = near_nodes(atoms, cutoff_angstrom);
+    std::vector<Vec3> places;
     for (std::size_t n = 0; n < size(); ++n) {
-      if (is_near[n] != 0) near.push_back(n);
+      if (is_near[n] != 0) places.push_back(position(n));
     }
-    if (near.size() < size()) {
+    if (places.size() < size()) {
       Lattice coarser = coarser_lattice();
-      coarser.fill(sources);
+      coarser.fill(potential, atoms, cutoff_angstrom);
       interpolate(coarser);
     }
-    sources.evaluate(
-        near, [this](std::size_t n) { return position(n); },
-        [this](std::size_t n, const Nodes& value) { nodes_[n].of = value; });
+    std::vector<Node> values(places.size());
+    potential(places, values);
+    std::size_t next = 0;
+    for (std::size_t n = 0; n < size(); ++n) {
+      if (is_near[n] != 0) nodes_[n] = values[next++];
+    }
   }
 
   /// Node values to those of splines, so that cubic polynomials are met exactly.
@@ -161,11 +140,11 @@ class Lattice {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t begin = 0; begin < size(); ++begin) {
         if (begin / stride[axis] % count_[axis] != 0) continue;
-        Nodes before = nodes_[begin].of;
+        Node before = nodes_[begin];
         for (std::size_t i = 1; i + 1 < count_[axis]; ++i) {
-          Nodes& node = nodes_[begin + i * stride[axis]].of;
-          const Nodes here = node;
-          node = (8 * here - before - nodes_[begin + (i + 1) * stride[axis]].of) / 6;
+          Node& node = nodes_[begin + i * stride[axis]];
+          const Node here = node;
+          node = (8 * here - before - nodes_[begin + (i + 1) * stride[axis]]) / 6;
           before = here;
         }
       }
@@ -237,16 +216,16 @@ class Lattice {
     std::vector<Node> row(coarser.count_[0]);
     for (std::size_t z = 0; z < count_[2]; ++z) {
       for (std::size_t y = 0; y < count_[1]; ++y) {
-        std::ranges::fill(row, Node{});
+        std::ranges::fill(row, Node(Node::Zero()));
         from_coarser(z, [&](std::size_t at_z, float of_z) {
           from_coarser(y, [&](std::size_t at_y, float of_y) {
             const Node* const from = coarser.nodes_.data() + coarser.index(0, at_y, at_z);
-            for (std::size_t x = 0; x < row.size(); ++x) row[x].of += of_z * of_y * from[x].of;
+            for (std::size_t x = 0; x < row.size(); ++x) row[x] += of_z * of_y * from[x];
           });
         });
         for (std::size_t x = 0; x < count_[0]; ++x) {
-          Nodes& node = nodes_[index(x, y, z)].of;
-          from_coarser(x, [&](std::size_t at_x, float of_x) { node += of_x * row[at_x].of; });
+          Node& node = nodes_[index(x, y, z)];
+          from_coarser(x, [&](std::size_t at_x, float of_x) { node += of_x * row[at_x]; });
         }
       }
     }
@@ -274,10 +253,11 @@ class FarGrid {
   const GridNodes& nodes() const { return nodes_; }
 
   void fill(const Molecule& a, const FieldModel& model, const KernelModel& constants, FarPointsKernel far_points) {
-    lattice_.fill(Sources(a, model, constants, far_points, box_.center()));
+    lattice_.fill(potential_of(a, model, constants, far_points, box_.center()), a.positions_angstrom,
+                  model.cutoff_angstrom);
     fade();
     lattice_.filter();
-    nodes_.nodes = reinterpret_cast<const float*>(lattice_.nodes().data());
+    nodes_.nodes = lattice_.nodes().data()->data();
     nodes_.per_angstrom = 1 / lattice_.spacing();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       nodes_.count[axis] = lattice_.count()[axis];
@@ -309,7 +289,7 @@ class FarGrid {
     std::size_t n = 0;
     for (const double z : share[2]) {
       for (const double y : share[1]) {
-        for (const double x : share[0]) lattice_.nodes()[n++].of *= static_cast<float>(z * y * x);
+        for (const double x : share[0]) lattice_.nodes()[n++] *= static_cast<float>(z * y * x);
       }
     }
   }
@@ -322,16 +302,9 @@ class FarGrid {
 
 namespace {
 
-/// All that a grid's values come from.
-struct Source {
-  std::vector<Vec3> positions_angstrom;
-  std::vector<double> sigma_angstrom, epsilon_kj_per_mol, charge_e;
-  FieldModel model;
-  FarPointsKernel far_points;
-  double reach_angstrom;
-
-  bool operator==(const Source&) const = default;
-};
+/// All that a grid's values come from: positions, σ, ε, charges, field, kernel and reach.
+using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
+                          FarPointsKernel, double>;
 
 /// One grid, for as long as anyone has it.
 struct Made {

@@ -126,16 +126,10 @@ using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Places, and what the cut-off leaves out of the potential of A there. Arrays of `count`, a multiple of kLanes, aligned to 64
-/// bytes.
-struct FarPoints {
-  std::size_t count = 0;
-  const float *x = nullptr, *y = nullptr, *z = nullptr;  ///< Å, in the frame of A's floats
-  float *coulomb = nullptr, *c6 = nullptr, *c12 = nullptr;
-};
-/// Fills `points`: see far_grid.hpp.
-using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&,
-                                 const FarPoints& points) noexcept;
+/// Fills coulomb, c6 and c12 with what the cut-off leaves out of the potential of A at places in the frame of its floats, Å: see
+/// far_grid.hpp. Three arrays each of `count` floats, a multiple of kLanes, aligned to 64 bytes.
+using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
+                                 const float* const places[3], float* const potentials[3]) noexcept;
 
 /// Nodes of a far grid: four floats each, x fastest.
 struct GridNodes {
@@ -153,7 +147,8 @@ void all_pairs_portable(const Target&, const Probes&, const KernelModel&, FieldS
 void near_portable(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
 std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std::size_t, const float*, const float*,
                                    float, std::uint32_t*) noexcept;
-void far_points_portable(const Target&, std::size_t, const KernelModel&, const FarPoints&) noexcept;
+void far_points_portable(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
+                         float* const[3]) noexcept;
 void grid_portable(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
 /// 12 × count × lanes multiply-adds that need nothing but registers: a measure of the CPU's limit.
 double multiply_adds_portable(std::size_t count) noexcept;
@@ -162,12 +157,14 @@ void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&
 void near_avx2(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
 std::size_t near_children_avx2(const ChildBoxes*, const std::uint32_t*, std::size_t, const float*, const float*, float,
                                std::uint32_t*) noexcept;
-void far_points_avx2(const Target&, std::size_t, const KernelModel&, const FarPoints&) noexcept;
+void far_points_avx2(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
+                     float* const[3]) noexcept;
 void grid_avx2(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
 double multiply_adds_avx2(std::size_t count) noexcept;
 void all_pairs_avx512(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_avx512(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
-void far_points_avx512(const Target&, std::size_t, const KernelModel&, const FarPoints&) noexcept;
+void far_points_avx512(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
+                       float* const[3]) noexcept;
 void grid_avx512(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
 double multiply_adds_avx512(std::size_t count) noexcept;
 #endif

@@ -404,9 +404,8 @@ FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
   if (!is_evaluable(X_AB_angstrom)) return {};
   Impl& f = *impl_;
   if (!f.is_swapped) return f.evaluate(X_AB_angstrom);
-  // Of A, in B's frame.
   const Pose X_BA = X_AB_angstrom.inverse();
-  const FieldResult of_a = f.evaluate(X_BA);
+  const FieldResult of_a = f.evaluate(X_BA);  // in B's frame
   FieldResult result = of_a;
   result.force_on_b = -(X_AB_angstrom.q * of_a.force_on_b);
   result.torque_on_b = -(X_AB_angstrom.q * (of_a.torque_on_b + X_BA.p.cross(of_a.force_on_b)));

@@ -1,6 +1,7 @@
 #include "server/assets/field_choice.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -19,6 +20,8 @@ constexpr std::size_t kMaxReferencePairs = 200'000'000;
 constexpr double kReferenceCutoff_angstrom = 40;
 /// A third of a millisecond of one AVX-512 core, as docking::kMaxAllPairs without a cut-off.
 constexpr std::size_t kMaxNearPairs = 200'000;
+/// From where the molecules touch; contact last, so that its pairs are those that are counted.
+constexpr std::array kOut_angstrom{5.0, 3.5, 2.0, 1.0, 0.5, 0.0};
 constexpr std::array kCutoffs_angstrom{8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0, 25.0, 30.0};
 
 FieldModel with_cutoff(FieldModel model, double cutoff_angstrom) {
@@ -35,38 +38,32 @@ std::string short_number(double value) {
 
 }  // namespace
 
-WayIn::WayIn(const Molecule& a, const Molecule& b, const FieldModel& model, const Vec3& direction_A)
-    : a_(a),
-      b_(b),
-      direction_A_(direction_A),
-      contact_angstrom_(
-          contact_distance_angstrom(a, b, with_cutoff(model, docking::kUsualCutoffAngstrom), direction_A)),
-      reference_cutoff_angstrom_(a.size() * b.size() <= kMaxReferencePairs ? 0 : kReferenceCutoff_angstrom) {
-  docking::MolecularField reference(a, b, with_cutoff(model, reference_cutoff_angstrom_));
-  for (std::size_t i = 0; i < kOut_angstrom.size(); ++i) {
-    reference_kj_per_mol_[i] = reference.evaluate(at(kOut_angstrom[i])).energy_kj_per_mol();
-  }
-}
-
-Pose WayIn::at(double out_angstrom) const {
-  return {(contact_angstrom_ + out_angstrom) * direction_A_, Quat::Identity()};
-}
-
-WellCheck WayIn::check(const FieldModel& model) const {
-  docking::MolecularField field(a_, b_, model);
-  WellCheck found{0, 0, reference_cutoff_angstrom_};
-  for (std::size_t i = 0; i < kOut_angstrom.size(); ++i) {
-    const double energy = field.evaluate(at(kOut_angstrom[i])).energy_kj_per_mol();
-    found.well_kj_per_mol = std::min(found.well_kj_per_mol, reference_kj_per_mol_[i]);
-    found.error_kj_per_mol = std::max(found.error_kj_per_mol, std::abs(energy - reference_kj_per_mol_[i]));
-  }
-  return found;
-}
-
-std::size_t WayIn::pairs(const FieldModel& model) const {
-  docking::MolecularField field(a_, b_, model);
-  field.evaluate(at(0));
-  return field.pair_count();
+std::function<WellCheck(const FieldModel&)> way_in(const Molecule& a, const Molecule& b, const FieldModel& model,
+                                                   const Vec3& direction_A) {
+  const FieldModel near = with_cutoff(model, docking::kUsualCutoffAngstrom);
+  const double contact = contact_distance_angstrom(a, b, near, direction_A);
+  const auto energies = [=](docking::MolecularField& field) {
+    std::array<double, kOut_angstrom.size()> found{};
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const Pose X_AB{(contact + kOut_angstrom.at(i)) * direction_A, Quat::Identity()};
+      found.at(i) = field.evaluate(X_AB).energy_kj_per_mol();
+    }
+    return found;
+  };
+  const double cutoff = a.size() * b.size() <= kMaxReferencePairs ? 0 : kReferenceCutoff_angstrom;
+  docking::MolecularField reference(a, b, with_cutoff(model, cutoff));
+  return [=, &a, &b, all = energies(reference)](const FieldModel& checked) {
+    docking::MolecularField field(a, b, checked);
+    const auto found = energies(field);
+    WellCheck check;
+    check.reference_cutoff_angstrom = cutoff;
+    check.pairs = field.pair_count();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      check.well_kj_per_mol = std::min(check.well_kj_per_mol, all.at(i));
+      check.error_kj_per_mol = std::max(check.error_kj_per_mol, std::abs(found.at(i) - all.at(i)));
+    }
+    return check;
+  };
 }
 
 Vec3 line_of_centres(const Vec3& offset_A) {
@@ -76,12 +73,12 @@ Vec3 line_of_centres(const Vec3& offset_A) {
 void choose_field(const Molecule& a, const Molecule& b, const Vec3& offset_A, FieldModel& model) {
   docking::choose_cutoff(a, b, model);
   if (model.cutoff_angstrom == 0 || model.has_far_grid) return;
-  const WayIn way(a, b, model, line_of_centres(offset_A));
+  const auto check_of = way_in(a, b, model, line_of_centres(offset_A));
   double least = std::numeric_limits<double>::infinity();
   for (const double cutoff : kCutoffs_angstrom) {
     const FieldModel candidate = with_cutoff(model, cutoff);
-    if (cutoff > kCutoffs_angstrom.front() && way.pairs(candidate) > kMaxNearPairs) break;
-    const WellCheck check = way.check(candidate);
+    const WellCheck check = check_of(candidate);
+    if (cutoff > kCutoffs_angstrom.front() && check.pairs > kMaxNearPairs) break;
     if (check.error_kj_per_mol >= least) continue;
     least = check.error_kj_per_mol;
     model = candidate;

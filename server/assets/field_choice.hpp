@@ -1,8 +1,8 @@
 // What is summed between two molecules where nobody says, and how much of the well of all pairs that keeps.
 #pragma once
 
-#include <array>
-#include <optional>
+#include <cstddef>
+#include <functional>
 #include <string>
 
 #include "common/docking/field_model.hpp"
@@ -18,36 +18,19 @@ struct WellCheck {
   double well_kj_per_mol = 0;            ///< least energy of all pairs
   double error_kj_per_mol = 0;           ///< largest difference on the way
   double reference_cutoff_angstrom = 0;  ///< 0: all pairs; else too many for that, and only what is within this
+  std::size_t pairs = 0;                 ///< that the field evaluated at contact
 
   bool is_kept() const { return error_kj_per_mol <= -kKeptWell * well_kj_per_mol; }
 };
 
-/// The way of B along a line towards A, as their files turn them, from 5 Å out to contact.
+/// Checks fields on the way of B along a line towards A, as their files turn them, from 5 Å out to contact.
 ///
-/// In      a, b         about their centres; they outlive it
+/// In      a, b         about their centres; they outlive what is returned
+///         model        the dielectric
 ///         direction_A  unit vector from A to B
-/// Cost    six evaluations of all pairs up to 2e8 of them; some 0.1 s each
-class WayIn {
- public:
-  WayIn(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
-        const Vec3& direction_A);
-
-  WellCheck check(const docking::FieldModel& model) const;
-  /// Pairs that a step at contact evaluates.
-  std::size_t pairs(const docking::FieldModel& model) const;
-
- private:
-  static constexpr std::array kOut_angstrom{0.0, 0.5, 1.0, 2.0, 3.5, 5.0};
-
-  Pose at(double out_angstrom) const;
-
-  const docking::Molecule& a_;
-  const docking::Molecule& b_;
-  Vec3 direction_A_;
-  double contact_angstrom_;
-  double reference_cutoff_angstrom_;
-  std::array<double, kOut_angstrom.size()> reference_kj_per_mol_{};
-};
+/// Cost    six evaluations of all pairs up to 2e8 of them: some 0.1 s each
+std::function<WellCheck(const docking::FieldModel&)> way_in(const docking::Molecule& a, const docking::Molecule& b,
+                                                            const docking::FieldModel& model, const Vec3& direction_A);
 
 /// docking::choose_cutoff(); and where that finds no grid for a large pair, the smallest cut-off that keeps the well within
 /// kKeptWell of all pairs and takes at most a third of a millisecond of an AVX-512 core; where none does both, the one of

@@ -346,7 +346,7 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
   notes.push_back(method_note(molecules, model));
   if (molecules.size() == 2 && model.cutoff_angstrom > 0) {
     const Vec3 line = line_of_centres(centres_angstrom[1] - centres_angstrom[0]);
-    notes.push_back(well_note(WayIn(*molecules[0], *molecules[1], model, line).check(model)));
+    notes.push_back(well_note(way_in(*molecules[0], *molecules[1], model, line)(model)));
   }
   std::optional<Probe> made;  // takes its time, and an author may have given all numbers
   const auto probe = [&]() -> Probe& {

@@ -50,8 +50,8 @@ TEST(WayIn, MeasuresWhatACutOffLosesOfTheWellAndTheNoteNamesTheRemedy) {
   const ProteinPair pair(2'000, 1'500);
   const Vec3 line(0, 0.6, 0.8);
   const FieldModel cut = model_4r(8, false);
-  const WayIn way(pair.a, pair.b, cut, line);
-  const WellCheck lost = way.check(cut);
+  const auto check_of = way_in(pair.a, pair.b, cut, line);
+  const WellCheck lost = check_of(cut);
   double well = 0, error = 0;
   const double contact = contact_distance_angstrom(pair.a, pair.b, cut, line);
   for (const double out : {0.0, 0.5, 1.0, 2.0, 3.5, 5.0}) {
@@ -66,7 +66,7 @@ TEST(WayIn, MeasuresWhatACutOffLosesOfTheWellAndTheNoteNamesTheRemedy) {
   EXPECT_THAT(well_note(lost), HasSubstr("doubtful"));
   EXPECT_THAT(well_note(lost), HasSubstr("--far-grid"));
   EXPECT_THAT(well_note(lost), HasSubstr("% of the well"));
-  const WellCheck kept = way.check(model_4r(8, true));
+  const WellCheck kept = check_of(model_4r(8, true));
   EXPECT_TRUE(kept.is_kept()) << kept.error_kj_per_mol << " of " << kept.well_kj_per_mol << " kJ/mol";
   EXPECT_THAT(well_note(kept), Not(HasSubstr("doubtful")));
 }
@@ -87,13 +87,13 @@ TEST(ChooseField, OfTooManyAtomsForAGridIsTheSmallestCutOffThatKeepsTheWellOrErr
   FieldModel chosen;
   choose_field(pair.a, pair.b, offset, chosen);
   EXPECT_FALSE(chosen.has_far_grid);
-  const WayIn way(pair.a, pair.b, chosen, line_of_centres(offset));
-  const WellCheck check = way.check(chosen);
+  const auto check_of = way_in(pair.a, pair.b, chosen, line_of_centres(offset));
+  const WellCheck check = check_of(chosen);
   for (const double smaller : {8.0, 10.0, 12.0}) {
     if (smaller >= chosen.cutoff_angstrom) continue;
     FieldModel usual;
     usual.cutoff_angstrom = smaller;
-    const WellCheck other = way.check(usual);
+    const WellCheck other = check_of(usual);
     EXPECT_FALSE(other.is_kept()) << smaller;
     EXPECT_GE(other.error_kj_per_mol, check.error_kj_per_mol) << smaller;
   }
