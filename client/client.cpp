@@ -125,8 +125,10 @@ void Client::begin_rendering() {
         made->rendering->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
         const auto world = make_local_world(joined, assets, shapes);
+        // Before the check, of which the world then shares the model's grid of molecules.
+        auto model = std::make_unique<LocalModel>(world, joined.tool(), settings);
         if (is_aside) require_in_time(world, kMaxModelStep);
-        made->rendering->local_model = std::make_unique<LocalModel>(world, joined.tool(), settings);
+        made->rendering->local_model = std::move(model);
         made->shapes = std::move(shapes);
       }
     } catch (const std::exception& error) {

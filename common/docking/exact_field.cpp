@@ -143,7 +143,13 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
   FieldResult result;
   if (!is_evaluable(X_AB_angstrom)) return result;
   const PairField field(model, a.mixes_arithmetically || b.mixes_arithmetically);
+  constexpr std::size_t kReportPairs = 10'000'000;
+  std::size_t unreported = 0;
   for (std::size_t j = 0; j < b.size(); ++j) {
+    if (details.progress && (unreported += a.size()) >= kReportPairs) {
+      unreported = 0;
+      details.progress(static_cast<double>(j) / static_cast<double>(b.size()));
+    }
     const Vec3 arm = X_AB_angstrom.q * b.positions_angstrom[j];
     const Vec3 position = X_AB_angstrom.p + arm;
     Vec3 force = Vec3::Zero();
@@ -173,6 +179,7 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
     result.force_on_b += force;
     result.torque_on_b += arm.cross(force);
   }
+  if (details.progress) details.progress(1);
   return result;
 }
 

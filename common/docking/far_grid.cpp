@@ -1,166 +1,136 @@
 // See far_grid.hpp.
 #include "common/docking/far_grid.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
+#include <functional>
 #include <mutex>
+#include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace tandem::docking {
 namespace {
 
-using Nodes = float __attribute__((vector_size(16)));  ///< of q, of √C6, of √C12, nothing
-
-struct Node {
-  Nodes of;
-};
+using Box = Eigen::AlignedBox3d;
+using Node = Eigen::Vector4f;  ///< of q, of √C6, of √C12, nothing
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Nodes times atoms, by which the spacing is chosen, the same on every machine.
-constexpr double kMaxWork = 2.5e9;
+/// Nodes times atoms, by which the spacing is chosen, the same on every machine. Molecules for which the coarsest spacing is
+/// more than that may have it up to the second limit.
+constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
 /// 64 MB.
 constexpr double kMaxNodes = 4e6;
 /// Beside the faded ones, of which splines need one and the filter one.
 constexpr std::size_t kBorder = 2;
 
-/// 1 up to kFadeAngstrom before kFarReachAngstrom from the interval, 0 from there on.
-double faded(double at, double low, double high) {
+Box box_of(const Molecule& molecule) {
+  Box box;
+  for (const Vec3& position : molecule.positions_angstrom) box.extend(position);
+  return box;
+}
+
+/// How far the other molecule may still be from contact with all its atoms on the grid.
+constexpr double kApproachAngstrom = 8;
+constexpr double kReachStepAngstrom = 4;
+
+/// 1 up to kFadeAngstrom before the reach from the interval, 0 from there on.
+double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
-  const double t = std::clamp((kFarReachAngstrom - beyond) / kFadeAngstrom, 0.0, 1.0);
+  const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Cubic B-splines at t in [0, 1) between the second and third of four nodes, and their derivatives.
-struct Weights {
-  std::array<float, 4> value, slope;
+/// A node farther from all atoms than these spacings H of the coarser lattice comes from that one: polynomials of six of its
+/// nodes err there by 2e-4 of r^−1 and 8e-4 of r^−2.
+constexpr double kNearSpacings = 5;
+/// The six nodes reach so many spacings, and may not reach what the force switch bends.
+constexpr double kHalfwaySpacings = 2.5;
+/// Source  Lagrange's polynomial of degree 5 in the middle of its nodes
+constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
+/// A coarser lattice of fewer nodes is not worth another one.
+constexpr std::size_t kFewNodes = 4096;
 
-  explicit Weights(float t) {
-    const float s = 1 - t;
-    value = {s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6};
-    slope = {-0.5F * s * s, (1.5F * t - 2) * t, (2 - 1.5F * s) * s, 0.5F * t * t};
+/// Sets each node to the potential at its place.
+using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
+
+/// Of all atoms of A, which the kernels take relative to the centre. The kernel model outlives it.
+Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
+                       FarPointsKernel far_points, const Vec3& centre) {
+  // x y z c6 s3 q
+  std::array<std::vector<float>, 6> atoms;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Vec3 at = a.positions_angstrom[i] - centre;
+    const double cube = std::pow(a.sigma_angstrom[i], 3);
+    const std::array<double, 6> of_atom{at.x(), at.y(),
+                                        at.z(), 2 * std::sqrt(a.epsilon_kj_per_mol[i]) * cube,
+                                        cube,   model.dielectric == Dielectric::kNone ? 0 : a.charge_e[i]};
+    for (std::size_t k = 0; k < 6; ++k) atoms[k].push_back(static_cast<float>(of_atom[k]));
   }
-};
+  return
+      [atoms = std::move(atoms), &constants, far_points, centre](std::span<const Vec3> places, std::span<Node> nodes) {
+        Target target;
+        target.x = atoms[0].data();
+        target.y = atoms[1].data();
+        target.z = atoms[2].data();
+        target.c6 = atoms[3].data();
+        target.s3 = atoms[4].data();
+        target.charge = atoms[5].data();
+        constexpr std::size_t kBlock = 4 * kLanes;
+        alignas(64) std::array<std::array<float, kBlock>, 6> floats{};
+        const std::array<const float*, 3> from{floats[0].data(), floats[1].data(), floats[2].data()};
+        const std::array<float*, 3> to{floats[3].data(), floats[4].data(), floats[5].data()};
+        for (std::size_t begin = 0; begin < places.size(); begin += kBlock) {
+          const std::size_t count = std::min(kBlock, places.size() - begin);
+          for (std::size_t i = 0; i < kBlock; ++i) {
+            // The last block repeats its last place.
+            const Vec3 at = places[begin + std::min(i, count - 1)] - centre;
+            for (std::size_t axis = 0; axis < 3; ++axis)
+              floats[axis][i] = static_cast<float>(at[static_cast<int>(axis)]);
+          }
+          far_points(target, atoms[0].size(), constants, kBlock, from.data(), to.data());
+          for (std::size_t i = 0; i < count; ++i) nodes[begin + i] = Node(floats[3][i], floats[4][i], floats[5][i], 0);
+        }
+      };
+}
 
-}  // namespace
-
-class FarGrid {
+/// Nodes of a cubic lattice, x fastest.
+class Lattice {
  public:
-  FarGrid(const Vec3& low, const Vec3& high, double spacing) : low_(low), high_(high), spacing_(spacing) {
-    origin_ = low - Vec3::Constant(kFarReachAngstrom + kBorder * spacing);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double length = high[axis] - origin_[axis] + kFarReachAngstrom;
-      count_[axis] = static_cast<std::size_t>(std::ceil(length / spacing)) + kBorder + 1;
-    }
-    // Whole registers of the kernels.
-    count_[0] = (count_[0] + kLanes - 1) / kLanes * kLanes;
-  }
+  Lattice(const Vec3& origin, double spacing, const std::array<std::size_t, 3>& count)
+      : origin_(origin), spacing_(spacing), count_(count) {}
 
-  bool is_affordable(std::size_t atoms) const {
-    const auto nodes = static_cast<double>(size());
-    return nodes <= kMaxNodes && nodes * static_cast<double>(atoms) <= kMaxWork;
-  }
   std::size_t size() const { return count_[0] * count_[1] * count_[2]; }
   double spacing() const { return spacing_; }
+  const Vec3& origin() const { return origin_; }
+  const std::array<std::size_t, 3>& count() const { return count_; }
+  std::span<Node> nodes() { return nodes_; }
+  std::span<const Node> nodes() const { return nodes_; }
 
-  void fill(const Molecule& a, const FieldModel& model, const KernelModel& constants, FarRowKernel far_row) {
-    nodes_.assign(size(), Node{});
-    const Vec3 centre = 0.5 * (low_ + high_);
-    // x y z c6 s3 q
-    std::array<std::vector<float>, 6> atoms;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const Vec3 at = a.positions_angstrom[i] - centre;
-      const double cube = std::pow(a.sigma_angstrom[i], 3);
-      const std::array<double, 6> of_atom{at.x(), at.y(),
-                                          at.z(), 2 * std::sqrt(a.epsilon_kj_per_mol[i]) * cube,
-                                          cube,   model.dielectric == Dielectric::kNone ? 0 : a.charge_e[i]};
-      for (std::size_t k = 0; k < 6; ++k) atoms[k].push_back(static_cast<float>(of_atom[k]));
-    }
-    Target target;
-    target.x = atoms[0].data();
-    target.y = atoms[1].data();
-    target.z = atoms[2].data();
-    target.c6 = atoms[3].data();
-    target.s3 = atoms[4].data();
-    target.charge = atoms[5].data();
-    std::vector<float> storage(3 * count_[0] + kLanes);
-    float* const aligned = storage.data() + (64 - reinterpret_cast<std::uintptr_t>(storage.data()) % 64) % 64 / 4;
-    for (std::size_t z = 0; z < count_[2]; ++z) {
-      for (std::size_t y = 0; y < count_[1]; ++y) {
-        fill_row(target, a.size(), constants, far_row, centre, y, z, aligned);
-      }
-    }
-    filter();
-  }
-
-  void add(const Probes& b, std::span<const float> c6, std::span<const float> s3, FieldSums& sums) const noexcept {
-    const double inverse = 1 / spacing_;
-    for (std::size_t j = 0; j < b.count; ++j) {
-      const double x = (b.x[j] - origin_.x()) * inverse, y = (b.y[j] - origin_.y()) * inverse,
-                   z = (b.z[j] - origin_.z()) * inverse;
-      if (!(is_inside(x, 0) && is_inside(y, 1) && is_inside(z, 2))) continue;
-      ++sums.on_grid;
-      const auto ix = static_cast<std::size_t>(x), iy = static_cast<std::size_t>(y), iz = static_cast<std::size_t>(z);
-      const Weights wx(static_cast<float>(x - static_cast<double>(ix))),
-          wy(static_cast<float>(y - static_cast<double>(iy))), wz(static_cast<float>(z - static_cast<double>(iz)));
-      Nodes value = {}, by_x = {}, by_y = {}, by_z = {};
-      for (std::size_t k = 0; k < 4; ++k) {
-        Nodes plane = {}, plane_x = {}, plane_y = {};
-        for (std::size_t l = 0; l < 4; ++l) {
-          const Node* const p = nodes_.data() + index(ix - 1, iy + l - 1, iz + k - 1);
-          const Nodes row =
-              wx.value[0] * p[0].of + wx.value[1] * p[1].of + wx.value[2] * p[2].of + wx.value[3] * p[3].of;
-          const Nodes row_x =
-              wx.slope[0] * p[0].of + wx.slope[1] * p[1].of + wx.slope[2] * p[2].of + wx.slope[3] * p[3].of;
-          plane += wy.value[l] * row;
-          plane_x += wy.value[l] * row_x;
-          plane_y += wy.slope[l] * row;
-        }
-        value += wz.value[k] * plane;
-        by_x += wz.value[k] * plane_x;
-        by_y += wz.value[k] * plane_y;
-        by_z += wz.slope[k] * plane;
-      }
-      const Nodes factor = {b.charge[j], -c6[j], c6[j] * s3[j], 0};
-      const Nodes energy = factor * value;
-      sums.coulomb += static_cast<double>(energy[0]);
-      sums.lennard_jones += static_cast<double>(energy[1]) + static_cast<double>(energy[2]);
-      const auto force = [&](const Nodes& slope) {
-        const Nodes f = factor * slope;
-        return -inverse * (static_cast<double>(f[0]) + static_cast<double>(f[1]) + static_cast<double>(f[2]));
-      };
-      const double fx = force(by_x), fy = force(by_y), fz = force(by_z);
-      sums.force[0] += fx;
-      sums.force[1] += fy;
-      sums.force[2] += fz;
-      sums.torque[0] += b.arm_y[j] * fz - b.arm_z[j] * fy;
-      sums.torque[1] += b.arm_z[j] * fx - b.arm_x[j] * fz;
-      sums.torque[2] += b.arm_x[j] * fy - b.arm_y[j] * fx;
-    }
-  }
-
- private:
-  std::size_t index(std::size_t x, std::size_t y, std::size_t z) const { return (z * count_[1] + y) * count_[0] + x; }
-  bool is_inside(double at, std::size_t axis) const {
-    return at >= 1 && at < static_cast<double>(count_[axis] - kBorder);
-  }
   double coordinate(std::size_t i, int axis) const { return origin_[axis] + static_cast<double>(i) * spacing_; }
 
-  void fill_row(const Target& target, std::size_t atoms, const KernelModel& constants, FarRowKernel far_row,
-                const Vec3& centre, std::size_t y, std::size_t z, float* sums) {
-    const double share = faded(coordinate(y, 1), low_.y(), high_.y()) * faded(coordinate(z, 2), low_.z(), high_.z());
-    if (share == 0) return;
-    const std::size_t count = count_[0];
-    const std::array<float, 4> row{static_cast<float>(origin_.x() - centre.x()),
-                                   static_cast<float>(coordinate(y, 1) - centre.y()),
-                                   static_cast<float>(coordinate(z, 2) - centre.z()), static_cast<float>(spacing_)};
-    far_row(target, atoms, constants, row.data(), count, sums, sums + count, sums + 2 * count);
-    for (std::size_t x = 0; x < count; ++x) {
-      const auto here = static_cast<float>(share * faded(coordinate(x, 0), low_.x(), high_.x()));
-      nodes_[index(x, y, z)].of = here * Nodes{sums[x], sums[count + x], sums[2 * count + x], 0};
+  /// The potential at each node: near an atom from all atoms, farther away from a coarser lattice.
+  void fill(const Potential& potential, std::span<const Vec3> atoms, double cutoff_angstrom) {
+    nodes_.assign(size(), Node::Zero());
+    const std::vector<char> is_near = near_nodes(atoms, cutoff_angstrom);
+    std::vector<Vec3> places;
+    for (std::size_t n = 0; n < size(); ++n) {
+      if (is_near[n] != 0) places.push_back(position(n));
+    }
+    if (places.size() < size()) {
+      Lattice coarser = coarser_lattice();
+      coarser.fill(potential, atoms, cutoff_angstrom);
+      interpolate(coarser);
+    }
+    std::vector<Node> values(places.size());
+    potential(places, values);
+    std::size_t next = 0;
+    for (std::size_t n = 0; n < size(); ++n) {
+      if (is_near[n] != 0) nodes_[n] = values[next++];
     }
   }
 
@@ -170,34 +140,171 @@ class FarGrid {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t begin = 0; begin < size(); ++begin) {
         if (begin / stride[axis] % count_[axis] != 0) continue;
-        Nodes before = nodes_[begin].of;
+        Node before = nodes_[begin];
         for (std::size_t i = 1; i + 1 < count_[axis]; ++i) {
-          Nodes& node = nodes_[begin + i * stride[axis]].of;
-          const Nodes here = node;
-          node = (8 * here - before - nodes_[begin + (i + 1) * stride[axis]].of) / 6;
+          Node& node = nodes_[begin + i * stride[axis]];
+          const Node here = node;
+          node = (8 * here - before - nodes_[begin + (i + 1) * stride[axis]]) / 6;
           before = here;
         }
       }
     }
   }
 
-  Vec3 low_, high_, origin_;
+ private:
+  std::size_t index(std::size_t x, std::size_t y, std::size_t z) const { return (z * count_[1] + y) * count_[0] + x; }
+  Vec3 position(std::size_t n) const {
+    return {coordinate(n % count_[0], 0), coordinate(n / count_[0] % count_[1], 1),
+            coordinate(n / count_[0] / count_[1], 2)};
+  }
+
+  /// All where another lattice is not worth it.
+  std::vector<char> near_nodes(std::span<const Vec3> atoms, double cutoff_angstrom) const {
+    std::vector<char> is_near(size(), size() < kFewNodes ? 1 : 0);
+    if (size() < kFewNodes) return is_near;
+    const double wide = 2 * spacing_;
+    const double reach = std::max(cutoff_angstrom + kHalfwaySpacings * wide, kNearSpacings * wide);
+    const double reach2 = reach * reach;
+    for (const Vec3& atom : atoms) {
+      std::array<std::size_t, 3> first{}, last{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double at = atom[static_cast<int>(axis)] - origin_[static_cast<int>(axis)];
+        const auto most = static_cast<double>(count_[axis] - 1);
+        first[axis] = static_cast<std::size_t>(std::clamp(std::ceil((at - reach) / spacing_), 0.0, most));
+        last[axis] = static_cast<std::size_t>(std::clamp(std::floor((at + reach) / spacing_), 0.0, most));
+      }
+      for (std::size_t z = first[2]; z <= last[2]; ++z) {
+        const double of_z = std::pow(coordinate(z, 2) - atom.z(), 2);
+        for (std::size_t y = first[1]; y <= last[1]; ++y) {
+          const double left = reach2 - of_z - std::pow(coordinate(y, 1) - atom.y(), 2);
+          if (left < 0) continue;
+          const double half = std::sqrt(left), at = atom.x() - origin_.x();
+          const auto most = static_cast<double>(count_[0]);
+          const auto begin = static_cast<std::size_t>(std::clamp(std::ceil((at - half) / spacing_), 0.0, most));
+          const auto end = static_cast<std::size_t>(std::clamp(std::floor((at + half) / spacing_) + 1, 0.0, most));
+          if (begin < end) std::fill(is_near.begin() + offset(begin, y, z), is_near.begin() + offset(end, y, z), 1);
+        }
+      }
+    }
+    return is_near;
+  }
+  std::ptrdiff_t offset(std::size_t x, std::size_t y, std::size_t z) const {
+    return static_cast<std::ptrdiff_t>(index(x, y, z));
+  }
+
+  /// Of twice the spacing about this one, with the nodes that from_coarser() needs.
+  Lattice coarser_lattice() const {
+    const double wide = 2 * spacing_;
+    std::array<std::size_t, 3> count{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      count[axis] = count_[axis] / 2 + 2 * kBorder + 2;
+    }
+    return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
+  }
+
+  /// Calls use(node of the coarser lattice, weight) for those that make node i along an axis: the one at its place, or six
+  /// about it.
+  template <class Use>
+  static void from_coarser(std::size_t i, const Use& use) {
+    const std::size_t below = kBorder + i / 2;
+    if (i % 2 == 0) return use(below, 1.0F);
+    for (std::size_t k = 0; k < kHalfway.size(); ++k) use(below + k - 2, kHalfway[k]);
+  }
+
+  /// All nodes from those of coarser_lattice(), row by row.
+  void interpolate(const Lattice& coarser) {
+    std::vector<Node> row(coarser.count_[0]);
+    for (std::size_t z = 0; z < count_[2]; ++z) {
+      for (std::size_t y = 0; y < count_[1]; ++y) {
+        std::ranges::fill(row, Node(Node::Zero()));
+        from_coarser(z, [&](std::size_t at_z, float of_z) {
+          from_coarser(y, [&](std::size_t at_y, float of_y) {
+            const Node* const from = coarser.nodes_.data() + coarser.index(0, at_y, at_z);
+            for (std::size_t x = 0; x < row.size(); ++x) row[x] += of_z * of_y * from[x];
+          });
+        });
+        for (std::size_t x = 0; x < count_[0]; ++x) {
+          Node& node = nodes_[index(x, y, z)];
+          from_coarser(x, [&](std::size_t at_x, float of_x) { node += of_x * row[at_x]; });
+        }
+      }
+    }
+  }
+
+  Vec3 origin_;
   double spacing_;
   std::array<std::size_t, 3> count_{};
   std::vector<Node> nodes_;
 };
 
+}  // namespace
+
+class FarGrid {
+ public:
+  FarGrid(const Box& box, double spacing, double reach)
+      : box_(box), reach_(reach), lattice_(lattice_about(box, spacing, reach)) {}
+
+  bool is_affordable(std::size_t atoms, double work) const {
+    const auto nodes = static_cast<double>(lattice_.size());
+    return nodes <= kMaxNodes && nodes * static_cast<double>(atoms) <= work;
+  }
+  std::size_t size() const { return lattice_.size(); }
+  double spacing() const { return lattice_.spacing(); }
+  const GridNodes& nodes() const { return nodes_; }
+
+  void fill(const Molecule& a, const FieldModel& model, const KernelModel& constants, FarPointsKernel far_points) {
+    lattice_.fill(potential_of(a, model, constants, far_points, box_.center()), a.positions_angstrom,
+                  model.cutoff_angstrom);
+    fade();
+    lattice_.filter();
+    nodes_.nodes = lattice_.nodes().data()->data();
+    nodes_.per_angstrom = 1 / lattice_.spacing();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      nodes_.count[axis] = lattice_.count()[axis];
+      nodes_.origin[axis] = lattice_.origin()[static_cast<int>(axis)];
+      nodes_.last[axis] = std::nextafter(static_cast<double>(nodes_.count[axis] - kBorder), 0.0);
+    }
+  }
+
+ private:
+  static Lattice lattice_about(const Box& box, double spacing, double reach) {
+    const Vec3 origin = box.min() - Vec3::Constant(reach + kBorder * spacing);
+    std::array<std::size_t, 3> count{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double length = box.max()[axis] - origin[axis] + reach;
+      count[static_cast<std::size_t>(axis)] = static_cast<std::size_t>(std::ceil(length / spacing)) + kBorder + 1;
+    }
+    return {origin, spacing, count};
+  }
+
+  void fade() {
+    const std::array<std::size_t, 3>& count = lattice_.count();
+    std::array<std::vector<double>, 3> share;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < count[static_cast<std::size_t>(axis)]; ++i) {
+        share[static_cast<std::size_t>(axis)].push_back(
+            faded(lattice_.coordinate(i, axis), box_.min()[axis], box_.max()[axis], reach_));
+      }
+    }
+    std::size_t n = 0;
+    for (const double z : share[2]) {
+      for (const double y : share[1]) {
+        for (const double x : share[0]) lattice_.nodes()[n++] *= static_cast<float>(z * y * x);
+      }
+    }
+  }
+
+  Box box_;
+  double reach_;
+  Lattice lattice_;
+  GridNodes nodes_;
+};
+
 namespace {
 
-/// All that a grid's values come from.
-struct Source {
-  std::vector<Vec3> positions_angstrom;
-  std::vector<double> sigma_angstrom, epsilon_kj_per_mol, charge_e;
-  FieldModel model;
-  FarRowKernel far_row;
-
-  bool operator==(const Source&) const = default;
-};
+/// All that a grid's values come from: positions, σ, ε, charges, field, kernel and reach.
+using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
+                          FarPointsKernel, double>;
 
 /// One grid, for as long as anyone has it.
 struct Made {
@@ -232,16 +339,26 @@ class Shelf {
 
 /// Without values; null where no spacing is affordable.
 std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
-  Vec3 low = a.positions_angstrom.front(), high = low;
-  for (const Vec3& position : a.positions_angstrom) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
+  const Box box = box_of(a);
   for (double spacing = kFinestAngstrom; spacing <= kCoarsestAngstrom; spacing *= kCoarser) {
-    auto grid = std::make_unique<FarGrid>(low, high, spacing);
-    if (grid->is_affordable(a.size())) return grid;
+    auto grid = std::make_unique<FarGrid>(box, spacing, kFarReachAngstrom);
+    if (grid->is_affordable(a.size(), kMaxWork)) return grid;
   }
-  return nullptr;
+  auto coarsest = std::make_unique<FarGrid>(box, kCoarsestAngstrom, kFarReachAngstrom);
+  return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
+}
+
+/// So that in contact no atom of B is where the grid fades, as far as kMaxNodes allow.
+double reach_for(const Molecule& a, const Molecule& b, double spacing) {
+  const Box box = box_of(b);
+  double radius = 0;
+  for (const Vec3& position : b.positions_angstrom) radius = std::max(radius, (position - box.center()).norm());
+  const double wanted = 2 * radius + kApproachAngstrom + kFadeAngstrom;
+  double reach = kFarReachAngstrom;
+  while (reach < wanted && FarGrid(box_of(a), spacing, reach + kReachStepAngstrom).size() <= kMaxNodes) {
+    reach += kReachStepAngstrom;
+  }
+  return reach;
 }
 
 }  // namespace
@@ -251,16 +368,18 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a) {
   return grid == nullptr ? std::nullopt : std::optional(grid->spacing());
 }
 
-std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const FieldModel& model, const KernelModel& constants,
-                                             FarRowKernel far_row) {
+std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& b, const FieldModel& model,
+                                             const KernelModel& constants, FarPointsKernel far_points) {
   static Shelf shelf;
+  const auto spacing = far_grid_spacing_angstrom(a);
+  if (!spacing) return nullptr;
+  const double reach = reach_for(a, b, *spacing);
   const std::shared_ptr<Made> made =
-      shelf.of({a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_row});
+      shelf.of({a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_points, reach});
   const std::lock_guard lock(made->mutex);
   if (std::shared_ptr<const FarGrid> same = made->grid.lock()) return same;
-  std::shared_ptr<FarGrid> grid = empty_far_grid(a);
-  if (grid == nullptr) return grid;
-  grid->fill(a, model, constants, far_row);
+  const auto grid = std::make_shared<FarGrid>(box_of(a), *spacing, reach);
+  grid->fill(a, model, constants, far_points);
   made->grid = grid;
   return grid;
 }
@@ -273,9 +392,8 @@ std::size_t node_count(const FarGrid& grid) {
   return grid.size();
 }
 
-void add_far_field(const FarGrid& grid, const Probes& b, std::span<const float> c6, std::span<const float> s3,
-                   FieldSums& sums) noexcept {
-  grid.add(b, c6, s3, sums);
+const GridNodes& nodes_of(const FarGrid& grid) {
+  return grid.nodes();
 }
 
 }  // namespace tandem::docking

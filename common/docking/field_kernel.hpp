@@ -126,17 +126,30 @@ using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Sets `nodes` of a row along x, from (row[0], row[1], row[2]) on at distances row[3], what the cut-off leaves out of the
-/// potential of these atoms of A: see far_grid.hpp. A multiple of kLanes nodes; coulomb, c6 and c12 are aligned to 64 bytes.
-using FarRowKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, const float* row, std::size_t nodes,
-                              float* coulomb, float* c6, float* c12) noexcept;
+/// Fills coulomb, c6 and c12 with what the cut-off leaves out of the potential of A at places in the frame of its floats, Å: see
+/// far_grid.hpp. Three arrays each of `count` floats, a multiple of kLanes, aligned to 64 bytes.
+using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
+                                 const float* const places[3], float* const potentials[3]) noexcept;
+
+/// Nodes of a far grid: four floats each, x fastest.
+struct GridNodes {
+  const float* nodes = nullptr;  ///< of q, of √C6, of √C12, nothing
+  std::size_t count[3] = {};
+  double origin[3] = {};  ///< Å, of the first node
+  double last[3] = {};    ///< an atom is looked up from node 1 up to here
+  double per_angstrom = 1;
+};
+/// Adds what the grid has for each atom of B. c6, s3: 2 √ε σ³ and σ³, which go on as the arrays of B.
+using GridKernel = void (*)(const GridNodes&, const Probes&, const float* c6, const float* s3,
+                            FieldSums& sums) noexcept;
 
 void all_pairs_portable(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_portable(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
 std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std::size_t, const float*, const float*,
                                    float, std::uint32_t*) noexcept;
-void far_row_portable(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
-                      float*) noexcept;
+void far_points_portable(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
+                         float* const[3]) noexcept;
+void grid_portable(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
 /// 12 × count × lanes multiply-adds that need nothing but registers: a measure of the CPU's limit.
 double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
@@ -144,13 +157,15 @@ void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&
 void near_avx2(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
 std::size_t near_children_avx2(const ChildBoxes*, const std::uint32_t*, std::size_t, const float*, const float*, float,
                                std::uint32_t*) noexcept;
-void far_row_avx2(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
-                  float*) noexcept;
+void far_points_avx2(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
+                     float* const[3]) noexcept;
+void grid_avx2(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
 double multiply_adds_avx2(std::size_t count) noexcept;
 void all_pairs_avx512(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
 void near_avx512(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
-void far_row_avx512(const Target&, std::size_t, const KernelModel&, const float*, std::size_t, float*, float*,
-                    float*) noexcept;
+void far_points_avx512(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
+                       float* const[3]) noexcept;
+void grid_avx512(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
 double multiply_adds_avx512(std::size_t count) noexcept;
 #endif
 

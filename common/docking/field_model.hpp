@@ -28,7 +28,7 @@ struct FieldModel {
   Dielectric dielectric = Dielectric::kNone;
   double permittivity = 4;     ///< relative: ε, or ε at 1 Å
   double cutoff_angstrom = 0;  ///< no force beyond; 0: all pairs
-  bool has_far_grid = false;   ///< what it leaves out from a grid about A (far_grid.hpp); exact_field() has all pairs
+  bool has_far_grid = false;   ///< what it leaves out from a grid (far_grid.hpp); exact_field() has all pairs
 
   bool operator==(const FieldModel&) const = default;
 };

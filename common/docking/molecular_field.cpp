@@ -42,7 +42,8 @@ struct NamedKernel {
   AllPairsKernel all_pairs;
   NearKernel near;
   NearChildren near_children;
-  FarRowKernel far_row;
+  FarPointsKernel far_points;
+  GridKernel grid;
   double (*multiply_adds)(std::size_t) noexcept;
   std::size_t lanes;
 };
@@ -52,15 +53,16 @@ std::vector<NamedKernel> runnable_kernels() {
 #ifdef TANDEM_FIELD_X86
   const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   if (has_avx2 && __builtin_cpu_supports("avx512f")) {
-    kernels.push_back(
-        {"avx512", all_pairs_avx512, near_avx512, near_children_avx2, far_row_avx512, multiply_adds_avx512, 16});
+    kernels.push_back({"avx512", all_pairs_avx512, near_avx512, near_children_avx2, far_points_avx512, grid_avx512,
+                       multiply_adds_avx512, 16});
   }
   if (has_avx2) {
-    kernels.push_back({"avx2", all_pairs_avx2, near_avx2, near_children_avx2, far_row_avx2, multiply_adds_avx2, 8});
+    kernels.push_back(
+        {"avx2", all_pairs_avx2, near_avx2, near_children_avx2, far_points_avx2, grid_avx2, multiply_adds_avx2, 8});
   }
 #endif
-  kernels.push_back({"portable", all_pairs_portable, near_portable, near_children_portable, far_row_portable,
-                     multiply_adds_portable, 4});
+  kernels.push_back({"portable", all_pairs_portable, near_portable, near_children_portable, far_points_portable,
+                     grid_portable, multiply_adds_portable, 4});
   return kernels;
 }
 
@@ -208,8 +210,10 @@ struct MolecularField::Impl {
   void lay_out_b(const Molecule& b, const Interacting& chosen);
   void place_b(const Pose& X_AB, const Eigen::Matrix3d& R_AB, std::size_t begin, std::size_t end) noexcept;
   void add_neighbours(const Pose& X_AB, FieldSums& sums) noexcept;
+  FieldResult evaluate(const Pose& X_AB) noexcept;
 
   FieldModel model;
+  bool is_swapped = false;  ///< "A" and "B" below are the caller's B and A
   KernelModel constants;
   NamedKernel kernel;
   std::optional<ClusterTree> tree_a, tree_b;  ///< with a cut-off
@@ -258,7 +262,7 @@ MolecularField::Impl::Impl(const Molecule& a, const Molecule& b, const FieldMode
   }
   lay_out_a(a, chosen_a, largest_sigma(b));
   lay_out_b(b, chosen_b);
-  if (model.has_far_grid) far = make_far_grid(a, model, constants, kernel.far_row);
+  if (model.has_far_grid) far = make_far_grid(a, b, model, constants, kernel.far_points);
 }
 
 void MolecularField::Impl::lay_out_a(const Molecule& a, const Interacting& chosen, float largest_sigma_b) {
@@ -339,7 +343,7 @@ void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chose
     charge_b.push_back(static_cast<float>(coulomb * static_cast<double>(charge_of(b, j, model))));
   }
   const std::size_t padded = (count_b + kLanes - 1) / kLanes * kLanes;
-  for (std::vector<float>* values : {&c6_b, &s3_b, &sigma_b, &charge_b}) values->resize(padded);
+  for (std::vector<float>* values : {&c6_b, &s3_b, &sigma_b, &charge_b, &far_c6_b, &far_s3_b}) values->resize(padded);
   for (std::vector<double>* values : {&arm_x, &arm_y, &arm_z}) values->resize(padded);
   for (std::vector<double>* values : {&x_b, &y_b, &z_b}) values->resize(padded, kFarAwayAngstrom);
 }
@@ -375,7 +379,9 @@ MolecularField::MolecularField(const Molecule& a, const Molecule& b, const Field
   validate(a);
   validate(b);
   validate(model);
-  impl_ = std::make_unique<Impl>(a, b, model, kernel);
+  const bool is_swapped = comes_first(b, a);
+  impl_ = std::make_unique<Impl>(is_swapped ? b : a, is_swapped ? a : b, model, kernel);
+  impl_->is_swapped = is_swapped;
 }
 
 void MolecularField::use_by_default(std::string_view kernel) {
@@ -395,21 +401,32 @@ MolecularField::MolecularField(MolecularField&&) noexcept = default;
 MolecularField& MolecularField::operator=(MolecularField&&) noexcept = default;
 
 FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
-  FieldResult result;
-  if (!is_evaluable(X_AB_angstrom)) return result;
+  if (!is_evaluable(X_AB_angstrom)) return {};
   Impl& f = *impl_;
+  if (!f.is_swapped) return f.evaluate(X_AB_angstrom);
+  const Pose X_BA = X_AB_angstrom.inverse();
+  const FieldResult of_a = f.evaluate(X_BA);  // in B's frame
+  FieldResult result = of_a;
+  result.force_on_b = -(X_AB_angstrom.q * of_a.force_on_b);
+  result.torque_on_b = -(X_AB_angstrom.q * (of_a.torque_on_b + X_BA.p.cross(of_a.force_on_b)));
+  return result;
+}
+
+FieldResult MolecularField::Impl::evaluate(const Pose& X_AB) noexcept {
   FieldSums sums;
-  if (f.search) {
-    f.add_neighbours(X_AB_angstrom, sums);
-    if (f.far) {
-      f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.count_b);
-      add_far_field(*f.far, f.probes(), f.far_c6_b, f.far_s3_b, sums);
+  const Eigen::Matrix3d R_AB = X_AB.q.toRotationMatrix();
+  if (search) {
+    add_neighbours(X_AB, sums);
+    if (far) {
+      place_b(X_AB, R_AB, 0, count_b);
+      kernel.grid(nodes_of(*far), probes(), far_c6_b.data(), far_s3_b.data(), sums);
     }
   } else {
-    f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.count_b);
-    f.kernel.all_pairs(f.target(), f.probes(), f.constants, sums);
+    place_b(X_AB, R_AB, 0, count_b);
+    kernel.all_pairs(target(), probes(), constants, sums);
   }
-  f.last = sums;
+  last = sums;
+  FieldResult result;
   result.lennard_jones_kj_per_mol = sums.lennard_jones;
   result.coulomb_kj_per_mol = sums.coulomb;
   result.force_on_b = Vec3(sums.force[0], sums.force[1], sums.force[2]);
@@ -460,12 +477,24 @@ std::size_t MolecularField::run_multiply_adds(std::string_view kernel, std::size
   return 12 * loops * chosen.lanes;
 }
 
+bool comes_first(const Molecule& a, const Molecule& b) {
+  if (a.size() != b.size()) return a.size() > b.size();
+  for (const auto values : {&Molecule::charge_e, &Molecule::sigma_angstrom, &Molecule::epsilon_kj_per_mol}) {
+    if (a.*values != b.*values) return a.*values > b.*values;
+  }
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Vec3 &p_a = a.positions_angstrom[i], &p_b = b.positions_angstrom[i];
+    if (p_a != p_b) return std::ranges::lexicographical_compare(p_b, p_a);
+  }
+  return false;
+}
+
 void choose_cutoff(const Molecule& a, const Molecule& b, FieldModel& model) {
-  // Each of B's atoms is looked up in every tick: 0.2 ms of them.
-  constexpr std::size_t kMaxOnGrid = 4'000;
+  const bool is_b_first = comes_first(b, a);
+  const Molecule &first = is_b_first ? b : a, &second = is_b_first ? a : b;
   const bool is_cut = a.size() * b.size() > kMaxAllPairs;
   model.cutoff_angstrom = is_cut ? kUsualCutoffAngstrom : 0;
-  model.has_far_grid = is_cut && b.size() <= kMaxOnGrid && far_grid_spacing_angstrom(a);
+  model.has_far_grid = is_cut && second.size() <= kMaxOnGrid && far_grid_spacing_angstrom(first);
 }
 
 }  // namespace tandem::docking

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <stdexcept>
 
-#include "common/docking/molecular_field.hpp"
+#include "server/assets/field_choice.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -13,6 +13,13 @@ namespace {
 bool parse_number(std::string_view text, double& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Of molecules about their centres, as a room has them.
+void choose_as_a_room(DockingPair& pair) {
+  docking::Molecule receptor = pair.receptor, ligand = pair.ligand;
+  const Vec3 centre = receptor.centre(), offset = ligand.centre() - centre;
+  server::choose_field(receptor, ligand, offset, pair.model);
 }
 
 docking::Molecule load(const DockingOptions& options, const std::string& text, server::StructureReport& report) {
@@ -39,9 +46,11 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
                   "those given, built anew, or united with carbon [default: given, or built where a file has none]")
       ->check(CLI::IsMember({"given", "build", "united"}));
   command
-      .add_option("--cutoff", options.cutoff,
-                  "none, a distance, 4 to 100 [Å], or auto: as in a room of tandem-server, none up to a million pairs, "
-                  "above that 8 and, where both are small enough, a grid of what is beyond")
+      .add_option(
+          "--cutoff", options.cutoff,
+          "none, a distance, 4 to 100 [Å], or auto: as in a room of tandem-server, none up to a million pairs, "
+          "above that 8 and, where both are small enough, a grid of what is beyond, else the smallest that keeps the "
+          "well")
       ->capture_default_str();
   command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")
       ->capture_default_str();
@@ -68,7 +77,7 @@ DockingPair load_docking_pair(const DockingOptions& options) {
   if (const auto cutoff = cutoff_of(options.cutoff)) {
     pair.model.cutoff_angstrom = *cutoff;
   } else {
-    docking::choose_cutoff(pair.receptor, pair.ligand, pair.model);
+    choose_as_a_room(pair);
   }
   docking::validate(pair.model);
   return pair;

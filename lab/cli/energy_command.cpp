@@ -7,14 +7,17 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "common/base/json_pretty.hpp"
+#include "common/base/progress.hpp"
 #include "common/base/units.hpp"
 #include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "lab/cli/commands.hpp"
 #include "lab/cli/docking_pair.hpp"
 #include "server/assets/structures/structure_writer.hpp"
@@ -28,6 +31,11 @@ namespace fs = std::filesystem;
 
 /// A residue is told of from here on, in either term: less is the sum of what far residues do.
 constexpr double kMinResidueEnergyKjPerMol = 0.01;
+
+/// In double precision: some 2 s.
+constexpr std::size_t kPairsWithProgress = 50'000'000;
+/// In float: some 0.1 s.
+constexpr std::size_t kPairsToCompare = 200'000'000;
 
 struct EnergyOptions {
   DockingOptions pair;
@@ -52,6 +60,7 @@ struct Energies {
   std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< where asked for, the greatest first
   Vec3 centre = Vec3::Zero();                         ///< of the ligand's mass, in the receptor's file
   Vec3 torque = Vec3::Zero();                         ///< about it
+  std::optional<double> all_pairs_kj_per_mol;         ///< with a cut-off, of up to kPairsToCompare
 };
 
 std::vector<ResidueEnergy> residues_of(const docking::Molecule& molecule,
@@ -74,6 +83,9 @@ Energies energies_of(const DockingPair& pair, const EnergyOptions& options) {
   if (!options.move_angstrom.empty()) found.X_AB.p = Vec3(options.move_angstrom.data());
   std::vector<Eigen::Vector2d> of_receptor, of_ligand;
   docking::ExactDetails details{&found.on_receptor, &found.on_ligand};
+  if (pair.receptor.size() * pair.ligand.size() > kPairsWithProgress) {
+    details.progress = [show = progress_on_stderr()](double done) { show("summing all pairs of atoms", done); };
+  }
   if (options.wants_residues) {
     details.energies_of_a = &of_receptor;
     details.energies_of_b = &of_ligand;
@@ -82,6 +94,12 @@ Energies energies_of(const DockingPair& pair, const EnergyOptions& options) {
   if (options.wants_residues) {
     found.of_receptor = residues_of(pair.receptor, of_receptor);
     found.of_ligand = residues_of(pair.ligand, of_ligand);
+  }
+  if (pair.model.cutoff_angstrom > 0 && pair.receptor.size() * pair.ligand.size() <= kPairsToCompare) {
+    docking::FieldModel all = pair.model;
+    all.cutoff_angstrom = 0;
+    found.all_pairs_kj_per_mol =
+        docking::MolecularField(pair.receptor, pair.ligand, all).evaluate(found.X_AB).energy_kj_per_mol();
   }
   const Vec3 arm = pair.ligand.centre_of_mass_angstrom();
   found.centre = found.X_AB * arm;
@@ -169,6 +187,7 @@ json::object energy_json(const DockingPair& pair, const Energies& found, const E
                       {"torque_about_angstrom", json_of(found.centre)},
                       {"receptor_notes", strings(pair.receptor.notes)},
                       {"ligand_notes", strings(pair.ligand.notes)}};
+  if (found.all_pairs_kj_per_mol) object["all_pairs_kj_mol"] = *found.all_pairs_kj_per_mol;
   if (options.wants_report) {
     object["receptor_report"] = report_json(pair.receptor, pair.receptor_report);
     object["ligand_report"] = report_json(pair.ligand, pair.ligand_report);
@@ -226,6 +245,10 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   print_molecule("ligand", pair.ligand, pair.ligand_report, options.wants_report);
   const docking::FieldResult& result = found.result;
   const Vec3& f = result.force_on_b;
+  if (found.all_pairs_kj_per_mol) {
+    std::printf("within %.4g Å; all pairs have %.8g kJ/mol, Lennard-Jones and Coulomb\n", pair.model.cutoff_angstrom,
+                *found.all_pairs_kj_per_mol);
+  }
   std::printf("Lennard-Jones %16.8g kJ/mol\nCoulomb       %16.8g kJ/mol\n", result.lennard_jones_kj_per_mol,
               result.coulomb_kj_per_mol);
   if (const std::string which = doubtful_charges(pair, options); !which.empty()) {

@@ -51,12 +51,13 @@ void declare(CLI::App& app, DockingOptions& options) {
   app.add_option(
          "--cutoff", options.cutoff_angstrom,
          "of both: no force beyond, 4 to 100 [Å]; 0: none [0 up to a million pairs of atoms; above, 8, and --far-grid "
-         "where both are small enough; one that is given has no grid by itself]")
+         "where both are small enough, else the smallest that keeps the well of all pairs within 5 %, if a step can "
+         "have it; one that is given has no grid by itself]")
       ->type_name("FLOAT");
   app.add_flag(
       "--far-grid", options.has_far_grid,
-      "with --cutoff: what it leaves out, up to 40 Å, from a grid about the receptor (about a second's work when the "
-      "room is made)");
+      "with --cutoff: what it leaves out, up to 40 Å or farther, from a grid about the larger molecule (about half a "
+      "second's work when the room is made)");
 }
 
 std::filesystem::path write(const DockingOptions& options, const std::filesystem::path& folder) {

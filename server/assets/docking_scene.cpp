@@ -10,10 +10,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/docking/far_grid.hpp"
 #include "common/docking/molecular_field.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "common/physics/world_description.hpp"
+#include "server/assets/field_choice.hpp"
 #include "server/assets/molecular_scale.hpp"
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/structures/loader.hpp"
@@ -113,6 +113,8 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   docking::Molecule a = load(receptor, molecular.force_field_directory());
   docking::Molecule b = load(ligand, molecular.force_field_directory());
   const std::size_t pairs = a.size() * b.size();
+  const Vec3 centre_a = a.centre();
+  const Vec3 offset = b.centre() - centre_a;
   docking::FieldModel model;
   docking::set_dielectric(model, molecular.dielectric());
   if (molecular.has_cutoff_angstrom()) {
@@ -122,7 +124,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
     model.cutoff_angstrom = docking::kUsualCutoffAngstrom;
     model.has_far_grid = true;
   } else {
-    docking::choose_cutoff(a, b, model);
+    choose_field(a, b, offset, model);
   }
   docking::validate(model);
   if (model.cutoff_angstrom == 0 && pairs > kMaxPairs) {
@@ -131,13 +133,15 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   }
   molecular.set_cutoff_angstrom(model.cutoff_angstrom);
   molecular.set_far_grid(model.has_far_grid);
-  model.has_far_grid = false;  // contact is near
+  // Contact is near.
+  model.has_far_grid = false;
+  if (model.cutoff_angstrom == 0 && pairs > docking::kMaxAllPairs) {
+    model.cutoff_angstrom = docking::kUsualCutoffAngstrom;
+  }
   if (!molecular.has_zero_area_kt() && pairs <= docking::kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
 
-  const Vec3 centre_a = a.centre();
-  const Vec3 offset = b.centre() - centre_a;
   molecular.set_metres_per_angstrom(metres_per_angstrom(a, b));
-  const Vec3 line = offset.norm() > 1 ? Vec3(offset.normalized()) : Vec3(Vec3::UnitY());
+  const Vec3 line = line_of_centres(offset);
   const double half_m =
       0.5 * molecular.metres_per_angstrom() * (contact_distance_angstrom(a, b, model, line) + kApart_angstrom);
   const Quat q = Quat::FromTwoVectors(line, Vec3::UnitY());

@@ -9,9 +9,9 @@ namespace tandem::server {
 
 /// Receptor and ligand in a hand each, as their files have them to each other, but drawn 8 Å apart along the line of their
 /// centres. What is left open is chosen: hydrogens as given, or built where a file has none; charges with ε = 4r; all pairs
-/// up to a million, and then a cut-off of 8 Å, with what it leaves out from a grid where the receptor is small enough for one
-/// (docking::far_grid_spacing_angstrom()) and the ligand has at most 4,000 atoms; a zero area of 1 kT below that; forces so large that the strongest pull
-/// is 1 N; 10 mm for 1 Å, less where that makes the larger one's radius of gyration more than 80 mm.
+/// up to a million, and above that what choose_field() chooses, whichever is the receptor; a zero area of 1 kT up to a million;
+/// forces so large that the strongest pull is 1 N; 10 mm for 1 Å, less where that makes the larger one's radius of gyration
+/// more than 80 mm.
 ///
 /// In      receptor, ligand  absolute file, chains, hydrogens
 /// Out     a scene to be written to a file (complete_and_check() has not been called)

@@ -15,6 +15,7 @@
 #include "common/docking/molecular_field.hpp"
 #include "common/physics/world_description.hpp"
 #include "proto/scene_ranges.hpp"
+#include "server/assets/field_choice.hpp"
 #include "server/assets/pose_minimiser.hpp"
 
 namespace tandem::server {
@@ -117,10 +118,16 @@ class Approach {
 
   /// What holds it near `place` against being drawn out the easiest way, giving way sideways and in turn, kcal/mol/Å; 0
   /// where nothing holds it there, or every way is blocked.
-  double hold(const Vec3& place) {
+  ///
+  /// In      report  called with the part that is done, 0 to 1
+  template <class Report>
+  double hold(const Vec3& place, const Report& report) {
     Pose inside{place, Quat::Identity()};
     // One inside the other, such as a file with itself: evaluated for minutes, and no place to be held in.
-    if (field_.evaluate(inside).energy_kj_per_mol() > kHopeless_kj_per_mol) return 0;
+    if (field_.evaluate(inside).energy_kj_per_mol() > kHopeless_kj_per_mol) {
+      report(1.0);
+      return 0;
+    }
     descend(inside, Vec3::Zero(), kSettlingSteps);
     double easiest = std::numeric_limits<double>::infinity();
     for (int i = 0; i < kExits; ++i) {
@@ -135,6 +142,7 @@ class Approach {
         strongest = std::max(strongest, -here.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie);
       }
       if (energy < kBlocked_kcal_per_mol) easiest = std::min(easiest, strongest);
+      report((i + 1.0) / kExits);
     }
     return std::isfinite(easiest) ? easiest : 0;
   }
@@ -202,13 +210,23 @@ double bounded(double value, std::string_view field) {
 /// Each two of some molecules, from several sides.
 class Probe {
  public:
-  Probe(std::span<const Molecule* const> molecules, std::span<const Vec3> centres_angstrom, const FieldModel& model)
-      : model_(model) {
+  Probe(std::span<const Molecule* const> molecules, std::span<const Vec3> centres_angstrom, const FieldModel& model,
+        const ScaleProgress& progress)
+      : model_(model), progress_(progress) {
     for (std::size_t a = 0; a < molecules.size(); ++a) {
       for (std::size_t b = a + 1; b < molecules.size(); ++b) {
         const Vec3 offset = centres_angstrom[b] - centres_angstrom[a];
-        pairs_.push_back({molecules[a], molecules[b], offset, {}, Approach(*molecules[a], *molecules[b], model)});
-        for (const Vec3& way : ways(offset)) pairs_.back().ways.push_back(pairs_.back().approach.along(way));
+        pairs_.push_back({molecules[a],
+                          molecules[b],
+                          offset,
+                          {},
+                          Approach(*molecules[a], *molecules[b], probed(*molecules[a], *molecules[b], model))});
+        const std::vector<Vec3> directions = ways(offset);
+        for (const Vec3& way : directions) {
+          pairs_.back().ways.push_back(pairs_.back().approach.along(way));
+          report(pairs_.back(),
+                 kPartOfWays * static_cast<double>(pairs_.back().ways.size()) / static_cast<double>(directions.size()));
+        }
       }
     }
   }
@@ -217,7 +235,9 @@ class Probe {
     double strongest = 0;
     for (Pair& pair : pairs_) {
       for (const Way& way : pair.ways) strongest = std::max(strongest, way.strongest_pull);
-      strongest = std::max(strongest, pair.approach.hold(pair.offset));
+      const double hold =
+          pair.approach.hold(pair.offset, [&](double done) { report(pair, kPartOfWays + (1 - kPartOfWays) * done); });
+      strongest = std::max(strongest, hold);
     }
     return strongest;
   }
@@ -256,7 +276,26 @@ class Probe {
     std::vector<Way> ways;
     Approach approach;
   };
+  /// Of which the ways together are so much of the work.
+  static constexpr double kPartOfWays = 0.3;
+
+  /// Of more pairs than a step can have in time the numbers come from a cut-off and a grid: four digits are kept, and thousands
+  /// of evaluations of all pairs would take minutes.
+  static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
+    if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
+    return model;
+  }
+
+  void report(const Pair& pair, double done) const {
+    if (progress_ && pair.a->size() * pair.b->size() > docking::kMaxAllPairs) {
+      progress_("finding the scale of the forces between " + std::to_string(pair.a->size()) + " and " +
+                    std::to_string(pair.b->size()) + " atoms",
+                done);
+    }
+  }
+
   FieldModel model_;
+  const ScaleProgress& progress_;
   std::vector<Pair> pairs_;
 };
 
@@ -284,7 +323,9 @@ std::string method_note(std::span<const Molecule* const> molecules, const FieldM
   for (std::size_t a = 0; a < molecules.size(); ++a) {
     for (std::size_t b = a + 1; b < molecules.size(); ++b) {
       pairs += molecules[a]->size() * molecules[b]->size();
-      is_too_large = is_too_large || (model.has_far_grid && !docking::far_grid_spacing_angstrom(*molecules[a]));
+      const bool is_b_first = docking::comes_first(*molecules[b], *molecules[a]);
+      const Molecule& first = *molecules[is_b_first ? b : a];
+      is_too_large = is_too_large || (model.has_far_grid && !docking::far_grid_spacing_angstrom(first));
     }
   }
   if (model.cutoff_angstrom == 0) return "all " + std::to_string(pairs) + " pairs of atoms act on each other";
@@ -298,12 +339,19 @@ std::string method_note(std::span<const Molecule* const> molecules, const FieldM
 
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const Molecule* const> molecules,
-                                                  std::span<const Vec3> centres_angstrom, const FieldModel& model) {
+                                                  std::span<const Vec3> centres_angstrom, const FieldModel& model,
+                                                  const ScaleProgress& progress) {
   std::vector<std::string> notes;
   if (molecules.size() < 2) return notes;
   notes.push_back(method_note(molecules, model));
+  if (molecules.size() == 2 && model.cutoff_angstrom > 0) {
+    const Vec3 line = line_of_centres(centres_angstrom[1] - centres_angstrom[0]);
+    notes.push_back(well_note(way_in(*molecules[0], *molecules[1], model, line)(model)));
+  }
   std::optional<Probe> made;  // takes its time, and an author may have given all numbers
-  const auto probe = [&]() -> Probe& { return made ? *made : made.emplace(molecules, centres_angstrom, model); };
+  const auto probe = [&]() -> Probe& {
+    return made ? *made : made.emplace(molecules, centres_angstrom, model, progress);
+  };
   if (field.newtons_per_kcal_per_mol_angstrom() == 0) {
     const double pull = probe().strongest_pull();
     field.set_newtons_per_kcal_per_mol_angstrom(rounded(pull > kNoPull ? kStrongestPull_n / pull : kScaleWithoutPull));

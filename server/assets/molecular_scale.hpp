@@ -1,6 +1,7 @@
 // How large a scene makes what acts between its molecules, where its author leaves that open: found by a probe of them.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -22,6 +23,9 @@ double contact_distance_angstrom(const docking::Molecule& a, const docking::Mole
 std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::Molecule& b,
                                      const docking::FieldModel& model, const Pose& X_AB_angstrom);
 
+/// Called while molecules of more than a million pairs are probed: what, and how much of it is done (0..1).
+using ScaleProgress = std::function<void(const std::string& what, double done)>;
+
 /// Fills in the numbers of `field` that are 0 for "found": newtons_per_kcal_per_mol_angstrom, knee_kcal_per_mol and, with a
 /// zero area, minimum_kcal_per_mol. Each two molecules are brought together along their centres, as their files have them,
 /// and from six sides, and drawn out of where the files have them, the easiest way of 24, giving way to walls: 1 N is the
@@ -35,6 +39,6 @@ std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const docking::Molecule* const> molecules,
                                                   std::span<const Vec3> centres_angstrom,
-                                                  const docking::FieldModel& model);
+                                                  const docking::FieldModel& model, const ScaleProgress& progress = {});
 
 }  // namespace tandem::server

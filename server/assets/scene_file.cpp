@@ -81,7 +81,10 @@ class SceneBuilder {
  public:
   SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory,
                const SceneLoading& loading)
-      : file_(std::move(file)), assets_(directory, loading), scene_(std::make_shared<LoadedScene>()) {
+      : file_(std::move(file)),
+        progress_(loading.progress),
+        assets_(directory, loading),
+        scene_(std::make_shared<LoadedScene>()) {
     scene_->description = std::move(description);
   }
 
@@ -238,7 +241,7 @@ class SceneBuilder {
     wire::MolecularField& field = *scene_->description.mutable_molecular_field();
     try {
       for (const std::string& note :
-           complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model)) {
+           complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model, progress_)) {
         assets_.tell_users(note);
       }
     } catch (const std::invalid_argument& error) {
@@ -284,6 +287,7 @@ class SceneBuilder {
   }
 
   SceneField file_;
+  std::function<void(const std::string& what, double done)> progress_;
   SceneAssets assets_;
   std::vector<std::vector<SolidShape>> tool_shapes_;  ///< until their contact shapes are built
   std::shared_ptr<LoadedScene> scene_;

@@ -1,11 +1,13 @@
 // Molecules for tests: random ones, and what the Debian packages of parameters and structures install.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "common/docking/molecule.hpp"
 
@@ -40,6 +42,39 @@ inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random
     molecule.epsilon_kj_per_mol.push_back(polar_hydrogen ? 0.0 : 0.1 + 1.3 * uniform(random));
     molecule.charge_e.push_back(0.0);
     molecule.mass_u.push_back(1.0 + 15.0 * uniform(random));
+  }
+  return molecule;
+}
+
+/// A ball as dense as a protein about the origin, in groups of ten atoms of which one in eight has a charge of ±1 e, 11 of 20 of
+/// them that of `sign`.
+inline docking::Molecule protein_like(std::size_t count, double sign, std::mt19937& random) {
+  constexpr double kCellAngstrom = 2.15;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const double radius = std::cbrt(3 * static_cast<double>(count) / 4 / 3.14159) + 1;
+  const int cells = static_cast<int>(radius) + 1;
+  std::vector<Vec3> places;
+  for (int z = -cells; z <= cells; ++z) {
+    for (int y = -cells; y <= cells; ++y) {
+      for (int x = -cells; x <= cells; ++x) places.emplace_back(x, y, z);
+    }
+  }
+  std::ranges::stable_sort(places, {}, [](const Vec3& place) { return place.squaredNorm(); });
+  places.resize(count);
+  docking::Molecule molecule;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 jitter(uniform(random), uniform(random), uniform(random));
+    molecule.positions_angstrom.push_back(kCellAngstrom * (places[i] + 0.3 * jitter));
+    molecule.sigma_angstrom.push_back(2.5 + 1.2 * uniform(random));
+    molecule.epsilon_kj_per_mol.push_back(0.1 + 0.5 * uniform(random));
+    molecule.charge_e.push_back(uniform(random) - 0.5);
+    molecule.mass_u.push_back(12);
+  }
+  for (std::size_t first = 0; first < count; first += 10) {
+    const std::size_t end = std::min(first + 10, count);
+    double sum = uniform(random) < 0.125 ? (uniform(random) < 0.55 ? -sign : sign) : 0;
+    for (std::size_t i = first; i < end; ++i) sum += molecule.charge_e[i];
+    for (std::size_t i = first; i < end; ++i) molecule.charge_e[i] -= sum / static_cast<double>(end - first);
   }
   return molecule;
 }

@@ -202,7 +202,7 @@ void run_docking_bench(const DockingBenchOptions& options) {
                   set_up_ms);
     }
   } else if (pair.model.has_far_grid && !options.wants_json) {
-    std::printf("no grid: the receptor is too large for one\n");
+    std::printf("no grid: the larger molecule is too large for one\n");
   }
   json::array rows;
   for (const Pose& X_AB : poses_of(options, pair)) {
@@ -241,7 +241,8 @@ void add_docking_bench(CLI::App& bench, int& exit_code) {
   auto* const sweep =
       command->add_flag("--sweep", options->wants_sweep, "likewise for 1/32, 1/16, … of them: cost against interface");
   sweep->needs(interface_atoms);
-  command->add_flag("--far-grid", options->wants_grid, "what the cut-off leaves out from a grid about the receptor");
+  command->add_flag("--far-grid", options->wants_grid,
+                    "what the cut-off leaves out from a grid about the larger molecule");
   command->add_option("--out", options->out, "of a sweep: folder for docking-scaling.json and report.html")
       ->needs(sweep);
   command->add_option("--seconds", options->seconds, "time to measure, of each pose [s]")

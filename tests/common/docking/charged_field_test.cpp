@@ -378,7 +378,20 @@ TEST(Clusters, WorkWithoutAtoms) {
   EXPECT_EQ(MolecularField(atom, Molecule(), model_of(Dielectric::kNone, 8)).evaluate(Pose{}).energy_kj_per_mol(), 0);
 }
 
-TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridForSmallLigandsAbove) {
+TEST(ExactField, OfManyPairsReportsProgress) {
+  std::mt19937 random(kSeed);
+  const Molecule a = test::random_molecule(3'000, random), b = test::random_molecule(7'000, random);
+  std::vector<double> done;
+  ExactDetails details;
+  details.progress = [&done](double part) { done.push_back(part); };
+  const FieldResult result = exact_field(a, b, {{80, 0, 0}, Quat::Identity()}, {}, details);
+  ASSERT_EQ(done.size(), 3U);
+  EXPECT_TRUE(std::ranges::is_sorted(done));
+  EXPECT_EQ(done.back(), 1);
+  EXPECT_EQ(result.energy_kj_per_mol(), exact_field(a, b, {{80, 0, 0}, Quat::Identity()}).energy_kj_per_mol());
+}
+
+TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridAboveWhateverTheRoles) {
   const auto chosen = [](std::size_t atoms_a, std::size_t atoms_b) {
     Molecule a, b;
     a.positions_angstrom.assign(atoms_a, Vec3::Zero());
@@ -391,8 +404,11 @@ TEST(ChooseCutoff, TakesAllPairsUpToAMillionAndAGridForSmallLigandsAbove) {
   EXPECT_EQ(chosen(1000, 1000), std::pair(0.0, false));
   EXPECT_EQ(chosen(1001, 1000), std::pair(8.0, true));
   EXPECT_EQ(chosen(9517, 2983), std::pair(8.0, true));
-  EXPECT_EQ(chosen(2983, 9517), std::pair(8.0, false));
+  EXPECT_EQ(chosen(2983, 9517), std::pair(8.0, true));
+  EXPECT_EQ(chosen(12'000, 11'000), std::pair(8.0, true));
+  EXPECT_EQ(chosen(12'002, 12'001), std::pair(8.0, false)) << "too many to be looked up";
   EXPECT_EQ(chosen(500'000, 1000), std::pair(8.0, false)) << "too large for a grid";
+  EXPECT_EQ(chosen(1000, 500'000), std::pair(8.0, false)) << "too large for a grid";
 }
 
 }  // namespace

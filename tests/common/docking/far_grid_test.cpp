@@ -115,10 +115,10 @@ TEST(FarGrid, OfOneIonIsCoulombsLawBeyondTheCutOffAndEndsByDesign) {
 }
 
 TEST(FarGrid, OfOneMoleculeAndModelIsMadeOnce) {
-  const Molecule a = test::one_atom(3, 0.5), b = test::one_atom(3, 0.7);
+  const Molecule a = test::one_atom(3, 0.7), b = test::one_atom(3, 0.5), c = test::one_atom(3, 0.9);
   const FieldModel model = model_of(Dielectric::kNone, 8, true);
-  const MolecularField field(a, b, model), again(a, a, model);
-  const MolecularField other(b, a, model), wider(a, b, model_of(Dielectric::kNone, 9, true));
+  const MolecularField field(a, b, model), again(b, a, model);
+  const MolecularField other(c, a, model), wider(a, b, model_of(Dielectric::kNone, 9, true));
   ASSERT_NE(field.far_grid(), nullptr);
   EXPECT_EQ(again.far_grid(), field.far_grid());
   EXPECT_NE(other.far_grid(), field.far_grid());
