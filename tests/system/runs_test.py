@@ -11,7 +11,7 @@ from support import PATIENCE_S, SOURCE
 import needs  # of tests/support, where support.py looks too
 
 NIGHTLY = os.path.join(SOURCE, "deploy", "nightly")
-PARTS = ["tests", "stalls", "asan", "soak", "tsan", "ubsan", "tidy"]
+PARTS = ["tests", "stalls", "asan", "lab", "soak", "tsan", "ubsan", "tidy"]
 STEPS = """
 set -uo pipefail
 run=example

@@ -2,6 +2,7 @@
 #include "server/assets/structures/chain_links.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include "server/assets/structures/atom_grid.hpp"
 
@@ -48,8 +49,17 @@ void link_nearest(const BondSites& sources, const BondSites& targets, std::vecto
   }
 }
 
+/// Without an insertion code.
+int number_of(const PdbResidue& residue) {
+  int number = 0;
+  std::from_chars(residue.id.data(), residue.id.data() + residue.id.size(), number);
+  return number;
+}
+
+/// TER records also stand at gaps: there the numbers go on, with some left out.
 bool is_same_chain(const PdbResidue& earlier, const PdbResidue& later) {
-  return earlier.chain == later.chain && earlier.segment == later.segment && find_atom(earlier, "OXT") == nullptr;
+  if (earlier.chain != later.chain || find_atom(earlier, "OXT") != nullptr) return false;
+  return earlier.segment == later.segment || number_of(later) > number_of(earlier) + 1;
 }
 
 bool has_link_atoms(const PdbResidue& earlier, const PdbResidue& later) {

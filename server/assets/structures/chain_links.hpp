@@ -13,7 +13,7 @@ namespace tandem::server {
 enum class ChainEnd {
   kBonded,  ///< a neighbour
   kEnd,     ///< the chain ends
-  kGap,     ///< residues are missing: the file's chain goes on with another number
+  kGap,     ///< residues are missing: the file's chain goes on behind it
 };
 
 struct ChainLink {

@@ -19,8 +19,8 @@ constexpr double kMetalWeight = 10;
 constexpr double kMinWeight = 0.2;  // a contact of 3.3 Å
 constexpr double kMaxHydrogenBondAngstrom = 1.5;
 
-constexpr std::array kAcceptors = std::to_array<std::string_view>(
-    {"O", "OXT", "OD1", "OD2", "OE1", "OE2", "OP1", "OP2", "O1P", "O2P"});
+constexpr std::array kAcceptors =
+    std::to_array<std::string_view>({"O", "OXT", "OD1", "OD2", "OE1", "OE2", "OP1", "OP2", "O1P", "O2P"});
 constexpr std::array kDonors = std::to_array<std::string_view>({"N", "ND2", "NE", "NE1", "NE2", "NH1", "NH2", "NZ"});
 constexpr std::array kMetals = std::to_array<std::string_view>(
     {"CA", "CD", "CO", "CU", "FE", "HG", "MG", "MN", "MO", "NI", "PB", "PT", "V", "W", "ZN"});
@@ -51,11 +51,12 @@ class HistidineChooser {
   HistidineChoice choose(const PdbResidue& residue) const {
     const PdbAtom *const nd1 = find_atom(residue, "ND1"), *const ne2 = find_atom(residue, "NE2");
     const PdbAtom *const ce1 = find_atom(residue, "CE1"), *const cg = find_atom(residue, "CG"),
-                  *const cd2 = find_atom(residue, "CD2");
+                         *const cd2 = find_atom(residue, "CD2");
     if (nd1 == nullptr || ne2 == nullptr || has_ring_hydrogen(residue, *nd1, *ne2)) return {};
     if (ce1 == nullptr || cg == nullptr || cd2 == nullptr) return {"HISE", "its ring is incomplete"};
     const Evidence delta = evidence(residue, *nd1, *cg, *ce1), epsilon = evidence(residue, *ne2, *cd2, *ce1);
-    if (std::max(std::abs(delta.strongest), std::abs(epsilon.strongest)) < kMinWeight) return {"HISE", "nothing near its nitrogens tells"};
+    if (std::max(std::abs(delta.strongest), std::abs(epsilon.strongest)) < kMinWeight)
+      return {"HISE", "nothing near its nitrogens tells"};
     const bool is_delta = delta.sum > epsilon.sum;
     const Evidence& stronger = std::abs(delta.strongest) > std::abs(epsilon.strongest) ? delta : epsilon;
     return {is_delta ? "HISD" : "HISE", stronger.text};
@@ -122,7 +123,8 @@ class HistidineChooser {
 std::vector<HistidineChoice> choose_histidines(const std::vector<PdbResidue>& residues,
                                                const std::vector<PdbResidue>& others) {
   std::vector<HistidineChoice> choices(residues.size());
-  if (std::ranges::none_of(residues, [](const PdbResidue& residue) { return is_histidine(residue.name); })) return choices;
+  if (std::ranges::none_of(residues, [](const PdbResidue& residue) { return is_histidine(residue.name); }))
+    return choices;
   const HistidineChooser chooser(residues, others);
   for (std::size_t r = 0; r < residues.size(); ++r) {
     if (is_histidine(residues[r].name)) choices[r] = chooser.choose(residues[r]);

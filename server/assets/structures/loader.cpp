@@ -2,6 +2,7 @@
 #include "server/assets/structures/loader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
@@ -21,6 +22,7 @@ namespace {
 constexpr std::size_t kMaxNamesInANote = 8;
 constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
 constexpr double kMinSigmaAngstrom = 0.1;               // what docking::validate() allows, or none
+constexpr double kLostCharge_e = 0.1;
 constexpr double kSamePlaceAngstrom = 0.01;
 
 std::string chain_name(const std::string& chain) {
@@ -117,6 +119,10 @@ std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, con
   return taken;
 }
 
+std::string residue_place(const PdbResidue& residue) {
+  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
+}
+
 class Loader {
  public:
   Loader(const ForceField& force_field, docking::Molecule& molecule, StructureReport& report)
@@ -151,10 +157,8 @@ class Loader {
     if (has_element("C") && !has_element("H")) ++without_hydrogens_[residue.name];
     const std::optional<int> formal = formal_charge_of(residue);
     if (formal && *formal == 0) return;
-    const std::string place =
-        residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
-    if (formal) uncharged_.push_back(place + " (" + (*formal > 0 ? "+" : "") + std::to_string(*formal) + " e)");
-    if (!formal && residue.atoms.size() > 1) uncharged_.push_back(place + " (not known)");
+    if (formal) uncharged_.push_back(residue_place(residue) + " (" + signed_charge(*formal) + " e)");
+    if (!formal && residue.atoms.size() > 1) uncharged_.push_back(residue_place(residue) + " (not known)");
   }
 
   void write_notes(const LeftOutByName& left_out, const PdbStructure& structure) {
@@ -193,6 +197,17 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
+  /// Where a side chain is in the file in part.
+  void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
+    const std::optional<double> charge_e = make_whole(residue, typed);
+    if (!charge_e || !typed.expected_charge_e) return;
+    const double lost_e = *typed.expected_charge_e - *charge_e;
+    if (std::abs(lost_e) > kLostCharge_e) {
+      uncharged_.push_back(residue_place(residue) + " (" + signed_charge(lost_e) + " e, incomplete)");
+    }
+    typed.expected_charge_e = charge_e;
+  }
+
   void write_rebuilt_note(const std::vector<std::string>& rebuilt) {
     if (rebuilt.empty()) return;
     note("hydrogens that are on no atom, or one too many, were left out and missing ones built in " +
@@ -215,8 +230,8 @@ class Loader {
            ": Coulomb energies are doubtful; complete the structure, or build its hydrogens");
     }
     if (!uncharged_.empty()) {
-      note("charges that are lost, for " + force_field_.name +
-           " does not know them: " + joined(uncharged_, [](const std::string& text) { return printable_text(text); }));
+      note("charges that are lost, of groups that " + force_field_.name + " does not know or the file has in part: " +
+           joined(uncharged_, [](const std::string& text) { return printable_text(text); }));
     }
   }
 
@@ -297,10 +312,6 @@ std::vector<ResidueContext> contexts_of(const std::vector<PdbResidue>& chains, c
     contexts[r] = {links[r].previous, links[r].begins, links[r].ends, in_disulfide[r], histidines[r].block};
   }
   return contexts;
-}
-
-std::string residue_place(const PdbResidue& residue) {
-  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
 }
 
 /// Takes out hydrogens that fit nowhere, and builds what is then missing. Out: the residues, for people.
@@ -415,6 +426,7 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
     TypedResidue typed = force_field.is_by_element ? type_by_element(force_field, chains[r])
                                                    : type_residue(force_field, chains[r], contexts[r]);
     if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field, chains[r], typed);
+    if (hydrogens != Hydrogens::kGiven && !has_own_charges(chains[r])) loader.complete_charge(chains[r], typed);
     loader.add(chains[r], typed);
     if (!histidines[r].block.empty()) {
       told.histidines.push_back(residue_place(chains[r]) + ": " + histidines[r].block + ", " + histidines[r].reason);

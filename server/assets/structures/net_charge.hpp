@@ -35,6 +35,9 @@ struct ImpliedCharge {
 /// In      implied  of residues for which it is known, ascending
 NetCharge net_charge(const docking::Molecule& molecule, const std::vector<ImpliedCharge>& implied = {});
 
+/// "+2" where it is whole, else "+2.38".
+std::string signed_charge(double charge_e);
+
 /// "+3 e (A +4, B -1)"
 std::string charge_text(const NetCharge& charge);
 

@@ -88,12 +88,11 @@ class Matcher {
 
   /// Of each block atom that a rule makes: the atom that carries it, and where it is.
   void find_places(const std::vector<HydrogenRule>& rules) {
-    AtomPlaces own;
-    for (std::size_t i = 0; i < match_.size(); ++i) own.emplace(named_.names[i], residue_.atoms[i].position_angstrom);
+    for (std::size_t i = 0; i < match_.size(); ++i) own_.emplace(named_.names[i], residue_.atoms[i].position_angstrom);
     carrier_.resize(atoms_.size());
     places_.resize(atoms_.size());
     for (const HydrogenRule& rule : rules) {
-      const std::vector<Vec3> places = hydrogen_places(rule, own, nullptr);
+      const std::vector<Vec3> places = hydrogen_places(rule, own_, nullptr);
       for (int n = 0; n < rule.count; ++n) {
         const auto k =
             static_cast<std::size_t>(std::ranges::find(atoms_, rule.hydrogen(n), &BlockAtom::name) - atoms_.begin());
@@ -109,10 +108,19 @@ class Matcher {
                                                       : std::string_view(named_.names[named_.carriers[i]]);
   }
 
+  /// Also where atoms are so crowded that another one is nearer.
+  bool is_on(std::size_t hydrogen, const std::string& carrier) const {
+    constexpr double kMaxCrowdedAngstrom = 1.15;
+    if (carrier == carrier_name(hydrogen)) return true;
+    const auto place = own_.find(carrier);
+    return place != own_.end() &&
+           (place->second - residue_.atoms[hydrogen].position_angstrom).norm() < kMaxCrowdedAngstrom;
+  }
+
   void match_by_name(std::size_t i) {
     for (std::size_t k = 0; k < atoms_.size(); ++k) {
       if (used_[k] || atoms_[k].name != named_.names[i]) continue;
-      if (is_hydrogen(i) && !carrier_[k].empty() && carrier_[k] != carrier_name(i)) continue;
+      if (is_hydrogen(i) && !carrier_[k].empty() && !is_on(i, carrier_[k])) continue;
       return take(i, k);
     }
   }
@@ -153,6 +161,7 @@ class Matcher {
   const std::vector<BlockAtom>& atoms_;
   const PdbResidue& residue_;
   const NamedAtoms& named_;
+  AtomPlaces own_;
   std::vector<std::string> carrier_;               ///< by block atom; empty: no rule makes it
   std::vector<std::optional<Vec3>> places_;        ///< likewise
   std::vector<bool> used_;                         ///< likewise
@@ -271,6 +280,27 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
   mark_guessed_tautomer(force_field, residue, named, context, typed);
   typed.names = std::move(named.names);
   return typed;
+}
+
+std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed) {
+  const auto is_of_side_chain = [](const std::string& name) { return name != "OXT" && name != "O"; };
+  if (std::ranges::none_of(typed.missing_heavy, is_of_side_chain) || residue.atoms.empty()) return std::nullopt;
+  static constexpr std::array kBackbone = std::to_array<std::string_view>({"N", "H", "CA", "HA", "C", "O"});
+  double charge_e = 0, count = 0;
+  const auto is_backbone = [&typed](std::size_t i) {
+    return std::ranges::find(kBackbone, typed.names[i]) != kBackbone.end();
+  };
+  for (std::size_t i = 0; i < typed.atoms.size(); ++i) {
+    charge_e += typed.atoms[i].charge_e;
+    if (!is_backbone(i)) ++count;
+  }
+  const double whole_e = std::round(charge_e);
+  const bool shifts_all = count == 0;
+  const double shift_e = (whole_e - charge_e) / (shifts_all ? static_cast<double>(typed.atoms.size()) : count);
+  for (std::size_t i = 0; i < typed.atoms.size(); ++i) {
+    if (shifts_all || !is_backbone(i)) typed.atoms[i].charge_e += shift_e;
+  }
+  return whole_e;
 }
 
 TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue) {

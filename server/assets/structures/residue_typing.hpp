@@ -38,6 +38,10 @@ struct TypedResidue {
 /// In      residue  one for which has_block()
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
+/// Of a residue whose side chain the file has in part: shifts the charges of its side chain's atoms alike so that the residue has a whole
+/// charge, the nearest. Out: that charge; nothing: the residue is complete.
+std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed);
+
 /// Every atom by its element: a ligand, an ion, a sugar, which the force field does not know; a guess, unless the force
 /// field is by element.
 TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue);

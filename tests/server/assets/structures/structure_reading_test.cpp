@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <set>
 #include <string>
 
 #include "server/assets/structures/chain_links.hpp"
@@ -160,8 +161,8 @@ TEST(Elements, AllHaveASizeThatNoneTakesForAnother) {
 }
 
 TEST(ChainLinks, AreBondsNotLettersOfChains) {
-  const std::string text = residue_text("ALA", "N CA C O", 1, 'A') + residue_text("ALA", "N CA C O", 2, 'B') +
-                           "TER\n" + residue_text("ALA", "N CA C O", 3, 'C') + residue_text("ALA", "N CA C O", 7, 'C');
+  const std::string text = residue_text("ALA", "N CA C O", 1, 'A') + residue_text("ALA", "N CA C O", 2, 'B') + "TER\n" +
+                           residue_text("ALA", "N CA C O", 3, 'C') + residue_text("ALA", "N CA C O", 7, 'C');
   const std::vector<ChainLink> links = chain_links(parse_pdb(text, "x.pdb").residues);
   ASSERT_EQ(links.size(), 4U);
   EXPECT_EQ(links[0].begins, ChainEnd::kEnd);
@@ -170,6 +171,16 @@ TEST(ChainLinks, AreBondsNotLettersOfChains) {
   EXPECT_EQ(links[2].ends, ChainEnd::kGap);
   EXPECT_EQ(links[3].begins, ChainEnd::kGap);
   EXPECT_EQ(links[3].ends, ChainEnd::kEnd);
+}
+
+TEST(ChainLinks, ARecordThatEndsAChainWithinItsNumbersIsAGap) {
+  const auto begin_of = [](int next) {
+    const std::string text =
+        residue_text("ALA", "N CA C O", 5) + "TER\n" + residue_text("ALA", "N CA C O", next) + "END\n";
+    return chain_links(parse_pdb(text, "x.pdb").residues).at(1).begins;
+  };
+  EXPECT_EQ(begin_of(9), ChainEnd::kGap);
+  EXPECT_EQ(begin_of(1), ChainEnd::kEnd) << "another molecule of the same letter";
 }
 
 TEST(ChainLinks, AreBoundedHoweverManyAtomsAreAtOnePlace) {
@@ -202,6 +213,27 @@ TEST(ChainEnds, EndsOfGapsAreNeutralAndEndsOfChainsWholeIons) {
     EXPECT_THAT(report.gaps, testing::ElementsAre("before ASN 25 of chain A")) << force_field;
     EXPECT_THAT(report.built, testing::ElementsAre("atom OXT of VAL 70 of chain A"));
   }
+}
+
+TEST(ChainEnds, ASideChainThatTheFileHasInPartHasAWholeCharge) {
+  const std::filesystem::path ubiquitin = "/usr/share/freesasa/test-data/1ubq.pdb";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory, ubiquitin);
+  const std::set<std::string> left_out = {" CD  16", " OE1  16", " OE2  16", " CG  33",  " CD  33", " CE  33",
+                                          " NZ  33", " CB  39",  " CG  39",  " OD1  39", " OD2  39"};
+  std::ifstream file(ubiquitin);
+  std::string text;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("ATOM")) continue;
+    std::string name = line.substr(12, 4);
+    while (name.back() == ' ') name.pop_back();
+    if (!left_out.contains(name + line.substr(22, 4))) text += line + "\n";
+  }
+  StructureReport report;
+  const docking::Molecule molecule = load_text(text, test::kOplsDirectory.string(), Hydrogens::kBuild, {}, &report);
+  EXPECT_TRUE(report.charge.is_whole()) << charge_of(molecule);
+  EXPECT_TRUE(report.charge.suspects.empty()) << report.charge.suspects.front();
+  EXPECT_THAT(joined_notes(molecule), HasSubstr("GLU 16 of chain A (-1 e, incomplete)"));
+  EXPECT_THAT(joined_notes(molecule), HasSubstr("LYS 33 of chain A (+1 e, incomplete)"));
 }
 
 TEST(Hydrogens, ThoseThatFitNowhereAreLeftOutAndBuiltAnew) {
@@ -285,11 +317,11 @@ TEST(Ions, HaveTheChargesOfTheirBlocks) {
 TEST(NetCharge, AResidueThatIsNotWholeIsNamed) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
   StructureReport report;
-  const docking::Molecule molecule = load_text(
-      residue_text("GLY", "N H CA HA2 HA3 C O", 1) +
-          residue_text("GLU", "N H CA HA C O CB HB2 HB3 CG HG2 CD OE1 OE2", 2) +
-          residue_text("GLY", "N H CA HA2 HA3 C O", 3),
-      test::kOplsDirectory.string(), Hydrogens::kGiven, {}, &report);
+  const docking::Molecule molecule =
+      load_text(residue_text("GLY", "N H CA HA2 HA3 C O", 1) +
+                    residue_text("GLU", "N H CA HA C O CB HB2 HB3 CG HG2 CD OE1 OE2", 2) +
+                    residue_text("GLY", "N H CA HA2 HA3 C O", 3),
+                test::kOplsDirectory.string(), Hydrogens::kGiven, {}, &report);
   EXPECT_FALSE(report.charge.is_whole());
   EXPECT_NEAR(report.charge.total_e, -1.06, 1e-9);
   EXPECT_THAT(report.charge.suspects, testing::ElementsAre("GLU 2 of chain A: -1.06 of -1 e"));
