@@ -18,10 +18,10 @@ TEST(Mass, IsFeltWithin15PercentAt200Ms) {
   EXPECT_EQ(mass.outcome(), "completed");
 }
 
-TEST(Docking, ErrsByLessThanASixteenthOfTheAttraction) {
+TEST(Docking, ErrsByLessThanAFifteenthOfTheAttraction) {
   for (const double round_trip_ms : {50.0, 100.0}) {
     const Shown docking("docking", disturbed(round_trip_ms));
-    EXPECT_LE(docking["path_error_of_peak"], 1.0 / 16) << round_trip_ms;
+    EXPECT_LE(docking["path_error_of_peak"], 1.0 / 15) << round_trip_ms;
     EXPECT_LE(docking["path_torque_error_of_peak"], 0.1) << round_trip_ms;
     EXPECT_LE(docking["limit_cycle_m_per_s"], 0.001) << round_trip_ms;
     EXPECT_LE(docking["energy_created_max_j"], 0.002) << round_trip_ms;
