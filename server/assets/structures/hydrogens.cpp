@@ -83,7 +83,8 @@ Hydrogens hydrogens_of(const std::string& text) {
 bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
   const PdbAtom *const ca = find_atom(residue, "CA"), *const c = find_atom(residue, "C"),
                        *const o = find_atom(residue, "O");
-  if (!is_amino_acid(force_field, residue.name) || find_atom(residue, "OXT") != nullptr) return false;
+  if (!is_amino_acid(force_field, residue.name) || has_own_charges(residue)) return false;
+  if (find_atom(residue, "OXT") != nullptr) return false;
   if (ca == nullptr || c == nullptr || o == nullptr) return false;
   const Vec3 inwards = (ca->position_angstrom - c->position_angstrom).normalized() +
                        (o->position_angstrom - c->position_angstrom).normalized();
@@ -108,9 +109,12 @@ void complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& 
 void build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                      std::span<const ResidueContext> contexts) {
   for (PdbResidue& residue : residues) {
+    if (has_own_charges(residue)) continue;
     std::erase_if(residue.atoms, [](const PdbAtom& atom) { return atom.element == "H"; });
   }
-  for (std::size_t r = 0; r < residues.size(); ++r) complete_hydrogens(force_field, residues, contexts, r);
+  for (std::size_t r = 0; r < residues.size(); ++r) {
+    if (!has_own_charges(residues[r])) complete_hydrogens(force_field, residues, contexts, r);
+  }
 }
 
 void unite_hydrogens(const ForceField& force_field, PdbResidue& residue, TypedResidue& typed) {

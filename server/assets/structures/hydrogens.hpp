@@ -18,7 +18,7 @@ enum class Hydrogens {
 /// Fails   std::invalid_argument for another, naming these
 Hydrogens hydrogens_of(const std::string& text);
 
-/// The residues without their hydrogens and then with those of the rules of their blocks and chain ends (hydrogen_places()). A rule of
+/// The residues without their hydrogens, except for those with charges of their own, and then with those of the rules of their blocks and chain ends (hydrogen_places()). A rule of
 /// which an atom is missing adds nothing.
 ///
 /// In      residues, contexts  one a residue, in file order

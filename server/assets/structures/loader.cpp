@@ -97,10 +97,6 @@ void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector
   }
 }
 
-bool has_own_charges(const PdbResidue& residue) {
-  return !residue.atoms.empty() && residue.atoms.front().charge_e.has_value();
-}
-
 /// Those selected; the others of the selected chains are counted by name for a note.
 std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
                                       LeftOutByName& left_out, std::vector<std::string>& dropped) {
@@ -339,7 +335,8 @@ std::vector<std::string> rebuild_misfits(const ForceField& force_field, std::vec
 void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
   constexpr std::size_t kFewResidues = 4;
   const auto is_one_atom = [](const PdbResidue& residue) {
-    return residue.atoms.size() == 1 && (residue.atoms.front().name == "CA" || residue.atoms.front().name == "P");
+    return residue.atoms.size() == 1 && !has_own_charges(residue) &&
+           (residue.atoms.front().name == "CA" || residue.atoms.front().name == "P");
   };
   const auto traces = static_cast<std::size_t>(std::ranges::count_if(chains, is_one_atom));
   if (traces < kFewResidues || 2 * traces < chains.size()) return;
@@ -435,8 +432,14 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
   }
   LeftOutByName left_out;
   for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) {
+    std::optional<TypedResidue> typed;
     if (!force_field.is_by_element && has_block(force_field, residue.name)) {
-      loader.add(residue, type_residue(force_field, residue, {}));
+      typed = type_residue(force_field, residue, {});
+      // Water without hydrogens has not the charge of an oxygen with two.
+      if (typed->missing_hydrogens + typed->missing_heavy.size() > 0) typed.reset();
+    }
+    if (typed) {
+      loader.add(residue, *typed);
     } else {
       loader.add_unknown(residue, type_by_element(force_field, residue));
     }

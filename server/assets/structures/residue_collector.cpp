@@ -56,6 +56,10 @@ class Alternates {
 
 }  // namespace
 
+bool has_own_charges(const PdbResidue& residue) {
+  return !residue.atoms.empty() && residue.atoms.front().charge_e.has_value();
+}
+
 std::string place_text(const PdbResidue& residue, std::string_view atom) {
   return printable_text(std::string(atom) + " of " + residue.name + " " + residue.id +
                         (residue.chain.empty() ? "" : " of chain " + residue.chain));

@@ -32,6 +32,9 @@ struct PdbResidue {
   std::string segment_name = {};  ///< of PDB files columns 73-76; a chain's name in files without any
 };
 
+/// As in PQR and PDBQT files, whose charges are complete with the hydrogens that they have.
+bool has_own_charges(const PdbResidue& residue);
+
 struct PdbStructure {
   std::vector<PdbResidue> residues;  ///< in file order
   std::size_t alternate_atoms = 0;   ///< left out: of another alternate location than the one taken

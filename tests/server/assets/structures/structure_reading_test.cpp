@@ -314,6 +314,23 @@ TEST(Ions, HaveTheChargesOfTheirBlocks) {
   EXPECT_TRUE(molecule.guessed.empty());
 }
 
+TEST(NetCharge, WaterWithoutHydrogensHasNone) {
+  TANDEM_NEEDS_FILES(test::kOplsDirectory);
+  const std::string text = residue_text("GLY", "N CA C O", 1) + residue_text("HOH", "O", 2);
+  const docking::Molecule molecule = load_text(text, test::kOplsDirectory.string(), Hydrogens::kGiven, {{"/HOH"}});
+  ASSERT_EQ(molecule.size(), 1U);
+  EXPECT_EQ(molecule.charge_e[0], 0);
+}
+
+TEST(NetCharge, OfAPqrFileStaysWhereHydrogensAreBuilt) {
+  const std::filesystem::path file = "/usr/share/apbs/examples/pbsam-barn_bars/barstar.pqr";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory, file);
+  const docking::Molecule given = load_molecule(file, {}, test::kOplsDirectory, Hydrogens::kGiven);
+  const docking::Molecule built = load_molecule(file, {}, test::kOplsDirectory, Hydrogens::kBuild);
+  EXPECT_EQ(built.size(), given.size());
+  EXPECT_NEAR(charge_of(built), charge_of(given), 1e-9);
+}
+
 TEST(NetCharge, AResidueThatIsNotWholeIsNamed) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
   StructureReport report;
