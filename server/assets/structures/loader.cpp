@@ -124,6 +124,25 @@ class Loader {
   Loader(const ForceField& force_field, docking::Molecule& molecule, StructureReport& report)
       : force_field_(force_field), molecule_(molecule), report_(report) {}
 
+  void add_of_chain(const PdbResidue& residue, const ResidueContext& context, Hydrogens hydrogens) {
+    if (force_field_.is_by_element) return add(residue, type_by_element(force_field_, residue));
+    PdbResidue united = residue;
+    TypedResidue typed = type_residue(force_field_, residue, context);
+    if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field_, united, typed);
+    if (hydrogens != Hydrogens::kGiven && !has_own_charges(residue)) complete_charge(united, typed);
+    add(united, typed);
+  }
+
+  /// Of no chain: water and ions by their blocks, where all atoms are there (without hydrogens water has not the charge of an
+  /// oxygen that has two), others by their elements.
+  void add_other(const PdbResidue& residue) {
+    if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
+      const TypedResidue typed = type_residue(force_field_, residue, {});
+      if (typed.missing_hydrogens + typed.missing_heavy.size() == 0) return add(residue, typed);
+    }
+    add_unknown(residue, type_by_element(force_field_, residue));
+  }
+
   void add(const PdbResidue& residue, const TypedResidue& typed) {
     for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
       add_atom(residue, residue.atoms[i], typed.atoms[i], typed.guesses[i]);
@@ -363,6 +382,32 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
   }
 }
 
+void check_hydrogens(const ForceField& force_field, Hydrogens hydrogens, const std::string& source) {
+  if (force_field.is_by_element && hydrogens != Hydrogens::kGiven) {
+    throw docking::MoleculeError(
+        source + ": hydrogens are built and united by rules of OPLS-AA, which built-in parameters lack; " +
+        "install the Debian package gromacs-data, or take the hydrogens that are given");
+  }
+  if (force_field.name != kOplsName && hydrogens == Hydrogens::kUnited) {
+    throw docking::MoleculeError(source + ": " + force_field.name +
+                                 " has no united atoms; take given or build, or OPLS-AA (" + kOplsDirectory + ")");
+  }
+}
+
+/// Builds hydrogens and ends of chains, or what given hydrogens lack. Out: residues of which given hydrogens were rebuilt.
+std::vector<std::string> complete(const ForceField& force_field, std::vector<PdbResidue>& chains,
+                                  const std::vector<ResidueContext>& contexts, Hydrogens hydrogens,
+                                  StructureReport& report) {
+  if (force_field.is_by_element) return {};
+  if (hydrogens == Hydrogens::kGiven) return rebuild_misfits(force_field, chains, contexts, report.dropped);
+  for (std::size_t r = 0; r < chains.size(); ++r) {
+    if (contexts[r].ends == ChainEnd::kEnd && complete_chain_end(force_field, chains[r]))
+      report.built.push_back("atom " + place_text(chains[r], "OXT"));
+  }
+  build_hydrogens(force_field, chains, contexts);
+  return {};
+}
+
 }  // namespace
 
 std::string built_in_note(bool is_installed, bool is_charged) {
@@ -380,70 +425,35 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
                                 const std::filesystem::path& force_field_directory, Hydrogens hydrogens,
                                 StructureReport* report) {
   const ForceField force_field = load_force_field(force_field_directory);
-  if (force_field.is_by_element && hydrogens != Hydrogens::kGiven) {
-    throw docking::MoleculeError(
-        structure.string() + ": hydrogens are built and united by rules of OPLS-AA, which built-in parameters lack; " +
-        "install the Debian package gromacs-data, or take the hydrogens that are given");
-  }
-  if (force_field.name != kOplsName && hydrogens == Hydrogens::kUnited) {
-    throw docking::MoleculeError(structure.string() + ": " + force_field.name +
-                                 " has no united atoms; take given or build, or OPLS-AA (" + kOplsDirectory + ")");
-  }
+  const std::string source = structure.string();
+  check_hydrogens(force_field, hydrogens, source);
   PdbStructure read = read_structure(structure);
   std::vector<PdbResidue> chains, others;
   for (PdbResidue& residue : read.residues) {
     (is_chain_residue(force_field, residue.name) ? chains : others).push_back(std::move(residue));
   }
-  const std::string source = structure.string();
   check_selection(chains, others, selection, source);
   refuse_traces(chains, source);
-  // Over all chains: a disulfide may lead to a chain that is not selected.
-  const std::vector<bool> in_disulfide = disulfides_of(chains, source);
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
   molecule.mixes_arithmetically = force_field.mixes_arithmetically;
   StructureReport told;
   told.dropped = std::move(read.dropped);
   Loader loader(force_field, molecule, told);
+  // Over all chains, also those that are not selected: a disulfide, and the hydrogens of a residue, depend on others.
   const std::vector<HistidineChoice> histidines = choose_histidines(chains, others);
-  const std::vector<ResidueContext> contexts = contexts_of(chains, in_disulfide, histidines);
-  // Over all chains: a residue's hydrogens may depend on the one before.
-  std::vector<std::string> rebuilt;
-  if (hydrogens != Hydrogens::kGiven) {
-    for (std::size_t r = 0; r < chains.size(); ++r) {
-      if (contexts[r].ends == ChainEnd::kEnd && complete_chain_end(force_field, chains[r]))
-        told.built.push_back("atom " + place_text(chains[r], "OXT"));
-    }
-    build_hydrogens(force_field, chains, contexts);
-  } else if (!force_field.is_by_element) {
-    rebuilt = rebuild_misfits(force_field, chains, contexts, told.dropped);
-  }
+  const std::vector<ResidueContext> contexts = contexts_of(chains, disulfides_of(chains, source), histidines);
+  const std::vector<std::string> rebuilt = complete(force_field, chains, contexts, hydrogens, told);
   for (std::size_t r = 0; r < chains.size(); ++r) {
     if (!selection.takes_chain(chains[r].chain) && !selection.takes_residue(chains[r])) continue;
-    TypedResidue typed = force_field.is_by_element ? type_by_element(force_field, chains[r])
-                                                   : type_residue(force_field, chains[r], contexts[r]);
-    if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field, chains[r], typed);
-    if (hydrogens != Hydrogens::kGiven && !has_own_charges(chains[r])) loader.complete_charge(chains[r], typed);
-    loader.add(chains[r], typed);
+    loader.add_of_chain(chains[r], contexts[r], hydrogens);
     if (!histidines[r].block.empty()) {
       told.histidines.push_back(residue_place(chains[r]) + ": " + histidines[r].block + ", " + histidines[r].reason);
     }
     if (contexts[r].begins == ChainEnd::kGap) told.gaps.push_back("before " + residue_place(chains[r]));
   }
   LeftOutByName left_out;
-  for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) {
-    std::optional<TypedResidue> typed;
-    if (!force_field.is_by_element && has_block(force_field, residue.name)) {
-      typed = type_residue(force_field, residue, {});
-      // Water without hydrogens has not the charge of an oxygen with two.
-      if (typed->missing_hydrogens + typed->missing_heavy.size() > 0) typed.reset();
-    }
-    if (typed) {
-      loader.add(residue, *typed);
-    } else {
-      loader.add_unknown(residue, type_by_element(force_field, residue));
-    }
-  }
+  for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) loader.add_other(residue);
   if (molecule.size() == 0) {
     throw docking::MoleculeError(source +
                                  ": no protein atoms; a structure with amino acids is needed, or a choice of " +
