@@ -50,7 +50,8 @@ std::string place_text(const PdbResidue& residue, std::string_view atom);
 /// again, and where later atoms are far from the first ones. Atoms that share a name are several atoms unless they are at one place.
 ///
 /// Of each residue one alternate location is kept, with the atoms that have none: the one of the largest mean occupancy of heavy
-/// atoms, of equal ones that of most atoms. Neighbours in a chain whose bond has alternates take the same. Two residue names at one place are alternates too.
+/// atoms, of equal ones that of most atoms. Neighbours in a chain whose bond has alternates take the same. Two residue names at one
+/// place are alternates too.
 /// Bounded: atoms in all, and atoms of one residue.
 class ResidueCollector {
  public:
