@@ -22,7 +22,7 @@ struct ChainLink {
   ChainEnd ends = ChainEnd::kEnd;
 };
 
-/// Of each residue, in file order. Residues without the atoms of such a bond, of which files of alpha carbons or damaged ones
+/// The links of each residue, in file order. Residues without the atoms of such a bond, of which files of alpha carbons or damaged ones
 /// consist, are bonded to the next of their chain.
 ///
 /// Model   C-N and O3'-P up to 2.0 Å: the bonds are 1.33 and 1.61 Å, and no other two atoms of these are nearer than 2.5 Å

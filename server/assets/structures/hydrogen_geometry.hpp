@@ -11,7 +11,7 @@
 
 namespace tandem::server {
 
-/// Of the atoms of a residue, by the force field's names [Å].
+/// Positions of a residue's atoms, by the force field's names [Å].
 using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 
 /// Where a rule puts its hydrogens; empty: an atom of the rule is missing, not bonded, or they are on a line, which names no plane;

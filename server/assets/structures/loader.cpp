@@ -115,10 +115,6 @@ std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, con
   return taken;
 }
 
-std::string residue_place(const PdbResidue& residue) {
-  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
-}
-
 class Loader {
  public:
   Loader(const ForceField& force_field, docking::Molecule& molecule, StructureReport& report)

@@ -19,7 +19,7 @@ struct NetCharge {
   double total_e = 0;
   std::vector<ChainCharge> chains;             ///< in file order
   std::vector<std::string> fractional_chains;  ///< "A (+2.38 e)": of which the sum is not whole
-  /// Of those chains the residues that are not whole, of all chains the residues that have not the charge of their block.
+  /// Residues whose charge is not that of their block; in chains whose sum is not whole also residues that are not whole themselves.
   std::vector<std::string> suspects;
 
   bool is_whole() const { return fractional_chains.empty(); }

@@ -1,4 +1,4 @@
-// The force field's block for a residue: by its name under any program's convention, its protonation and its chain ends.
+// The choice of a force field's block for a residue, by its name under any program's convention, its protonation and its chain ends.
 #pragma once
 
 #include <cstddef>

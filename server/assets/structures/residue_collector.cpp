@@ -60,9 +60,12 @@ bool has_own_charges(const PdbResidue& residue) {
   return !residue.atoms.empty() && residue.atoms.front().charge_e.has_value();
 }
 
+std::string residue_place(const PdbResidue& residue) {
+  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
+}
+
 std::string place_text(const PdbResidue& residue, std::string_view atom) {
-  return printable_text(std::string(atom) + " of " + residue.name + " " + residue.id +
-                        (residue.chain.empty() ? "" : " of chain " + residue.chain));
+  return printable_text(std::string(atom) + " of " + residue_place(residue));
 }
 
 bool ResidueCollector::belongs_to(const OpenResidue& known, const PdbResidue& residue, const Record& record) const {
@@ -162,7 +165,7 @@ bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record
          });
 }
 
-/// Leaves out what another alternate location has, and what is there twice; the order of the file is kept.
+/// Atoms of other alternate locations and duplicates are left out; the rest keeps the order of the file.
 void ResidueCollector::close(OpenResidue& open) {
   std::unordered_map<std::string, std::vector<std::size_t>> kept;  // by name
   std::vector<char> alternates;

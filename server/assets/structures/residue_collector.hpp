@@ -43,6 +43,8 @@ struct PdbStructure {
   std::vector<std::string> dropped;  ///< the first 100,000 of those atoms, for people
 };
 
+/// "VAL 12A of chain B", as the file has it.
+std::string residue_place(const PdbResidue& residue);
 /// "CG of VAL 12A of chain B", printable.
 std::string place_text(const PdbResidue& residue, std::string_view atom);
 

@@ -50,8 +50,7 @@ std::string text_of(const fs::path& path) {
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
     const std::string_view line = trimmed(take_line(text));
-    if (!line.empty() && line.front() != '#')
-      return line.size() >= 5 && std::ranges::equal(line.substr(0, 5), std::string_view("data_"), {}, small_letter);
+    if (!line.empty() && line.front() != '#') return begins_with_any_case(line, "data_");
   }
   return false;
 }

@@ -12,6 +12,10 @@ constexpr std::string_view kBlanks = " \t\r\v\f";
 
 }  // namespace
 
+bool begins_with_any_case(std::string_view text, std::string_view start) {
+  return text.size() >= start.size() && std::ranges::equal(text.substr(0, start.size()), start, {}, small_letter);
+}
+
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return {};

@@ -16,6 +16,9 @@ inline char small_letter(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
+/// Whether text begins with `start`, which is in small letters, in letters of any case.
+bool begins_with_any_case(std::string_view text, std::string_view start);
+
 std::string_view trimmed(std::string_view text);
 
 /// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks;

@@ -18,11 +18,7 @@ constexpr std::string_view kMmcifBlanks = " \t\r\n";
 constexpr std::size_t kMaxColumns = 200;
 constexpr double kMaxFormalCharge_e = 20;
 
-/// Keywords and names of CIF are the same in capitals. `keyword` is in small letters.
-bool begins_with(std::string_view text, std::string_view keyword) {
-  return text.size() >= keyword.size() && std::ranges::equal(text.substr(0, keyword.size()), keyword, {}, small_letter);
-}
-
+/// Keywords and names of CIF are the same in capitals.
 bool is_named(std::string_view text, std::string_view name) {
   return std::ranges::equal(text, name, {}, small_letter, small_letter);
 }
@@ -32,7 +28,7 @@ struct Word {
   std::string_view text;
   bool is_quoted = false;
 
-  bool is_keyword(std::string_view keyword) const { return !is_quoted && begins_with(text, keyword); }
+  bool is_keyword(std::string_view keyword) const { return !is_quoted && begins_with_any_case(text, keyword); }
   bool ends_loop() const {
     return is_keyword("_") || is_keyword("loop_") || is_keyword("data_") || is_keyword("save_");
   }
@@ -107,7 +103,7 @@ class MmcifParser {
       std::vector<std::string_view> tags;
       while ((has_word = words_.next(word)) && word.is_keyword("_") && tags.size() < kMaxColumns)
         tags.push_back(word.text);
-      if (tags.empty() || !begins_with(tags.front(), "_atom_site.")) continue;
+      if (tags.empty() || !begins_with_any_case(tags.front(), "_atom_site.")) continue;
       read_atoms(tags, word, has_word);
       PdbStructure structure = residues_.take();
       structure.has_more_models = has_more_models_;
