@@ -277,6 +277,7 @@ TEST_F(Variants, OfOneStructureHaveItsEnergy) {
     const test::PdbFile untouched(text_of(lines));
     const Pair expected = load(untouched.path(), source.a, source.b);
     ASSERT_TRUE(expected.a.guessed.empty() && expected.b.guessed.empty());
+    ASSERT_GT(std::abs(expected.energy), 10) << "they touch: " << source.path;
     for (const Variant& variant : kVariants) {
       Lines changed = lines;
       variant.change(changed, random);
