@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include "common/docking/atom_radii.hpp"
+
 namespace tandem::client {
 namespace {
 
@@ -18,49 +20,43 @@ constexpr int kSides = 20, kCoarseSides = 5;
 /// Of more atoms a ball stands for several, and there are no sticks: for what a server may send, a quarter of a gigabyte.
 constexpr std::size_t kMaxBalls = 250'000;
 
-/// Source  radii: Bondi, J. Phys. Chem. 68, 441 (1964); hydrogen: Rowland and Taylor, J. Phys. Chem. 100, 7384 (1996); metals:
-///         Alvarez, Dalton Trans. 42, 8617 (2013)
+/// Colours of elements but carbon, whose atoms have their molecule's colour.
 struct Element {
   std::string_view symbol;
   double mass_u;
-  double radius_angstrom;
-  double covalent_angstrom;
   Rgba color;
 };
 
 constexpr Rgba kGreen{0.20F, 0.70F, 0.20F, 1}, kMetal{0.49F, 0.50F, 0.69F, 1};
-constexpr std::array<Element, 19> kElements{{{"H", 1.008, 1.10, 0.31, {0.93F, 0.93F, 0.93F, 1}},
-                                             {"C", 12.011, 1.70, 0.76, {}},
-                                             {"N", 14.007, 1.55, 0.71, {0.10F, 0.35F, 0.85F, 1}},
-                                             {"O", 15.999, 1.52, 0.66, {0.84F, 0.18F, 0.10F, 1}},
-                                             {"F", 18.998, 1.47, 0.57, kGreen},
-                                             {"NA", 22.990, 2.27, 1.66, kMetal},
-                                             {"MG", 24.305, 1.73, 1.41, kMetal},
-                                             {"P", 30.974, 1.80, 1.07, {0.90F, 0.45F, 0.05F, 1}},
-                                             {"S", 32.06, 1.80, 1.05, {0.93F, 0.82F, 0.20F, 1}},
-                                             {"CL", 35.45, 1.75, 1.02, kGreen},
-                                             {"K", 39.098, 2.75, 2.03, kMetal},
-                                             {"CA", 40.078, 2.31, 1.76, kMetal},
-                                             {"MN", 54.938, 2.45, 1.39, kMetal},
-                                             {"FE", 55.845, 2.44, 1.32, kMetal},
-                                             {"CU", 63.546, 2.38, 1.32, kMetal},
-                                             {"ZN", 65.38, 2.39, 1.22, kMetal},
-                                             {"SE", 78.971, 1.90, 1.20, {0.90F, 0.60F, 0.05F, 1}},
-                                             {"BR", 79.904, 1.85, 1.20, {0.55F, 0.15F, 0.10F, 1}},
-                                             {"I", 126.904, 1.98, 1.39, {0.45F, 0.10F, 0.55F, 1}}}};
+constexpr std::array<Element, 19> kElements{{{"H", 1.008, {0.93F, 0.93F, 0.93F, 1}},
+                                             {"C", 12.011, {}},
+                                             {"N", 14.007, {0.10F, 0.35F, 0.85F, 1}},
+                                             {"O", 15.999, {0.84F, 0.18F, 0.10F, 1}},
+                                             {"F", 18.998, kGreen},
+                                             {"NA", 22.990, kMetal},
+                                             {"MG", 24.305, kMetal},
+                                             {"P", 30.974, {0.90F, 0.45F, 0.05F, 1}},
+                                             {"S", 32.06, {0.93F, 0.82F, 0.20F, 1}},
+                                             {"CL", 35.45, kGreen},
+                                             {"K", 39.098, kMetal},
+                                             {"CA", 40.078, kMetal},
+                                             {"MN", 54.938, kMetal},
+                                             {"FE", 55.845, kMetal},
+                                             {"CU", 63.546, kMetal},
+                                             {"ZN", 65.38, kMetal},
+                                             {"SE", 78.971, {0.90F, 0.60F, 0.05F, 1}},
+                                             {"BR", 79.904, {0.55F, 0.15F, 0.10F, 1}},
+                                             {"I", 126.904, {0.45F, 0.10F, 0.55F, 1}}}};
 
-const Element& element_of(const docking::Molecule& molecule, std::size_t atom) {
-  if (atom < molecule.elements.size()) {
-    const auto* const named = std::ranges::find(kElements, molecule.elements[atom], &Element::symbol);
-    if (named != kElements.end()) return *named;
-  }
-  const double mass_u = molecule.mass_u[atom];
-  return *std::ranges::min_element(kElements, {}, [mass_u](const Element& e) { return std::abs(e.mass_u - mass_u); });
-}
-
+/// An unknown symbol has the colour of the known element of the nearest mass.
 Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rgba& own) {
-  const Element& element = element_of(molecule, atom);
-  return element.symbol == "C" ? own : element.color;
+  const auto* found = kElements.end();
+  if (atom < molecule.elements.size()) found = std::ranges::find(kElements, molecule.elements[atom], &Element::symbol);
+  if (found == kElements.end()) {
+    const double mass_u = molecule.mass_u[atom];
+    found = std::ranges::min_element(kElements, {}, [mass_u](const Element& e) { return std::abs(e.mass_u - mass_u); });
+  }
+  return found->symbol == "C" ? own : found->color;
 }
 
 /// By the first letters of its name, to which some force fields add how it is protonated; others have names of their own.
@@ -82,7 +78,6 @@ Rgba residue_color(std::string_view name) {
 
 constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
-constexpr double kBondSlackAngstrom = 0.4;
 constexpr double kMaxBondAngstrom = 2.6;
 /// More are no chemistry, but what a server may send: in a cube of kMaxBondAngstrom, and of one atom.
 constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
@@ -115,8 +110,8 @@ std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecul
     return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())};
   };
   const auto is_bond = [&molecule](std::size_t a, std::size_t b) {
-    const double reach =
-        element_of(molecule, a).covalent_angstrom + element_of(molecule, b).covalent_angstrom + kBondSlackAngstrom;
+    const double reach = docking::atom_radii(molecule, a).covalent_angstrom +
+                         docking::atom_radii(molecule, b).covalent_angstrom + docking::kBondSlackAngstrom;
     const double apart = (molecule.positions_angstrom[a] - molecule.positions_angstrom[b]).norm();
     return apart > 0 && apart < std::min(reach, kMaxBondAngstrom);
   };
@@ -140,7 +135,7 @@ std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecul
 }  // namespace
 
 double van_der_waals_radius_angstrom(const docking::Molecule& molecule, std::size_t atom) {
-  return element_of(molecule, atom).radius_angstrom;
+  return docking::atom_radii(molecule, atom).van_der_waals_angstrom;
 }
 
 Rgba chain_color(std::size_t chain) {

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <numbers>
 #include <optional>
+#include <tuple>
 
+#include "common/docking/atom_radii.hpp"
 #include "common/docking/exact_field.hpp"
 
 namespace tandem::docking {
@@ -144,6 +146,33 @@ AtomPairs hydrogen_bonds(const Molecule& a, const Molecule& b, const Pose& X_AB_
   const auto repeated = std::ranges::unique(bonds);
   bonds.erase(repeated.begin(), repeated.end());
   return bonds;
+}
+
+std::vector<CloseAtoms> close_atoms(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom) {
+  constexpr double kMaxRadiusAngstrom = 2.75;
+  constexpr auto kAny = [](const Molecule&, std::size_t) { return true; };
+  const std::vector<std::size_t> of_a = atoms_with(a, kAny), of_b = atoms_with(b, kAny);
+  std::vector<CloseAtoms> found;
+  const auto polar_hydrogens = [](const Molecule& molecule) {
+    return donors(molecule, atoms_with(molecule, is_hydrogen), atoms_with(molecule, is_polar));
+  };
+  const auto donors_of_a = polar_hydrogens(a), donors_of_b = polar_hydrogens(b);
+  for (const auto& [i, j] : near(a, of_a, b, of_b, X_AB_angstrom, 2 * kClashShare * kMaxRadiusAngstrom)) {
+    const AtomRadii &radii_i = atom_radii(a, i), &radii_j = atom_radii(b, j);
+    CloseAtoms pair{i, j, (X_AB_angstrom * b.positions_angstrom[j] - a.positions_angstrom[i]).norm(), 0, {}};
+    pair.share = pair.distance_angstrom / (radii_i.van_der_waals_angstrom + radii_j.van_der_waals_angstrom);
+    if (pair.share >= kClashShare) continue;
+    const bool is_hydrogen_bond = (donors_of_a[i] && is_polar(b, j)) || (donors_of_b[j] && is_polar(a, i));
+    const double bond_angstrom = radii_i.covalent_angstrom + radii_j.covalent_angstrom + kBondSlackAngstrom;
+    if (is_hydrogen_bond && pair.distance_angstrom >= kMinHydrogenBondAngstrom) {
+      pair.closeness = Closeness::kHydrogenBond;
+    } else if (is_heavy(a, i) && is_heavy(b, j) && pair.distance_angstrom < bond_angstrom) {
+      pair.closeness = Closeness::kBond;
+    }
+    found.push_back(pair);
+  }
+  std::ranges::sort(found, {}, [](const CloseAtoms& pair) { return std::tuple(pair.share, pair.a, pair.b); });
+  return found;
 }
 
 double rmsd_angstrom(const Molecule& molecule, const Pose& X_1_angstrom, const Pose& X_2_angstrom) {

@@ -27,6 +27,26 @@ AtomPairs atom_contacts(const Molecule& a, const Molecule& b, const Pose& X_AB_a
 ///         heavy atoms
 AtomPairs hydrogen_bonds(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
 
+/// What two atoms are to each other that are too near for a contact without a bond.
+enum class Closeness {
+  kClash,
+  kHydrogenBond,  ///< a hydrogen on N or O, 1.3 Å at least from an N or O of the other molecule
+  kBond,          ///< heavy atoms at the length of a covalent bond: such a pair belongs into one molecule
+};
+
+struct CloseAtoms {
+  std::size_t a = 0, b = 0;
+  double distance_angstrom = 0;
+  double share = 0;  ///< of the sum of van der Waals radii
+  Closeness closeness = Closeness::kClash;
+};
+
+/// Pairs of atoms nearer than kClashShare of the sum of their van der Waals radii (atom_radii()), the smallest share first.
+/// In      X_AB_angstrom  as of exact_field(); one that is not evaluable has no pairs
+std::vector<CloseAtoms> close_atoms(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
+inline constexpr double kClashShare = 0.7;
+inline constexpr double kMinHydrogenBondAngstrom = 1.3;
+
 /// Root mean square of the way of its atoms, all of them, from `X_1` to `X_2` [Å].
 double rmsd_angstrom(const Molecule& molecule, const Pose& X_1_angstrom, const Pose& X_2_angstrom);
 

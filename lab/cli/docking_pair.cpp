@@ -22,16 +22,15 @@ void choose_as_a_room(DockingPair& pair) {
   server::choose_field(receptor, ligand, offset, pair.model);
 }
 
-docking::Molecule load(const DockingOptions& options, const std::string& text, server::StructureReport& report) {
+server::StructureSource source_of(const DockingOptions& options, const std::string& text) {
   const server::StructureChoice choice = server::structure_choice(text);
-  const auto load_with = [&](server::Hydrogens hydrogens) {
-    report = {};
-    return server::load_molecule(choice.file, choice.selection, options.force_field_directory, hydrogens, &report);
-  };
-  if (!options.hydrogens.empty()) return load_with(server::hydrogens_of(options.hydrogens));
-  docking::Molecule molecule = load_with(server::Hydrogens::kGiven);
-  const bool needs_more = server::needs_hydrogens(molecule, options.force_field_directory);
-  return needs_more ? load_with(server::Hydrogens::kBuild) : molecule;
+  return {choice.file, choice.selection, server::hydrogens_of(options.hydrogens)};
+}
+
+docking::Molecule load(const DockingOptions& options, const server::StructureSource& source,
+                       const server::StructureSource& beside, server::StructureReport& report) {
+  return server::load_molecule(source.file, source.selection, options.force_field_directory, source.hydrogens, &report,
+                               {&beside, 1});
 }
 
 }  // namespace
@@ -71,8 +70,10 @@ std::optional<double> cutoff_of(const std::string& text) {
 
 DockingPair load_docking_pair(const DockingOptions& options) {
   DockingPair pair;
-  pair.receptor = load(options, options.receptor, pair.receptor_report);
-  pair.ligand = load(options, options.ligand, pair.ligand_report);
+  const server::StructureSource receptor = source_of(options, options.receptor),
+                                ligand = source_of(options, options.ligand);
+  pair.receptor = load(options, receptor, ligand, pair.receptor_report);
+  pair.ligand = load(options, ligand, receptor, pair.ligand_report);
   docking::set_dielectric(pair.model, options.dielectric);
   if (const auto cutoff = cutoff_of(options.cutoff)) {
     pair.model.cutoff_angstrom = *cutoff;

@@ -16,6 +16,7 @@
 #include "common/base/json_pretty.hpp"
 #include "common/base/progress.hpp"
 #include "common/base/units.hpp"
+#include "common/docking/atom_contacts.hpp"
 #include "common/docking/exact_field.hpp"
 #include "common/docking/molecular_field.hpp"
 #include "lab/cli/commands.hpp"
@@ -60,6 +61,7 @@ struct Energies {
   std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< where asked for, the greatest first
   Vec3 centre = Vec3::Zero();                         ///< of the ligand's mass, in the receptor's file
   Vec3 torque = Vec3::Zero();                         ///< about it
+  std::vector<docking::CloseAtoms> close;             ///< pairs that are too near for a contact without a bond
   std::optional<double> all_pairs_kj_per_mol;         ///< with a cut-off, of up to kPairsToCompare
 };
 
@@ -101,6 +103,7 @@ Energies energies_of(const DockingPair& pair, const EnergyOptions& options) {
     found.all_pairs_kj_per_mol =
         docking::MolecularField(pair.receptor, pair.ligand, all).evaluate(found.X_AB).energy_kj_per_mol();
   }
+  found.close = docking::close_atoms(pair.receptor, pair.ligand, found.X_AB);
   const Vec3 arm = pair.ligand.centre_of_mass_angstrom();
   found.centre = found.X_AB * arm;
   found.torque = found.result.torque_on_b - arm.cross(found.result.force_on_b);
@@ -150,6 +153,29 @@ json::object charge_json(const server::NetCharge& charge) {
           {"not_whole", strings(charge.suspects)}};
 }
 
+const char* text_of(docking::Closeness closeness) {
+  switch (closeness) {
+    case docking::Closeness::kHydrogenBond:
+      return "hydrogen bond";
+    case docking::Closeness::kBond:
+      return "bond";
+    default:
+      return "clash";
+  }
+}
+
+json::array close_json(const DockingPair& pair, const Energies& found) {
+  json::array rows;
+  for (const docking::CloseAtoms& close : found.close) {
+    rows.emplace_back(json::object{{"receptor", pair.receptor_report.places[close.a]},
+                                   {"ligand", pair.ligand_report.places[close.b]},
+                                   {"distance_angstrom", close.distance_angstrom},
+                                   {"share_of_radii", close.share},
+                                   {"kind", text_of(close.closeness)}});
+  }
+  return rows;
+}
+
 /// Which molecules have a charge that no molecule has, for people; empty: none, or it is accepted.
 std::string doubtful_charges(const DockingPair& pair, const EnergyOptions& options) {
   if (options.accepts_charge) return {};
@@ -164,7 +190,9 @@ json::object report_json(const docking::Molecule& molecule, const server::Struct
   for (const auto& [atom, why] : molecule.guessed) guessed.emplace_back(why);
   return {{"guessed", std::move(guessed)},      {"missing", strings(report.missing)},
           {"dropped", strings(report.dropped)}, {"built", strings(report.built)},
-          {"gaps", strings(report.gaps)},       {"histidines", strings(report.histidines)}};
+          {"gaps", strings(report.gaps)},       {"histidines", strings(report.histidines)},
+          {"hydrogens", report.hydrogens},      {"moved", strings(report.moved)},
+          {"clashes", strings(report.clashes)}};
 }
 
 json::object energy_json(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
@@ -185,6 +213,7 @@ json::object energy_json(const DockingPair& pair, const Energies& found, const E
                       {"force_on_ligand_kj_mol_angstrom", json_of(result.force_on_b)},
                       {"torque_on_ligand_kj_mol", json_of(found.torque)},
                       {"torque_about_angstrom", json_of(found.centre)},
+                      {"close_pairs", close_json(pair, found)},
                       {"receptor_notes", strings(pair.receptor.notes)},
                       {"ligand_notes", strings(pair.ligand.notes)}};
   if (found.all_pairs_kj_per_mol) object["all_pairs_kj_mol"] = *found.all_pairs_kj_per_mol;
@@ -221,6 +250,8 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   print_lines("  built: ", report.built);
   print_lines("  gap: ", report.gaps);
   print_lines("  histidine: ", report.histidines);
+  print_lines("  moved: ", report.moved);
+  print_lines("  overlaps: ", report.clashes);
 }
 
 /// The last line has what is left, so that the columns sum to the energies above them.
@@ -240,6 +271,20 @@ void print_residues(const char* which, const docking::Molecule& molecule, const 
               others.sum());
 }
 
+/// The nearest pairs of one kind.
+void print_close(const DockingPair& pair, const Energies& found, docking::Closeness closeness, const char* what) {
+  constexpr std::size_t kMaxPairLines = 8;
+  std::size_t count = 0;
+  for (const docking::CloseAtoms& close : found.close) {
+    if (close.closeness != closeness) continue;
+    if (count == 0) std::printf("%s\n", what);
+    if (++count > kMaxPairLines) continue;
+    std::printf("  %s and %s: %.2f Å, %.2f of their radii\n", pair.receptor_report.places[close.a].c_str(),
+                pair.ligand_report.places[close.b].c_str(), close.distance_angstrom, close.share);
+  }
+  if (count > kMaxPairLines) std::printf("  and %zu more, in --json\n", count - kMaxPairLines);
+}
+
 void print(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
   print_molecule("receptor", pair.receptor, pair.receptor_report, options.wants_report);
   print_molecule("ligand", pair.ligand, pair.ligand_report, options.wants_report);
@@ -254,6 +299,9 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   if (const std::string which = doubtful_charges(pair, options); !which.empty()) {
     std::printf("  doubtful: the net charge of the %s is not whole; --accept-charge if that is meant\n", which.c_str());
   }
+  print_close(pair, found, docking::Closeness::kBond,
+              "bonded to each other, so that their energy is none of a contact; make them one molecule:");
+  print_close(pair, found, docking::Closeness::kClash, "clashes, nearer than 0.7 of the sum of van der Waals radii:");
   std::printf("force on the ligand  %.8g %.8g %.8g kJ/mol/Å\n", f.x(), f.y(), f.z());
   std::printf("torque on it         %.8g %.8g %.8g kJ/mol, about its centre of mass\n", found.torque.x(),
               found.torque.y(), found.torque.z());

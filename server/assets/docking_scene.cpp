@@ -31,15 +31,19 @@ constexpr double kMass_kg = 0.2;
 /// As a window draws the tools that hold them.
 constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
 
-docking::Molecule load(wire::MoleculeSource& source, const std::string& force_field_directory) {
-  const auto load_with = [&](const std::string& hydrogens) {
-    source.set_hydrogens(hydrogens);
-    return load_molecule(source.file(), {{source.chains().begin(), source.chains().end()}}, force_field_directory,
-                         hydrogens_of(hydrogens));
-  };
-  if (!source.hydrogens().empty()) return load_with(source.hydrogens());
-  docking::Molecule molecule = load_with("given");
-  return needs_hydrogens(molecule, force_field_directory) ? load_with("build") : molecule;
+StructureSource structure_source(const wire::MoleculeSource& message) {
+  return {message.file(), {{message.chains().begin(), message.chains().end()}}, hydrogens_of(message.hydrogens())};
+}
+
+/// `message` leaves with the choice of hydrogens.
+docking::Molecule load(wire::MoleculeSource& message, const std::string& force_field_directory,
+                       const StructureSource& beside) {
+  const StructureSource source = structure_source(message);
+  StructureReport report;
+  docking::Molecule molecule =
+      load_molecule(source.file, source.selection, force_field_directory, source.hydrogens, &report, {&beside, 1});
+  message.set_hydrogens(report.hydrogens);
+  return molecule;
 }
 
 /// Rounded for people: µm, and ten thousandths of a degree.
@@ -110,8 +114,9 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   molecular = field;
   if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(default_force_field());
   if (molecular.dielectric().empty()) molecular.set_dielectric(kDefaultDielectric);
-  docking::Molecule a = load(receptor, molecular.force_field_directory());
-  docking::Molecule b = load(ligand, molecular.force_field_directory());
+  const StructureSource sources[] = {structure_source(receptor), structure_source(ligand)};
+  docking::Molecule a = load(receptor, molecular.force_field_directory(), sources[1]);
+  docking::Molecule b = load(ligand, molecular.force_field_directory(), sources[0]);
   const std::size_t pairs = a.size() * b.size();
   const Vec3 centre_a = a.centre();
   const Vec3 offset = b.centre() - centre_a;

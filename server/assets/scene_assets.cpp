@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -288,21 +289,38 @@ bool SceneAssets::offer(Asset asset) {
   return true;
 }
 
+void SceneAssets::add_sources(const wire::Scene& scene) {
+  for (const wire::Body& body : scene.bodies()) {
+    for (const wire::Shape& shape : body.shapes()) {
+      if (shape.has_molecule()) sources_.push_back(shape.molecule());
+    }
+  }
+}
+
 std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire::MoleculeSource& message,
                                                                             const std::string& force_field_directory,
                                                                             const SceneField& field,
                                                                             Vec3& centre_angstrom) {
   const SceneField file_field = field.in("file");
-  const std::filesystem::path file = located(message.file());
+  const auto source_of = [this](const wire::MoleculeSource& molecule) -> StructureSource {
+    return {located(molecule.file()),
+            {{molecule.chains().begin(), molecule.chains().end()}},
+            hydrogens_of(molecule.hydrogens())};
+  };
+  const StructureSource source = source_of(message);
+  std::vector<StructureSource> all;
+  std::ranges::transform(sources_, std::back_inserter(all), source_of);
+  const std::filesystem::path& file = source.file;
   read(file, "structure", file_field);
+  StructureReport report;
   auto molecule = std::make_shared<docking::Molecule>();
   try {
-    *molecule = load_molecule(file, {{message.chains().begin(), message.chains().end()}}, force_field_directory,
-                              hydrogens_of(message.hydrogens()));
+    *molecule = load_molecule(file, source.selection, force_field_directory, source.hydrogens, &report, all);
   } catch (const docking::MoleculeError& error) {
     field.refuse(std::string("cannot be used: ") + error.what());
   }
   centre_angstrom = molecule->centre();
+  message.set_hydrogens(report.hydrogens);
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);

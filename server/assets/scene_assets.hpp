@@ -64,6 +64,10 @@ class SceneAssets {
   /// more than a client takes there is a note instead.
   void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
+  /// Takes note of all molecules of a scene before the first is loaded: their files share a frame, and built hydrogens of one keep clear
+  /// of the others (load_molecule()).
+  void add_sources(const wire::Scene& scene);
+
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
   /// and the hash of what is offered.
   /// Out     centre_angstrom  the origin, as the file has it
@@ -97,6 +101,7 @@ class SceneAssets {
 
   std::filesystem::path directory_;
   SceneLoading loading_;
+  std::vector<wire::MoleculeSource> sources_;
   Duration built_{0};                                                 ///< what building took so far
   std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< by what they are made of
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;

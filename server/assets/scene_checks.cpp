@@ -27,7 +27,6 @@ void complete(Shapes& shapes) {
   for (wire::Shape& shape : shapes) {
     shape.mutable_placement();
     if (shape.has_mesh()) complete_mesh(*shape.mutable_mesh());
-    if (shape.has_molecule() && shape.molecule().hydrogens().empty()) shape.mutable_molecule()->set_hydrogens("given");
   }
 }
 

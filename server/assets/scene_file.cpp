@@ -93,6 +93,7 @@ class SceneBuilder {
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
     // Every file is read before the first contact shape is built, which takes long: a wrong scale is reported at once.
+    assets_.add_sources(description);
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
     for (int i = 0; i < description.soft_bodies_size(); ++i) {

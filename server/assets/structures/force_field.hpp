@@ -12,6 +12,11 @@
 
 namespace tandem::server {
 
+/// OPLS-AA of the Debian package gromacs-data.
+inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";
+/// In place of a folder: parameters by element, which need no file.
+inline constexpr const char* kBuiltInForceField = "built-in";
+
 /// The one of which stand-ins by element and united atoms are types of its own.
 inline constexpr std::string_view kOplsName = "oplsaa";
 inline constexpr std::string_view kElementPrefix = "element ";

@@ -24,6 +24,11 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 /// In      before  of the residue before, for atoms "-C"; null: there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);
 
+/// Whether the hydrogens of a rule turn about the bond between its first two atoms.
+inline bool turns(const HydrogenRule& rule) {
+  return rule.kind == 2 || rule.kind == 4;
+}
+
 /// Where the carbon before a residue is that begins after a gap, at the angles of a chain: with it alone the hydrogen on N has a place.
 /// Nothing: N, CA or C is missing.
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own);

@@ -36,8 +36,21 @@ std::optional<AtomPlaces> places_before(const ForceField& force_field, const std
   return carbon ? std::optional(AtomPlaces{{"C", *carbon}}) : std::nullopt;
 }
 
-/// Adds what the rules say, except for the hydrogens of rules of which all are there.
-void add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own, const AtomPlaces* before) {
+/// The group that a rule made; its turning axis is the bond to the rule's second atom.
+BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
+  BuiltGroup group;
+  group.carrier_angstrom = own.find(rule.anchors.front())->second;
+  const auto axis = own.find(rule.anchors[1]);
+  if (!turns(rule) || axis == own.end()) return group;
+  group.turns = true;
+  group.axis_angstrom = axis->second;
+  return group;
+}
+
+/// Adds what the rules say, except for the hydrogens of rules of which all are there. Out: what was added, of residue 0.
+std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own,
+                                      const AtomPlaces* before) {
+  std::vector<BuiltGroup> groups;
   std::set<std::string> removed;
   std::vector<PdbAtom> made;
   for (const HydrogenRule& rule : typed.rules) {
@@ -45,12 +58,14 @@ void add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPla
     for (int n = 0; n < rule.count; ++n) is_complete &= own.contains(rule.hydrogen(n));
     if (is_complete) continue;
     const std::vector<Vec3> places = hydrogen_places(rule, own, before);
+    if (!places.empty()) groups.push_back(group_of(rule, own));
     for (std::size_t n = 0; n < places.size(); ++n) {
       PdbAtom atom;
       atom.name = rule.hydrogen(static_cast<int>(n));
       atom.element = "H";
       atom.position_angstrom = places[n];
       removed.insert(atom.name);
+      groups.back().names.push_back(atom.name);
       made.push_back(std::move(atom));
     }
   }
@@ -61,6 +76,7 @@ void add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPla
   }
   residue.atoms = std::move(kept);
   for (PdbAtom& atom : made) residue.atoms.push_back(std::move(atom));
+  return groups;
 }
 
 const char* united_type(const HydrogenRule& rule) {
@@ -77,7 +93,21 @@ Hydrogens hydrogens_of(const std::string& text) {
   if (text == "given") return Hydrogens::kGiven;
   if (text == "build") return Hydrogens::kBuild;
   if (text == "united") return Hydrogens::kUnited;
+  if (text.empty()) return Hydrogens::kAsNeeded;
   throw std::invalid_argument("hydrogens \"" + text + "\" must be given, build or united");
+}
+
+std::string text_of(Hydrogens hydrogens) {
+  switch (hydrogens) {
+    case Hydrogens::kGiven:
+      return "given";
+    case Hydrogens::kBuild:
+      return "build";
+    case Hydrogens::kUnited:
+      return "united";
+    default:
+      return {};
+  }
 }
 
 bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
@@ -97,24 +127,29 @@ bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
   return true;
 }
 
-void complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
-                        std::span<const ResidueContext> contexts, std::size_t r) {
+std::vector<BuiltGroup> complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
+                                           std::span<const ResidueContext> contexts, std::size_t r) {
   PdbResidue& residue = residues[r];
   const TypedResidue typed = type_residue(force_field, residue, contexts[r]);
   const AtomPlaces own = places_of(residue, typed);
   const auto before = places_before(force_field, residues, contexts, r, own);
-  add_hydrogens(residue, typed, own, before ? &*before : nullptr);
+  std::vector<BuiltGroup> groups = add_hydrogens(residue, typed, own, before ? &*before : nullptr);
+  for (BuiltGroup& group : groups) group.residue = r;
+  return groups;
 }
 
-void build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
-                     std::span<const ResidueContext> contexts) {
+std::vector<BuiltGroup> build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
+                                        std::span<const ResidueContext> contexts) {
   for (PdbResidue& residue : residues) {
     if (has_own_charges(residue)) continue;
     std::erase_if(residue.atoms, [](const PdbAtom& atom) { return atom.element == "H"; });
   }
+  std::vector<BuiltGroup> groups;
   for (std::size_t r = 0; r < residues.size(); ++r) {
-    if (!has_own_charges(residues[r])) complete_hydrogens(force_field, residues, contexts, r);
+    if (has_own_charges(residues[r])) continue;
+    for (BuiltGroup& group : complete_hydrogens(force_field, residues, contexts, r)) groups.push_back(std::move(group));
   }
+  return groups;
 }
 
 void unite_hydrogens(const ForceField& force_field, PdbResidue& residue, TypedResidue& typed) {

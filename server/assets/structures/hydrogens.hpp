@@ -2,32 +2,36 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
+#include "server/assets/structures/hydrogen_relaxation.hpp"
 #include "server/assets/structures/residue_typing.hpp"
 
 namespace tandem::server {
 
 enum class Hydrogens {
-  kGiven,   ///< those of the file
-  kBuild,   ///< of amino acids built anew, the file's left out
-  kUnited,  ///< likewise, but on carbon they are part of it: CH, CH2, CH3
+  kGiven,     ///< those of the file
+  kBuild,     ///< of amino acids built anew, the file's left out
+  kUnited,    ///< likewise, but on carbon they are part of it: CH, CH2, CH3
+  kAsNeeded,  ///< given where the chosen chains have any, else built
 };
 
-/// "given", "build" or "united".
+/// "given", "build" or "united"; empty: as needed.
 /// Fails   std::invalid_argument for another, naming these
 Hydrogens hydrogens_of(const std::string& text);
+std::string text_of(Hydrogens hydrogens);
 
-/// The residues without their hydrogens, except for those with charges of their own, and then with those of the rules of their blocks and chain ends (hydrogen_places()). A rule of
-/// which an atom is missing adds nothing.
+/// Replaces the hydrogens of residues without charges of their own by those of the rules of their blocks and chain ends
+/// (hydrogen_places()). A rule of which an atom is missing adds nothing.
 ///
 /// In      residues, contexts  one a residue, in file order
-void build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
-                     std::span<const ResidueContext> contexts);
+std::vector<BuiltGroup> build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
+                                        std::span<const ResidueContext> contexts);
 
-/// Likewise for one residue, beside the hydrogens that it has; of a group such as CH3 of which one is missing, all are built.
-void complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
-                        std::span<const ResidueContext> contexts, std::size_t r);
+/// Builds what one residue lacks, beside the hydrogens that it has; of a group such as CH3 of which one is missing, all are built.
+std::vector<BuiltGroup> complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
+                                           std::span<const ResidueContext> contexts, std::size_t r);
 
 /// Adds the second oxygen of a chain's last amino acid where it is missing: in the plane of CA, C and O, 1.25 Å from C.
 /// Out     whether it was added

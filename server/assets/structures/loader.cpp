@@ -10,9 +10,8 @@
 #include <utility>
 
 #include "common/base/units.hpp"
-#include "server/assets/structures/chain_links.hpp"
 #include "server/assets/structures/force_field.hpp"
-#include "server/assets/structures/histidines.hpp"
+#include "server/assets/structures/prepared_structure.hpp"
 #include "server/assets/structures/residue_typing.hpp"
 #include "server/assets/structures/text.hpp"
 
@@ -219,11 +218,24 @@ class Loader {
     typed.expected_charge_e = charge_e;
   }
 
-  void write_rebuilt_note(const std::vector<std::string>& rebuilt) {
-    if (rebuilt.empty()) return;
-    note("hydrogens that are on no atom, or one too many, were left out and missing ones built in " +
-         counted(rebuilt.size(), "residue: ", "residues: ") +
-         joined(rebuilt, [](const std::string& name) { return printable_text(name); }));
+  /// Which hydrogens the molecule has, where that was left open or something else than given was done.
+  void write_hydrogen_notes(Hydrogens wanted, const std::vector<std::string>& rebuilt) {
+    const auto plain = [](const std::string& text) { return text; };
+    if (wanted == Hydrogens::kAsNeeded && report_.hydrogens == "build") {
+      note("hydrogens built, for the chosen chains have none in the file");
+    }
+    if (!rebuilt.empty()) {
+      note("hydrogens that are on no atom, or one too many, were left out and missing ones built in " +
+           counted(rebuilt.size(), "residue: ", "residues: ") +
+           joined(rebuilt, [](const std::string& name) { return printable_text(name); }));
+    }
+    if (!report_.moved.empty()) {
+      note(counted(report_.moved.size(), "group", "groups") +
+           " of built hydrogens turned or bent, for they overlapped other atoms");
+    }
+    if (!report_.clashes.empty()) {
+      note("built hydrogens that still overlap other atoms of the file: " + joined(report_.clashes, plain));
+    }
   }
 
  private:
@@ -307,60 +319,6 @@ class Loader {
   std::map<std::string, std::size_t> guesses_;            ///< atoms, by the name of their residue
 };
 
-std::vector<bool> disulfides_of(const std::vector<PdbResidue>& chains, const std::string& source) {
-  try {
-    return find_disulfides(chains);
-  } catch (const docking::MoleculeError& error) {
-    throw docking::MoleculeError(source + ": " + error.what());
-  }
-}
-
-std::vector<ResidueContext> contexts_of(const std::vector<PdbResidue>& chains, const std::vector<bool>& in_disulfide,
-                                        const std::vector<HistidineChoice>& histidines) {
-  const std::vector<ChainLink> links = chain_links(chains);
-  std::vector<ResidueContext> contexts(chains.size());
-  for (std::size_t r = 0; r < chains.size(); ++r) {
-    contexts[r] = {links[r].previous, links[r].begins, links[r].ends, in_disulfide[r], histidines[r].block};
-  }
-  return contexts;
-}
-
-/// Takes out hydrogens that fit nowhere, and builds what is then missing. Out: the residues, for people.
-std::vector<std::string> rebuild_misfits(const ForceField& force_field, std::vector<PdbResidue>& chains,
-                                         const std::vector<ResidueContext>& contexts,
-                                         std::vector<std::string>& dropped) {
-  std::vector<std::string> rebuilt;
-  for (std::size_t r = 0; r < chains.size(); ++r) {
-    PdbResidue& residue = chains[r];
-    if (has_own_charges(residue)) continue;
-    const TypedResidue typed = type_residue(force_field, residue, contexts[r]);
-    if (typed.misfits.empty()) continue;
-    for (auto i = typed.misfits.rbegin(); i != typed.misfits.rend(); ++i) {
-      dropped.push_back("hydrogen " + place_text(residue, residue.atoms[*i].name) +
-                        ": on no atom, or one too many on it; built where one is missing");
-      residue.atoms.erase(residue.atoms.begin() + static_cast<std::ptrdiff_t>(*i));
-    }
-    complete_hydrogens(force_field, chains, contexts, r);
-    rebuilt.push_back(residue_place(residue));
-  }
-  return rebuilt;
-}
-
-/// Only alpha carbons, or a trace of phosphates: nothing that a field could be of.
-void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
-  constexpr std::size_t kFewResidues = 4;
-  const auto is_one_atom = [](const PdbResidue& residue) {
-    return residue.atoms.size() == 1 && !has_own_charges(residue) &&
-           (residue.atoms.front().name == "CA" || residue.atoms.front().name == "P");
-  };
-  const auto traces = static_cast<std::size_t>(std::ranges::count_if(chains, is_one_atom));
-  if (traces < kFewResidues || 2 * traces < chains.size()) return;
-  throw docking::MoleculeError(
-      source + ": " + std::to_string(traces) + " of " + std::to_string(chains.size()) +
-      " residues have only an alpha carbon or a phosphorus; forces need all atoms: take a file " +
-      "with side chains, or rebuild them with a modelling program");
-}
-
 /// Sorted along x, so that only near ones are compared.
 void check_places(const std::vector<Vec3>& positions, const std::vector<std::string>& places,
                   const std::string& source) {
@@ -378,30 +336,23 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
   }
 }
 
-void check_hydrogens(const ForceField& force_field, Hydrogens hydrogens, const std::string& source) {
-  if (force_field.is_by_element && hydrogens != Hydrogens::kGiven) {
-    throw docking::MoleculeError(
-        source + ": hydrogens are built and united by rules of OPLS-AA, which built-in parameters lack; " +
-        "install the Debian package gromacs-data, or take the hydrogens that are given");
+/// Also against the structures beside it, where any hydrogen was built.
+RelaxedHydrogens relax(PreparedStructure& prepared, const ForceField& force_field,
+                       const std::filesystem::path& structure, std::span<const StructureSource> beside) {
+  if (prepared.groups.empty()) return {};
+  std::vector<PreparedStructure> neighbours;
+  for (const StructureSource& source : beside) {
+    // Of one file all chains are there already.
+    std::error_code error;
+    if (std::filesystem::equivalent(source.file, structure, error) || error) continue;
+    PreparedStructure& neighbour = neighbours.emplace_back(read_residues(source.file, force_field));
+    complete_residues(neighbour, force_field, source.hydrogens, source.selection, source.file.string());
   }
-  if (force_field.name != kOplsName && hydrogens == Hydrogens::kUnited) {
-    throw docking::MoleculeError(source + ": " + force_field.name +
-                                 " has no united atoms; take given or build, or OPLS-AA (" + kOplsDirectory + ")");
+  std::vector<RelaxedPart> parts{{&prepared.chains, &prepared.others, &prepared.groups}};
+  for (PreparedStructure& neighbour : neighbours) {
+    parts.push_back({&neighbour.chains, &neighbour.others, &neighbour.groups});
   }
-}
-
-/// Builds hydrogens and ends of chains, or what given hydrogens lack. Out: residues of which given hydrogens were rebuilt.
-std::vector<std::string> complete(const ForceField& force_field, std::vector<PdbResidue>& chains,
-                                  const std::vector<ResidueContext>& contexts, Hydrogens hydrogens,
-                                  StructureReport& report) {
-  if (force_field.is_by_element) return {};
-  if (hydrogens == Hydrogens::kGiven) return rebuild_misfits(force_field, chains, contexts, report.dropped);
-  for (std::size_t r = 0; r < chains.size(); ++r) {
-    if (contexts[r].ends == ChainEnd::kEnd && complete_chain_end(force_field, chains[r]))
-      report.built.push_back("atom " + place_text(chains[r], "OXT"));
-  }
-  build_hydrogens(force_field, chains, contexts);
-  return {};
+  return relax_hydrogens(parts);
 }
 
 }  // namespace
@@ -419,58 +370,55 @@ std::string default_force_field(const std::filesystem::path& opls) {
 
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
                                 const std::filesystem::path& force_field_directory, Hydrogens hydrogens,
-                                StructureReport* report) {
+                                StructureReport* report, std::span<const StructureSource> beside) {
   const ForceField force_field = load_force_field(force_field_directory);
   const std::string source = structure.string();
-  check_hydrogens(force_field, hydrogens, source);
-  PdbStructure read = read_structure(structure);
-  std::vector<PdbResidue> chains, others;
-  for (PdbResidue& residue : read.residues) {
-    (is_chain_residue(force_field, residue.name) ? chains : others).push_back(std::move(residue));
-  }
-  check_selection(chains, others, selection, source);
-  refuse_traces(chains, source);
+  PreparedStructure prepared = read_residues(structure, force_field);
+  check_selection(prepared.chains, prepared.others, selection, source);
+  complete_residues(prepared, force_field, hydrogens, selection, source);
+  const RelaxedHydrogens relaxed = relax(prepared, force_field, structure, beside);
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
   molecule.mixes_arithmetically = force_field.mixes_arithmetically;
-  StructureReport told;
-  told.dropped = std::move(read.dropped);
-  Loader loader(force_field, molecule, told);
-  // Over all chains, also those that are not selected: a disulfide, and the hydrogens of a residue, depend on others.
-  const std::vector<HistidineChoice> histidines = choose_histidines(chains, others);
-  const std::vector<ResidueContext> contexts = contexts_of(chains, disulfides_of(chains, source), histidines);
-  const std::vector<std::string> rebuilt = complete(force_field, chains, contexts, hydrogens, told);
+  StructureReport found;
+  found.dropped = std::move(prepared.read.dropped);
+  found.hydrogens = text_of(prepared.hydrogens);
+  found.moved = relaxed.moved;
+  found.clashes = relaxed.clashes;
+  Loader loader(force_field, molecule, found);
+  const std::vector<PdbResidue>& chains = prepared.chains;
   for (std::size_t r = 0; r < chains.size(); ++r) {
     if (!selection.takes_chain(chains[r].chain) && !selection.takes_residue(chains[r])) continue;
-    loader.add_of_chain(chains[r], contexts[r], hydrogens);
-    if (!histidines[r].block.empty()) {
-      told.histidines.push_back(residue_place(chains[r]) + ": " + histidines[r].block + ", " + histidines[r].reason);
+    loader.add_of_chain(chains[r], prepared.contexts[r], prepared.hydrogens);
+    const HistidineChoice& histidine = prepared.histidines[r];
+    if (!histidine.block.empty()) {
+      found.histidines.push_back(residue_place(chains[r]) + ": " + histidine.block + ", " + histidine.reason);
     }
-    if (contexts[r].begins == ChainEnd::kGap) told.gaps.push_back("before " + residue_place(chains[r]));
+    if (std::ranges::binary_search(prepared.ended, r)) found.built.push_back("atom " + place_text(chains[r], "OXT"));
+    if (prepared.contexts[r].begins == ChainEnd::kGap) found.gaps.push_back("before " + residue_place(chains[r]));
+    if (prepared.hydrogens == Hydrogens::kGiven && begins_cut(force_field, chains[r], prepared.contexts[r])) {
+      found.gaps.push_back("before " + residue_place(chains[r]) + ", which has one hydrogen on N");
+    }
   }
   LeftOutByName left_out;
-  for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) loader.add_other(residue);
+  for (const PdbResidue& residue : take_selected(prepared.others, selection, left_out, found.dropped)) {
+    loader.add_other(residue);
+  }
   if (molecule.size() == 0) {
     throw docking::MoleculeError(source +
                                  ": no protein atoms; a structure with amino acids is needed, or a choice of " +
                                  "residues, e.g. FILE:A/LIG");
   }
-  loader.write_rebuilt_note(rebuilt);
-  loader.write_notes(left_out, read);
-  check_places(molecule.positions_angstrom, told.places, source);
+  loader.write_hydrogen_notes(hydrogens, prepared.rebuilt);
+  loader.write_notes(left_out, prepared.read);
+  check_places(molecule.positions_angstrom, found.places, source);
   try {
     docking::validate(molecule);
   } catch (const std::invalid_argument& error) {
     throw docking::MoleculeError(source + " with " + force_field.directory + ": " + error.what());
   }
-  if (report != nullptr) *report = std::move(told);
+  if (report != nullptr) *report = std::move(found);
   return molecule;
-}
-
-bool needs_hydrogens(const docking::Molecule& molecule, const std::filesystem::path& force_field_directory) {
-  constexpr double kHydrogen_u = 1.5;
-  const bool has_any = std::ranges::any_of(molecule.mass_u, [](double mass_u) { return mass_u < kHydrogen_u; });
-  return !has_any && force_field_directory != kBuiltInForceField;
 }
 
 }  // namespace tandem::server

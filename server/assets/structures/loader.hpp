@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,11 +13,6 @@
 #include "server/assets/structures/structure_file.hpp"
 
 namespace tandem::server {
-
-/// Of Debian package gromacs-data.
-inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";
-/// In place of a folder: parameters by element, which need no file.
-inline constexpr const char* kBuiltInForceField = "built-in";
 
 /// What is used where nobody names a force field: `opls`, or where there is no such folder kBuiltInForceField.
 std::string default_force_field(const std::filesystem::path& opls = kOplsDirectory);
@@ -32,9 +28,19 @@ struct StructureReport {
   std::vector<std::string> missing;     ///< atoms that the force field expects and the file lacks
   std::vector<std::string> dropped;     ///< atoms and residues of the file that were left out, with the reason
   std::vector<std::string> built;       ///< heavy atoms that were added: OXT at ends of chains
-  std::vector<std::string> gaps;        ///< "before GLY 45 of chain A"
+  std::vector<std::string> gaps;        ///< "before GLY 45 of chain A", also a chain's beginning that was cut
   std::vector<std::string> histidines;  ///< of those without hydrogens in the file, which was chosen and why
+  std::string hydrogens;                ///< "given", "build" or "united": what was done
+  std::vector<std::string> moved;       ///< built hydrogens that overlapped, of the whole file: which, and how far
+  std::vector<std::string> clashes;     ///< of the whole file: built hydrogens that still do
   NetCharge charge;                     ///< of what was loaded; with built-in parameters not set
+};
+
+/// A structure and how it is to be loaded.
+struct StructureSource {
+  std::filesystem::path file;
+  StructureSelection selection;
+  Hydrogens hydrogens = Hydrogens::kAsNeeded;
 };
 
 /// Reads what is selected (first model, first alternate location) and gives each atom its type, charge and
@@ -46,8 +52,10 @@ struct StructureReport {
 /// With kBuiltInForceField all atoms have the parameters of their elements and charge 0 (a PQR file's stay its own), and
 /// Molecule::notes says so; hydrogens cannot be built.
 /// With Hydrogens::kGiven nothing is added: a file without hydrogens gives heavy atoms with all-atom parameters, whose
-/// attraction is about a third too weak.
+/// attraction is about a third too weak. Built hydrogens that would overlap other atoms of the file are moved (relax_hydrogens()).
 ///
+/// In      beside  other structures in the frame of this one, as those of a complex in two files; built hydrogens keep clear of their
+///                 atoms too. Order and number do not change what else is loaded
 /// Source  the parameter files of `force_field_directory` (load_force_field(); GROMACS: ffnonbonded.itp, aminoacids.rtp, …),
 ///         read at run time: of OPLS-AA, Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: file missing or damaged, no atoms left, two atoms on one place, chain or residue not there
@@ -55,9 +63,7 @@ struct StructureReport {
 ///         arithmetically or geometrically; hydrogens other than given with kBuiltInForceField, united with any but OPLS-AA
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
                                 const std::filesystem::path& force_field_directory,
-                                Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr);
-
-/// Whether hydrogens are to be built where nobody says: of a molecule that was loaded with those given and has none.
-bool needs_hydrogens(const docking::Molecule& molecule, const std::filesystem::path& force_field_directory);
+                                Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr,
+                                std::span<const StructureSource> beside = {});
 
 }  // namespace tandem::server

@@ -236,6 +236,12 @@ std::string_view canonical_residue(std::string_view name) {
   return name;
 }
 
+bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context) {
+  if (context.begins != ChainEnd::kEnd || has_own_charges(residue)) return false;
+  if (!is_amino_acid(force_field, residue.name) || residue.name == "PRO" || residue.name == "PGLU") return false;
+  return named_atoms(force_field, residue, context).hydrogens_on("N") == 1;
+}
+
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named) {
   const std::string_view canonical = canonical_residue(residue_name);

@@ -57,6 +57,9 @@ std::string_view canonical_residue(std::string_view name);
 /// In      residue  one for which has_block()
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
+/// Whether an amino acid begins its chain with the one hydrogen on N that it has within a chain: it was cut out of a longer one.
+bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
+
 /// By the residue's name and the hydrogens on its atoms. `named`: an acid's oxygens change names where the hydrogen is on the first.
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named);

@@ -73,6 +73,30 @@ TEST(AtomContacts, AreTheSameFromEitherSideAndAsOfEveryPair) {
   EXPECT_EQ(from_b, expected);
 }
 
+TEST(AtomContacts, AtomsNearerThanSevenTenthsOfTheirRadiiAreNamedByWhatTheyAre) {
+  const Molecule carbon = atoms({{kC, {0, 0, 0}}}), oxygen = atoms({{kO, {0, 0, 0}}});
+  const Molecule methane = atoms({{kC, {0, 0, 0}}, {kH, {1.09, 0, 0}}}),
+                 ammonia = atoms({{kN, {0, 0, 0}}, {kH, {1.01, 0, 0}}});
+  const auto close = [](const Molecule& a, const Molecule& b, double way) {
+    return close_atoms(a, b, {{way, 0, 0}, Quat::Identity()});
+  };
+  // Carbon on carbon: 0.7 · 3.40 Å.
+  EXPECT_TRUE(close(carbon, carbon, 2.39).empty());
+  ASSERT_EQ(close(carbon, carbon, 2.37).size(), 1U);
+  EXPECT_EQ(close(carbon, carbon, 2.37)[0].closeness, Closeness::kClash);
+  EXPECT_NEAR(close(carbon, carbon, 2.37)[0].share, 2.37 / 3.4, 1e-12);
+  EXPECT_EQ(close(carbon, carbon, 1.5)[0].closeness, Closeness::kBond);
+  // A hydrogen 1.7 Å from oxygen, 0.65 of their radii: on nitrogen it is a hydrogen bond, on carbon a clash.
+  ASSERT_EQ(close(ammonia, oxygen, 2.71).size(), 1U);
+  EXPECT_EQ(close(ammonia, oxygen, 2.71)[0].closeness, Closeness::kHydrogenBond);
+  EXPECT_EQ(close(ammonia, oxygen, 1.01 + 1.25)[0].closeness, Closeness::kClash);
+  ASSERT_EQ(close(methane, oxygen, 2.79).size(), 1U);
+  EXPECT_EQ(close(methane, oxygen, 2.79)[0].closeness, Closeness::kClash);
+  EXPECT_TRUE(close(oxygen, methane, 2.3).empty()) << "the hydrogen points away";
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(close(carbon, carbon, nan).empty());
+}
+
 TEST(AtomContacts, APoseThatIsNoneHasNone) {
   const Molecule carbon = atoms({{kC, {0, 0, 0}}});
   EXPECT_EQ(atom_contacts(carbon, carbon, Pose{}).size(), 1U);

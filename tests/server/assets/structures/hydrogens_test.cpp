@@ -48,8 +48,9 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
   EXPECT_EQ(molecule.size(), 602U + 629U);
   EXPECT_TRUE(report.missing.empty()) << report.missing.front();
   EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;
+  EXPECT_EQ(report.hydrogens, "build");
   EXPECT_NEAR(total(molecule.charge_e), 0, 1e-9);
-  std::size_t compared = 0;
+  std::size_t compared = 0, moved = 0;
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     // "HB1 of MET 1 of chain A"
     std::istringstream words(report.places[i]);
@@ -59,10 +60,15 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
     if (!name.starts_with('H')) continue;
     ASSERT_NE(found, expected.end()) << report.places[i];
     // The golden file has three decimals, and so had the heavy atoms that GROMACS read, in nm.
-    EXPECT_LT((molecule.positions_angstrom[i] - found->second).norm(), 0.002) << report.places[i];
+    const double apart = (molecule.positions_angstrom[i] - found->second).norm();
+    if (apart >= 0.002) ++moved;
+    // Those that overlapped atoms of other residues bend, by no more than this.
+    EXPECT_LT(apart, 0.3) << report.places[i];
     ++compared;
   }
   EXPECT_EQ(compared, 629U);
+  EXPECT_LE(report.moved.size(), 2U);
+  EXPECT_LE(moved, 2 * report.moved.size());
 }
 
 TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
