@@ -130,7 +130,11 @@ bool CommandPipe::Impl::write_answer() {
   }
   std::string_view left = answer;
   while (!left.empty()) {
-    if (!can_write()) return false;
+    if (!can_write()) {
+      const std::lock_guard lock(mutex);
+      why_not_written = "its reader took none before the program ended";
+      return false;
+    }
     const ssize_t count = ::write(answers, left.data(), std::min(left.size(), kMaxWriteBytes));
     if (count >= 0) {
       left.remove_prefix(static_cast<std::size_t>(count));
