@@ -1,6 +1,8 @@
 // See client_run.hpp.
 #include "client/app/client_run.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -21,6 +23,7 @@
 #include "client/app/stop_signals.hpp"
 #include "client/app/summary.hpp"
 #include "client/app/trace.hpp"
+#include "client/commands/command_run.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
 #include "client/recording/client_recorder.hpp"
@@ -87,10 +90,10 @@ class ClientRun {
   std::string recording_state() const;
   void record_link(const ClientIoSnapshot& io, LocalTime now);
   void give_up_waiting(const ClientIoSnapshot& io, LocalTime now);
+  void run_commands(const ClientIoSnapshot& io, LocalTime now);
   void set_what_is_due();
   void follow_session(const ClientIoSnapshot& io);
   void explain_coupling(const CouplingCheck& check);
-  void print_status(const ClientIoSnapshot& io);
   RunSummary summary(ClientIoSnapshot io) const;
   void print_json(const ClientIoSnapshot& io);
   std::vector<std::string> problems_at_end(const ClientIoSnapshot& io);
@@ -136,6 +139,7 @@ class ClientRun {
   bool is_over_ = false;
   std::optional<HapticLoop> loop_;      ///< gone before what it uses
   std::unique_ptr<SecondHand> second_;  ///< null: one device
+  std::optional<CommandRun> commands_;  ///< none: --commands is not used
   StopSignals stop_signals_;            ///< last: it stops the loop
 };
 
@@ -253,10 +257,10 @@ void ClientRun::pause() {
   }
 }
 
-/// A window stays, and says why the session has ended.
+/// A window stays, and says why the session has ended; so do the answers to commands.
 void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   if (!window_) {
-    is_over_ = is_over_ || io.status.state == SessionState::kEnded;
+    is_over_ = is_over_ || (io.status.state == SessionState::kEnded && !commands_);
     return;
   }
   is_over_ = is_over_ || window_->is_closed();
@@ -317,6 +321,10 @@ void ClientRun::start_loop() {
   if (loop_->keeps_awake()) say("keeping a processor awake for the haptic thread; --keep-awake off spares it");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
+  // The mouse of a window moves the hand itself.
+  if (options_.reads_commands) {
+    commands_.emplace(io_, window_ ? nullptr : options_.device.pointer, STDIN_FILENO, STDOUT_FILENO);
+  }
   stop_signals_.when_requested([this] {
     loop_->request_stop();
     if (second_) second_->request_stop();
@@ -337,10 +345,17 @@ void ClientRun::keep_going() {
   const LocalTime now = SteadyClock().now();
   give_up_waiting(io, now);
   record_link(io, now);
-  if (!options_.prints_json && now >= next_status_) {
+  run_commands(io, now);
+  if (!options_.prints_json && !commands_ && now >= next_status_) {
     next_status_ += kStatusPeriod;
-    print_status(io);
+    output_.out(status_line(io, report_.length(), newest_));
   }
+}
+
+void ClientRun::run_commands(const ClientIoSnapshot& io, LocalTime now) {
+  if (!commands_) return;
+  commands_->poll(io, io_.haptics().newest_view(), now);
+  is_over_ = is_over_ || commands_->is_over();
 }
 
 /// Ends a run of a stated length whose room does not begin.
@@ -410,20 +425,6 @@ void ClientRun::explain_coupling(const CouplingCheck& check) {
   last_coupling_lines_ = std::move(lines);
 }
 
-void ClientRun::print_status(const ClientIoSnapshot& io) {
-  char round_trip[16] = "     -";  // of a connection that there is
-  if (io.status.state == SessionState::kActive) {
-    std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.round_trip) * 1e3);
-  }
-  char line[512];
-  std::snprintf(line, sizeof line,
-                "%6.1f s  %-10s round trip %s ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
-                to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip,
-                to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
-                newest_.displayed_on_hand_D.t.norm(), haptics::describe_safety_faults(newest_.safety_faults).c_str());
-  output_.out(line);
-}
-
 RunSummary ClientRun::summary(ClientIoSnapshot io) const {
   return {.options = options_,
           .device = device_->spec(),
@@ -453,6 +454,7 @@ int ClientRun::finish() {
   if (second_) second_->request_stop();
   loop_->stop();
   if (second_) second_->stop();
+  if (commands_) commands_->finish();
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
@@ -474,6 +476,7 @@ std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) 
       if_true(trace_ && !trace_->flush(),
               "the trace is incomplete: " + options_.trace.string() + " could not be written"),
       waited_in_vain_,
+      commands_ ? commands_->problem() : "",
       if_true(lost_of_recordings_ > 0,
               "a recording is incomplete: " + std::to_string(lost_of_recordings_) + " messages are not in it"),
       if_true(!options_.window.screenshot.empty() && !has_picture_,

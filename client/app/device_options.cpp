@@ -24,8 +24,8 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   device.name = "auto";
   app.add_option("--device", device.name,
                  "what the hand holds: " + listed_devices() +
-                     "; auto: the first real one that is plugged in; when there is none, mouse in the window, sim with "
-                     "--headless or --hand")
+                     "; auto: the first real one that is plugged in; when there is none, mouse in the window and with "
+                     "--commands, sim with --headless or --hand")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--profile", profile,
@@ -99,13 +99,13 @@ devices::DeviceOptions second_device(const devices::DeviceOptions& first, const 
 }
 
 /// Not before the command line is parsed: help and version need no file.
-void complete_device(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool is_headless) {
+void complete_device(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool has_pointer) {
   const char* option = "--device: ";
   try {
     if (device.name == "auto") {
       const auto tell = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
       device.name = devices::choose_device(!has_hand && profile.empty(), tell);
-      if (device.name == "sim" && !is_headless && !has_hand) device.name = "mouse";
+      if (device.name == "sim" && has_pointer && !has_hand) device.name = "mouse";
     }
     const devices::DeviceKind& kind = devices::find_device_kind(device.name);
     option = "--profile: ";
@@ -134,9 +134,9 @@ void DeviceCommandLine::declare(CLI::App& app, devices::DeviceOptions& first) {
 }
 
 std::optional<devices::DeviceOptions> DeviceCommandLine::complete(const CLI::App& app, devices::DeviceOptions& first,
-                                                                  bool is_headless) {
+                                                                  bool has_pointer) {
   take_recorded(first);
-  complete_device(first, profile_, app.count("--hand") > 0, is_headless);
+  complete_device(first, profile_, app.count("--hand") > 0, has_pointer);
   try {
     take_recorded(second_);
     if (second_.name.empty()) return std::nullopt;

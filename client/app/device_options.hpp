@@ -18,10 +18,10 @@ class DeviceCommandLine {
   /// In      first  filled in when the command line is parsed, and by complete(); must outlive the parser
   void declare(CLI::App& app, devices::DeviceOptions& first);
   /// After parsing: which device "auto" is, its profile, and what is in the file of a recorded hand.
-  /// In      is_headless  without a window, which has a mouse
+  /// In      has_pointer  a window or commands move the device "mouse"
   /// Out     the device of the user's other hand; none: one device
   /// Fails   std::invalid_argument naming the option, its value and the remedy
-  std::optional<devices::DeviceOptions> complete(const CLI::App& app, devices::DeviceOptions& first, bool is_headless);
+  std::optional<devices::DeviceOptions> complete(const CLI::App& app, devices::DeviceOptions& first, bool has_pointer);
 
  private:
   std::string profile_;

@@ -1,6 +1,7 @@
 // See options.hpp.
 #include "client/app/options.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +18,7 @@
 #include "client/app/option_types.hpp"
 #include "client/app/room_parameter.hpp"
 #include "client/app/security_options.hpp"
+#include "client/commands/command.hpp"
 #include "client/session/asset_store.hpp"
 #include "client/view/window.hpp"
 #include "common/base/folders.hpp"
@@ -245,6 +247,10 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
       });
   app.add_flag("--insist-realtime", options.insists_on_realtime, "end with exit code 2 when a right is not granted");
   app.add_flag("--json", options.prints_json, "print one JSON object at the end instead of a status line each second");
+  app.add_flag(
+      "--commands", options.reads_commands,
+      "read commands from stdin, one a line, and answer each by one line on stdout, a JSON object; nothing else "
+      "is printed there. The commands are listed below; the end of stdin ends the program");
   app.add_flag("--verbose", options.is_verbose, "log what the session does to stderr");
   app.add_option("--trace", options.trace, "write the time series of every haptic tick to this CSV file")
       ->type_name("FILE.csv");
@@ -283,6 +289,13 @@ void check_links(const ClientOptions& options, const net::LinkParameters& link) 
   }
 }
 
+std::string listed_commands() {
+  std::string text =
+      "Commands of --commands (POSE: the number of a kept pose, or its name; a field with blanks in double quotes):\n";
+  for (const auto& [usage, purpose] : command_usages()) text += "  " + usage + ": " + purpose + "\n";
+  return text;
+}
+
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -300,7 +313,8 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer(
       "Exit code: 0 done; 1 the session was lost or no state came, or what was to be set, recorded, traced or pictured "
-      "is not complete; 2 bad set-up.");
+      "is not complete, or a command of --commands failed; 2 bad set-up.\n\n" +
+      listed_commands());
   ClientOptions options;
   net::LinkParameters link;
   SecurityOptions security;
@@ -331,12 +345,20 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     options.io.client.session.asset_store = disk_asset_store(cache / "assets");
   }
   options.window.is_open = !is_headless;
+  if (options.reads_commands && options.prints_json) {
+    throw std::invalid_argument(
+        "--commands prints answers only on stdout: leave out --json; --record and --trace write files");
+  }
+  // Before anything is opened: a socket could take the number of a standard input that is closed.
+  if (options.reads_commands && fcntl(STDIN_FILENO, F_GETFD) < 0) {
+    throw std::invalid_argument("--commands: the standard input is closed; give it a file, a pipe or /dev/null");
+  }
   if (is_headless && !options.window.screenshot.empty()) {
     throw std::invalid_argument("--screenshot is of the window: leave out --headless");
   }
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
-  options.second_device = devices.complete(app, options.device, is_headless);
+  options.second_device = devices.complete(app, options.device, !is_headless || options.reads_commands);
   apply_security(security, app.count("--role") > 0, options.io);
   if (has_link) {
     check_links(options, link);

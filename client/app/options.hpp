@@ -41,6 +41,7 @@ struct ClientOptions {
   std::optional<bool> keeps_awake;  ///< as HapticLoopSettings has it
   bool insists_on_realtime = false;
   bool prints_json = false;
+  bool reads_commands = false;  ///< from the standard input, and answers them on the standard output
   bool is_verbose = false;
   std::filesystem::path trace;  ///< empty: none
   std::uint64_t trace_every = 1;

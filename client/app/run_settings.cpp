@@ -25,8 +25,8 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   if (options.realtime_priority > 0) {
     settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
   }
+  settings.client.haptics.feeds_view = options.window.is_open || options.reads_commands;
   if (!options.window.is_open) return settings;
-  settings.client.haptics.feeds_view = true;
   settings.client.session.wants_soft_shapes = true;
   settings.client.session.drawn_asset_kinds = {geometry::kDrawingAssetKind, "molecule"};
   // So that the window's sliders have a link to change.
@@ -35,7 +35,7 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
 }
 
 ClientOptions with_pointer(ClientOptions options) {
-  if (options.window.is_open && options.device.name == "mouse") {
+  if ((options.window.is_open || options.reads_commands) && options.device.name == "mouse") {
     options.device.pointer = std::make_shared<devices::Pointer>();
   }
   return options;

@@ -13,7 +13,7 @@
 namespace tandem::client {
 
 ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
-/// The mouse of a window needs one.
+/// The device "mouse" needs a pointer: of a window, or of commands.
 ClientOptions with_pointer(ClientOptions options);
 /// Where one is plugged in and is not the hand's device; null: none.
 std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand);

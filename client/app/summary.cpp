@@ -248,6 +248,20 @@ BodyId watched_body(const wire::Joined& joined) {
   return {};
 }
 
+std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest) {
+  char round_trip[16] = "     -";  // of a connection that there is
+  if (io.status.state == SessionState::kActive) {
+    std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.round_trip) * 1e3);
+  }
+  char line[512];
+  std::snprintf(line, sizeof line,
+                "%6.1f s  %-10s round trip %s ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
+                to_seconds(length), std::string(name_of(io.status.state)).c_str(), round_trip,
+                to_seconds(newest.state_age) * 1e3, newest.displayed_on_hand_D.f.norm(),
+                newest.displayed_on_hand_D.t.norm(), haptics::describe_safety_faults(newest.safety_faults).c_str());
+  return line;
+}
+
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session) {
   if (io.status.state != SessionState::kActive) return "the session was lost and not regained: " + io.status.why;
   if (io.has_state) return {};

@@ -24,6 +24,9 @@ std::string joined_line(const wire::Joined& joined);
 /// What of a scene with forces and torques this device cannot show; empty: nothing.
 std::string missing_of(const devices::DeviceSpec& device);
 
+/// For a person, each second: time of the run, session, delays, what the hand feels.
+std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest);
+
 /// Why a session is of no use at the end of its run; empty: it is in a room, and states arrive.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 

@@ -237,8 +237,20 @@ void ClientIo::reset_room() {
   asio::post(impl_->io, [impl = impl_.get()] { impl->session.reset_room(); });
 }
 
-void ClientIo::ask_pose(const wire::AskPose& asked) {
-  asio::post(impl_->io, [impl = impl_.get(), asked] { impl->session.ask_pose(asked); });
+void ClientIo::ask_pose(wire::AskPose::Kind kind, std::uint32_t number, const std::string& name,
+                        const PoseReply& on_answer) {
+  wire::AskPose asked;
+  asked.set_kind(kind);
+  asked.set_number(number);
+  asked.set_name(name);
+  PoseReply after_snapshot;
+  if (on_answer) {
+    after_snapshot = [impl = impl_.get(), on_answer](const auto& answer, const auto& minimising) {
+      impl->publish_snapshot(impl->clock.now());
+      on_answer(answer, minimising);
+    };
+  }
+  asio::post(impl_->io, [impl = impl_.get(), asked, after_snapshot] { impl->session.ask_pose(asked, after_snapshot); });
 }
 
 void ClientIo::point(const wire::Point& place) {

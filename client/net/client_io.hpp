@@ -95,7 +95,11 @@ class ClientIo {
   void set_law(const std::string& law);
   void kick(UserId user);
   void reset_room();
-  void ask_pose(const wire::AskPose& asked);
+  /// ClientSession::ask_pose()
+  /// In      number  of a kept pose, for GO_TO, DELETE and RENAME; name  for KEEP and RENAME
+  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect, or never after stop()
+  void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},
+                const PoseReply& on_answer = {});
   void point(const wire::Point& place);
   void change_room(const std::string& room);
   /// Client::set_stage()

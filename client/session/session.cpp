@@ -49,6 +49,7 @@ void ClientSession::Impl::lose(LocalTime now, const std::string& why, bool is_fi
     enter(SessionState::kWaiting, now);
     status.why = printable(why);
     log(why + "; trying again in " + milliseconds(retry_delay));
+    refuse_poses(why);
   }
 }
 
@@ -58,6 +59,7 @@ void ClientSession::Impl::end(const std::string& why, bool is_setup_error) {
   status = {SessionState::kEnded, printable(why), is_setup_error};
   // A set-up error is the program's last word; it prints `why` itself.
   if (!is_setup_error) log(why);
+  refuse_poses(why);
 }
 
 void ClientSession::Impl::stop_state() {

@@ -115,6 +115,11 @@ using net::printable;
 
 class Credentials;
 
+/// Receives the answer to one request about poses, once, on the io thread: the message of the server that carries the
+/// request's number, or an error when the connection ended before it came.
+/// In      minimising  last progress of this user's own minimisations
+using PoseReply = std::function<void(const wire::ServerControl& answer, const wire::PoseProgress& minimising)>;
+
 class ClientSession {
  public:
   ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);
@@ -141,7 +146,8 @@ class ClientSession {
   /// Back to the start, all that moves; for the room's operator.
   void reset_room();
   /// Keeps a pose of the room's two molecules, goes to another one, deletes or renames one, minimises, or cancels that.
-  void ask_pose(const wire::AskPose& asked);
+  /// In      on_answer  may be empty; must not call this session
+  void ask_pose(const wire::AskPose& asked, PoseReply on_answer = {});
   /// Shows the others a place.
   void point(const wire::Point& place);
   /// Leaves this room for another of the same server; when that refuses, comes back.

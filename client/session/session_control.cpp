@@ -49,6 +49,26 @@ void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime n
     lose(now, "protocol error: the server sent a message that is not allowed in state " +
                   std::string(name_of(status.state)));
   }
+  answer_pose(message);
+}
+
+/// Only a message that can answer a request about poses does, whatever number another one carries.
+void ClientSession::Impl::answer_pose(const wire::ServerControl& message) {
+  const bool is_answer = message.has_kept_pose() || message.has_pose_taken() || message.has_pose_deleted() ||
+                         message.has_pose_progress() || message.has_error();
+  const auto found = is_answer ? pose_requests.find(message.request()) : pose_requests.end();
+  if (found == pose_requests.end()) return;
+  const PoseReply on_answer = std::move(found->second);
+  pose_requests.erase(found);
+  on_answer(message, own_progress);
+}
+
+/// No answer comes any more: the connection that would bring it has ended.
+void ClientSession::Impl::refuse_poses(const std::string& why) {
+  wire::ServerControl answer;
+  answer.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
+  answer.mutable_error()->set_text("not in a room: " + printable(why));
+  for (const auto& [request, on_answer] : std::exchange(pose_requests, {})) on_answer(answer, own_progress);
 }
 
 bool ClientSession::Impl::handle_active(const wire::ServerControl& message, LocalTime now) {
@@ -157,7 +177,9 @@ void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& told) {
 }
 
 void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& told) {
-  if (told.is_over() || told.max_steps() == 0 || !std::isfinite(told.energy_kj_per_mol())) return pose_progress.reset();
+  const bool is_sound = told.max_steps() > 0 && std::isfinite(told.energy_kj_per_mol());
+  if (is_sound && told.user() == scene.joined()->user()) own_progress = told;
+  if (told.is_over() || !is_sound) return pose_progress.reset();
   pose_progress = told;
 }
 
@@ -244,6 +266,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   room_left.reset();
   kept_poses.reset();
   pose_progress.reset();
+  own_progress.Clear();
   pointed.clear();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);
@@ -312,6 +335,7 @@ void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
   settings.room = wanted;
   status.why = "going to room " + printable(wanted);
   connect(now);
+  refuse_poses(status.why);
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
@@ -361,8 +385,13 @@ void ClientSession::reset_room() {
   impl_->request([](wire::ClientControl& message) { message.mutable_reset_room(); });
 }
 
-void ClientSession::ask_pose(const wire::AskPose& asked) {
+void ClientSession::ask_pose(const wire::AskPose& asked, PoseReply on_answer) {
+  const bool is_active = impl_->status.state == SessionState::kActive;
   impl_->request([&asked](wire::ClientControl& message) { *message.mutable_ask_pose() = asked; });
+  if (!on_answer) return;
+  // Without a room, the number stays that of an earlier request; it is answered at once.
+  impl_->pose_requests.insert_or_assign(impl_->last_request, std::move(on_answer));
+  if (!is_active) impl_->refuse_poses(impl_->status.why);
 }
 
 void ClientSession::point(const wire::Point& place) {

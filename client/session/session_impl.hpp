@@ -5,6 +5,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,6 +64,8 @@ struct ClientSession::Impl {
   void take_start(const wire::RoomStart& start);
   void take_pose_deleted(const wire::PoseDeleted& told);
   void take_pose_progress(const wire::PoseProgress& told);
+  void answer_pose(const wire::ServerControl& message);
+  void refuse_poses(const std::string& why);
   void take_pointed(const wire::Pointed& told, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
@@ -125,6 +128,8 @@ struct ClientSession::Impl {
   std::vector<wire::UserJoined> users;
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
   std::optional<wire::PoseProgress> pose_progress;
+  wire::PoseProgress own_progress;                   // last of this user's minimisations
+  std::map<std::uint32_t, PoseReply> pose_requests;  // by their numbers, until they are answered
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;
 
   ConnectionId connection;

@@ -89,11 +89,7 @@ void draw_kept(const PanelContent& content, WindowSwitches& switches, const std:
 }  // namespace
 
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number, const char* name) {
-  wire::AskPose asked;
-  asked.set_kind(kind);
-  asked.set_number(number);
-  asked.set_name(name);
-  if (client != nullptr) client->ask_pose(asked);
+  if (client != nullptr) client->ask_pose(kind, number, name);
 }
 
 void keep_pose(ClientIo* client, WindowSwitches& switches) {

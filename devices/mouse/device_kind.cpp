@@ -5,7 +5,7 @@
 namespace tandem::devices {
 
 DeviceKind mouse_device() {
-  return {"mouse", "mouse and keys in the window, with the limits of --profile", "sim",
+  return {"mouse", "mouse and keys in the window, or the commands of --commands; with the limits of --profile", "sim",
           [](const DeviceOptions& options) -> std::unique_ptr<Device> {
             return std::make_unique<MouseDevice>(options.profile.spec, MouseDevice::default_hand(), options.pointer,
                                                  open_rumble(options.rumble));

@@ -23,7 +23,8 @@ MouseDevice::MouseDevice(DeviceSpec spec, const HandParameters& hand, std::share
   spec_.position_step_m = 0;
   spec_.rotation_step_rad = 0;
   if (pointer_ == nullptr) {
-    throw std::invalid_argument("the device mouse needs the window: leave out --headless, or use --device sim");
+    throw std::invalid_argument(
+        "the device mouse needs the window or --commands: leave out --headless, or use --device sim");
   }
 }
 

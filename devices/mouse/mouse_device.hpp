@@ -21,8 +21,7 @@ class MouseDevice final : public Device {
   static constexpr double kSmoothing_rad_per_s = 45;
   static constexpr double kMaxSpeed_m_per_s = 0.8;
   static constexpr double kMaxTurn_rad_per_s = 6;
-  /// Farther from its base the hand does not go.
-  static constexpr double kReach_m = 0.5;
+  static constexpr double kReach_m = kPointerReach_m;
 
   /// In      pointer  not null; rumble  null: none, else shows the force as a share of the device's limit
   MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,

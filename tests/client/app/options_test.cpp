@@ -186,6 +186,16 @@ std::optional<ClientOptions> parse_with_window(std::vector<const char*> argument
   return parse_client_options(static_cast<int>(arguments.size()), arguments.data());
 }
 
+TEST(ClientOptions, CommandsMoveTheMousesHandWithoutAWindow) {
+  const auto options = parse({"--commands"});
+  ASSERT_TRUE(options);
+  EXPECT_TRUE(options->reads_commands);
+  EXPECT_EQ(options->device.name, "mouse");
+  EXPECT_EQ(parse({"--commands", "--hand", "circle"})->device.name, "sim") << "a hand that has a path of its own";
+  EXPECT_FALSE(parse({})->reads_commands);
+  EXPECT_THAT(error_of({"--commands", "--json"}), AllOf(HasSubstr("--commands"), HasSubstr("leave out --json")));
+}
+
 TEST(ClientOptions, WithoutHeadlessThereIsAWindowAndTheMouseIsTheDevice) {
   const auto options = parse_with_window({"--screenshot", "a.png", "--after", "2s", "--window-size", "640x480"});
   ASSERT_TRUE(options);

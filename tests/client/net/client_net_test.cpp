@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <fstream>
+#include <future>
 #include <mutex>
 
 #include "client/net/client_io.hpp"
@@ -68,6 +69,22 @@ TEST(ClientIo, WhereTheHapticThreadHasTheHandleTheToolFollows) {
            record.handle_W.X.p.y() > 0;
   });
   EXPECT_TRUE(has_arrived);
+}
+
+TEST(ClientIo, AnAnswerAboutPosesComesWhenTheSnapshotHasItsEffect) {
+  test::RunningServer running(test::two_hands_scene());
+  ScriptedDevice device;
+  ClientIo io(settings_for(running.server->port()), device);
+  io.start();
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kActive)));
+  std::promise<std::string> news_then;
+  io.ask_pose(wire::AskPose::KEEP, 0, "", [&](const wire::ServerControl& answer, const wire::PoseProgress&) {
+    EXPECT_TRUE(answer.has_error());
+    news_then.set_value(io.snapshot().news);
+  });
+  std::future<std::string> news = news_then.get_future();
+  ASSERT_EQ(news.wait_for(std::chrono::seconds(30)), std::future_status::ready);
+  EXPECT_THAT(news.get(), HasSubstr("there are none here")) << "though a snapshot may be 10 ms old";
 }
 
 TEST(ClientIo, StateGoesOverTcpWhenAsked) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <random>
 #include <utility>
 
@@ -112,6 +114,79 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   for (std::uint32_t number = 1; number < 1000; ++number) say(number, {1, 2, 3, 1, 0, 0, 0});
   EXPECT_EQ(bench.session.kept_poses()->size(), 256U) << "a server cannot fill a client";
   EXPECT_EQ(bench.state(), "active");
+}
+
+/// Answers to requests about poses, by the names of the requests.
+std::string asked_and_answered(test::SessionBench& bench, const std::function<void(const PoseReply&)>& act) {
+  std::string answers;
+  act([&answers](const wire::ServerControl& answer, const wire::PoseProgress& minimising) {
+    answers +=
+        answer.has_error() ? "error " + answer.error().text() : "answer " + std::to_string(answer.message_case());
+    if (minimising.steps() > 0) answers += " after " + std::to_string(minimising.steps()) + " steps";
+    answers += ";";
+  });
+  bench.session.poll(bench.now);
+  return answers;
+}
+
+TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
+  test::SessionBench bench;
+  wire::AskPose minimise;
+  minimise.set_kind(wire::AskPose::MINIMISE);
+  EXPECT_EQ(asked_and_answered(bench, [&](const PoseReply& reply) { bench.session.ask_pose(minimise, reply); }),
+            "error not in a room: ;");
+  bench.join();
+  const auto number = [&bench] { return bench.transport.messages.back().request(); };
+  const auto taken = [](std::uint32_t request) {
+    wire::ServerControl message;
+    message.set_request(request);
+    message.mutable_pose_taken()->set_text("ada: to the minimum nearby");
+    return message;
+  };
+  EXPECT_EQ(asked_and_answered(bench,
+                               [&](const PoseReply& reply) {
+                                 bench.session.ask_pose(minimise, reply);
+                                 bench.session.point(wire::Point());
+                                 bench.say(taken(number()));
+                                 bench.say(taken(0));
+                               }),
+            "")
+      << "another request's answer, and news";
+  wire::ServerControl progress;
+  progress.mutable_pose_progress()->set_user(3);
+  progress.mutable_pose_progress()->set_steps(7);
+  progress.mutable_pose_progress()->set_max_steps(201);
+  progress.mutable_pose_progress()->set_is_over(true);
+  const std::string expected = "answer " + std::to_string(wire::ServerControl::kPoseTaken) + " after 7 steps;";
+  EXPECT_EQ(asked_and_answered(bench,
+                               [&](const PoseReply& reply) {
+                                 bench.session.ask_pose(minimise, reply);
+                                 bench.say(progress);
+                                 const auto request = number();
+                                 bench.say(taken(request));
+                                 bench.say(taken(request));
+                               }),
+            expected);
+}
+
+TEST(ClientSession, ARequestAboutPosesIsAnsweredWithAnErrorWhenTheConnectionIsLostOrLeft) {
+  const std::map<std::string, std::function<void(test::SessionBench&)>> ends{
+      {"unplugged", [](auto& bench) { bench.session.on_disconnected(bench.now, "unplugged"); }},
+      {"left", [](auto& bench) { bench.session.leave(bench.now); }},
+      {"going to room attic", [](auto& bench) { bench.session.change_room("attic", bench.now); }}};
+  for (const auto& [why, end] : ends) {
+    test::SessionBench bench;
+    bench.join();
+    const std::string answers = asked_and_answered(bench, [&](const PoseReply& reply) {
+      bench.session.ask_pose(wire::AskPose(), reply);
+      bench.session.ask_pose(wire::AskPose());
+      bench.session.ask_pose(wire::AskPose(), reply);
+      end(bench);
+      end(bench);
+    });
+    const std::string error = "error not in a room: " + why + ";";
+    EXPECT_EQ(answers, error + error);
+  }
 }
 
 TEST(ClientSession, KeptPosesAreRenamedAndDeletedAndNoMessageLeavesAHole) {

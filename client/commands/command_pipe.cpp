@@ -1,0 +1,201 @@
+// See command_pipe.hpp.
+#include "client/commands/command_pipe.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "client/commands/command.hpp"
+#include "common/base/time.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr Duration kFinishWithin = std::chrono::milliseconds(500);
+constexpr int kPollPeriod_ms = 100;
+// POSIX: so much is written to a pipe at once, where poll() has said that it takes something.
+constexpr std::size_t kMaxWriteBytes = 512;
+
+}  // namespace
+
+struct CommandPipe::Impl {
+  enum class Turn : std::uint8_t { kRead, kTake, kAnswer, kWrite };
+
+  Impl(int lines_in, int answers_out) : lines(lines_in), answers(answers_out), wake(eventfd(0, EFD_CLOEXEC)) {
+    if (wake < 0) throw std::system_error(errno, std::generic_category(), "cannot open an eventfd");
+  }
+  ~Impl() { ::close(wake); }
+
+  void run();
+  bool read_line();
+  bool has_input();
+  bool write_answer();
+  bool can_write() const;
+  bool is_closing() const {
+    const std::lock_guard lock(mutex);
+    return should_stop;
+  }
+
+  const int lines;
+  const int answers;
+  const int wake;  ///< readable once this is to stop
+
+  // Of the thread of this object.
+  std::array<char, 4096> buffer{};
+  std::string_view unread;
+  bool has_ended = false;
+
+  mutable std::mutex mutex;  // protects what follows
+  std::condition_variable changed;
+  Turn turn = Turn::kRead;
+  std::string text;  ///< the line, or its answer
+  std::string why_not_written;
+  bool should_stop = false;
+  LocalTime give_up{};  ///< once should_stop
+  bool is_over = false;
+};
+
+void CommandPipe::Impl::run() {
+  while (read_line()) {
+    std::unique_lock lock(mutex);
+    turn = Turn::kTake;
+    changed.wait(lock, [this] { return turn == Turn::kWrite || should_stop; });
+    if (turn != Turn::kWrite) break;
+    lock.unlock();
+    if (!write_answer()) break;
+    lock.lock();
+    text.clear();
+    turn = Turn::kRead;
+  }
+  const std::lock_guard lock(mutex);
+  is_over = true;
+  changed.notify_all();
+}
+
+/// False: there is none any more.
+bool CommandPipe::Impl::read_line() {
+  std::string line;
+  bool has_some = false;
+  while (true) {
+    if (unread.empty() && !has_input()) break;
+    const std::size_t end = std::min(unread.find('\n'), unread.size());
+    line.append(unread.substr(0, std::min(end, kMaxCommandBytes + 1 - line.size())));
+    const bool is_whole = end < unread.size();
+    unread.remove_prefix(is_whole ? end + 1 : end);
+    has_some = true;
+    if (is_whole) break;
+  }
+  if (!has_some || is_closing()) return false;
+  const std::lock_guard lock(mutex);
+  text = std::move(line);
+  return true;
+}
+
+/// False: the input has ended, or this is to stop.
+bool CommandPipe::Impl::has_input() {
+  while (!has_ended && !is_closing()) {
+    std::array<pollfd, 2> watched{{{lines, POLLIN, 0}, {wake, POLLIN, 0}}};
+    if (::poll(watched.data(), watched.size(), -1) < 0) {
+      has_ended = errno != EINTR;
+      continue;
+    }
+    if (watched[0].revents == 0) continue;
+    const ssize_t count = ::read(lines, buffer.data(), buffer.size());
+    if (count > 0) {
+      unread = std::string_view(buffer.data(), static_cast<std::size_t>(count));
+      return true;
+    }
+    has_ended = count == 0 || (errno != EINTR && errno != EAGAIN);
+  }
+  return false;
+}
+
+/// False: the reader of the answers is gone, or takes none until this has to stop.
+bool CommandPipe::Impl::write_answer() {
+  std::string answer;
+  {
+    const std::lock_guard lock(mutex);
+    answer = text + "\n";
+  }
+  std::string_view left = answer;
+  while (!left.empty()) {
+    if (!can_write()) {
+      const std::lock_guard lock(mutex);
+      why_not_written = "its reader took none before the program ended";
+      return false;
+    }
+    const ssize_t count = ::write(answers, left.data(), std::min(left.size(), kMaxWriteBytes));
+    if (count >= 0) {
+      left.remove_prefix(static_cast<std::size_t>(count));
+    } else if (errno != EINTR && errno != EAGAIN) {
+      const std::lock_guard lock(mutex);
+      why_not_written = std::generic_category().message(errno);
+      return false;
+    }
+  }
+  return true;
+}
+
+/// False: not before this has to stop.
+bool CommandPipe::Impl::can_write() const {
+  while (true) {
+    pollfd watched{answers, POLLOUT, 0};
+    if (::poll(&watched, 1, kPollPeriod_ms) > 0) return true;
+    const std::lock_guard lock(mutex);
+    if (should_stop && SteadyClock().now() > give_up) return false;
+  }
+}
+
+CommandPipe::CommandPipe(int lines, int answers) : impl_(std::make_shared<Impl>(lines, answers)) {
+  std::thread([impl = impl_] { impl->run(); }).detach();
+}
+
+CommandPipe::~CommandPipe() {
+  finish();
+}
+
+std::optional<std::string> CommandPipe::take() {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->turn != Impl::Turn::kTake) return std::nullopt;
+  impl_->turn = Impl::Turn::kAnswer;
+  return std::exchange(impl_->text, {});
+}
+
+void CommandPipe::answer(const std::string& answer) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->text = answer;
+  impl_->turn = Impl::Turn::kWrite;
+  impl_->changed.notify_all();
+}
+
+bool CommandPipe::is_over() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->is_over;
+}
+
+std::string CommandPipe::problem() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->why_not_written;
+}
+
+void CommandPipe::finish() {
+  std::unique_lock lock(impl_->mutex);
+  if (!std::exchange(impl_->should_stop, true)) impl_->give_up = SteadyClock().now() + kFinishWithin;
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(impl_->wake, &one, sizeof one);
+  impl_->changed.notify_all();
+  impl_->changed.wait_for(lock, 2 * kFinishWithin, [this] { return impl_->is_over; });
+}
+
+}  // namespace tandem::client
