@@ -59,8 +59,10 @@ void print(const json::object& redocked) {
             << (redocked.at("far_grid").as_bool() ? " Å and a grid of what is beyond" : " Å") << ", zero area "
             << about("zero_area_kt", 1) << " kT, " << about("newtons_per_kcal_per_mol_angstrom", 4)
             << " N per kcal/mol/Å, round trip " << about("round_trip_ms", 0) << " ms\nminimum "
-            << about("minimum_kcal_per_mol", 2) << " kcal/mol, " << about("minimum_rmsd_to_native_angstrom", 2)
-            << " Å from native\n";
+            << about("minimum_kcal_per_mol", 2) << " kcal/mol; from native "
+            << about("minimum_rmsd_to_native_angstrom", 2) << " Å, interface "
+            << about("minimum_interface_rmsd_angstrom", 2) << " Å, f_nat " << about("minimum_native_contact_share", 2)
+            << " of " << about("native_contacts", 0) << " contacts\n";
   struct Column {
     std::string_view name, field;
     int decimals;
@@ -72,6 +74,9 @@ void print(const json::object& redocked) {
                               {"let go Å", "released_rmsd_angstrom", 2},
                               {"settled Å", "settled_rmsd_angstrom", 2},
                               {"at 0 ms Å", "settled_rmsd_at_zero_delay_angstrom", 2},
+                              {"native Å", "settled_rmsd_to_native_angstrom", 2},
+                              {"interface Å", "settled_interface_rmsd_angstrom", 2},
+                              {"f_nat", "settled_native_contact_share", 2},
                               {"E-Emin kcal/mol", "settled_above_minimum_kcal_per_mol", 2},
                               {"step N/ms", "force_step_n_per_ms", 3},
                               {"at 0 ms N/ms", "force_step_at_zero_delay_n_per_ms", 3},
@@ -137,10 +142,10 @@ void add_redock_command(CLI::App& app, int& exit_code) {
   options->pair.cutoff = "auto";
   CLI::App* const command = app.add_subcommand("redock", "Two simulated hands put a complex together again");
   add_docking_options(*command, options->pair);
-  command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000")
+  command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000; each seed is one")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "the first")->capture_default_str();
+  command->add_option("--seed", options->seed, "the first seed")->capture_default_str();
   command->add_option("--rtt-ms", options->rtt_ms, "round trip of both hands, 0 to 1000 [ms]")
       ->check(CLI::Range(0.0, 1000.0).description(""))
       ->capture_default_str();
@@ -152,7 +157,28 @@ void add_redock_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 256).description(""));
   command->add_option("--out", options->out, "folder for redock.json");
   command->add_flag("--json", options->wants_json, "print redock.json instead of a table");
-  command->footer("Exit code: 0 all claims hold, 1 one does not, or the pair is locked, 2 bad input or set-up.");
+  command->footer(
+      "Of each seed, a line of the table and an entry of redock.json:\n"
+      "  out Å, barrier kcal/mol   how far out the way leads, and its highest Lennard-Jones energy\n"
+      "  aim, let go, settled Å    ligand RMSD to the minimum: of the hand's last pose, when the hands relax, at the "
+      "end\n"
+      "  at 0 ms Å                 the last at zero delay\n"
+      "  native Å                  ligand RMSD of the end pose to the native pose, which is the files' pose; heavy "
+      "atoms\n"
+      "  interface Å               interface RMSD to the native pose, as CAPRI defines it: residues within 10 Å of the "
+      "other\n"
+      "                            molecule, superposed; atoms N, CA, C, O, of nucleotides P, O5', C5', C4', C3', O3', "
+      "of\n"
+      "                            residues without a backbone all heavy atoms\n"
+      "  f_nat                     share of the native contacts, 0 to 1: pairs of residues with heavy atoms within 5 "
+      "Å\n"
+      "  E-Emin kcal/mol           energy of the end pose above the minimum's\n"
+      "  step, beyond N/ms; peak N largest change of force in 1 ms, its part beyond zero delay's; largest force\n"
+      "The line above the table has native Å, interface Å and f_nat of the minimum.\n"
+      "Claims: the minimum is within 2 Å (ligand RMSD) of the native pose; 80 % of the seeds settle within 1 Å of the "
+      "minimum;\n"
+      "force steps at most 0.1 N/ms beyond zero delay's; forces at most the device's.\n"
+      "Exit code: 0 all claims hold, 1 one does not, or the pair is locked, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_redock(*options); });
 }
 

@@ -23,10 +23,6 @@ const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t 
   return *scene.world.bodies[body].molecule;
 }
 
-bool is_heavy(const docking::Molecule& molecule, std::size_t atom) {
-  return molecule.elements.empty() || molecule.elements[atom] != "H";
-}
-
 /// The atoms of `molecule` within `reach` of one of `other`, which is at X_MO.
 docking::Molecule near_part(const docking::Molecule& molecule, const docking::Molecule& other, const Pose& X_MO,
                             double reach) {
@@ -103,18 +99,6 @@ std::pair<Pose, double> native_minimum(const server::LoadedScene& scene) {
       server::minimum_near(near_part(a, b, native, reach), near_part(b, a, native.inverse(), reach), model, native)
           .first;
   return {minimum, docking::exact_field(a, b, minimum, model).energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie};
-}
-
-double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, const Pose& Y_AB) {
-  const docking::Molecule& ligand = molecule(scene, kLigand);
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < ligand.size(); ++i) {
-    if (!is_heavy(ligand, i)) continue;
-    sum += (X_AB * ligand.positions_angstrom[i] - Y_AB * ligand.positions_angstrom[i]).squaredNorm();
-    ++count;
-  }
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
 }
 
 Pose pose_between(const Pose& from, const Pose& to, double share) {

@@ -18,8 +18,6 @@ Pose native_pose(const server::LoadedScene& scene);
 /// the molecules.
 /// Cost    some hundred evaluations of exact_field(); with a cut-off of the atoms within 4 Å more of the other molecule
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
-/// Of the ligand's heavy atoms, both poses in the receptor's frame [Å].
-double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, const Pose& Y_AB);
 /// From one to the other, `share` of the way.
 Pose pose_between(const Pose& from, const Pose& to, double share);
 /// Of the ligand in the receptor's frame [Å], from a trace's bodies.

@@ -14,10 +14,12 @@
 
 #include "common/docking/exact_field.hpp"
 #include "common/docking/molecular_field.hpp"
+#include "lab/metrics/capri.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/session/virtual_session.hpp"
 #include "lab/studies/docking/docking_trial.hpp"
 #include "lab/studies/docking/exit_path.hpp"
+#include "lab/studies/docking/parts_as_read.hpp"
 #include "proto/scene_ranges.hpp"
 
 namespace tandem::lab {
@@ -25,6 +27,7 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
 /// A step of the way, 0.25 Å, at 30 mm/s with 10 mm/Å.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
@@ -41,16 +44,25 @@ double rounded(double value) {
   return std::round(value * 1e4) / 1e4;
 }
 
+const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
+  return *pair.loaded->world.bodies[body].molecule;
+}
+
 RedockPair pair_of(wire::Scene scene, const Pose& start) {
   RedockPair pair;
   pair.loaded = scene_with_ligand_at(scene, start);
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const Pose native = native_pose(*pair.loaded);
+  require_complex_as_read(receptor, ligand, native);
   pair.scene = with_found_scale(std::move(scene), *pair.loaded);
   std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*pair.loaded);
   if (!(pair.minimum_kcal_per_mol <= -kHardlyHeld_kcal_per_mol)) {
     throw std::invalid_argument(
         "receptor and ligand are no complex: near where their files have them the least energy is " +
         proto::number_text(rounded(pair.minimum_kcal_per_mol)) + " kcal/mol, and it must be " +
-        proto::number_text(-kHardlyHeld_kcal_per_mol) + " at most; name two parts of one complex");
+        proto::number_text(-kHardlyHeld_kcal_per_mol) + " at most; " +
+        distance_text(receptor, ligand, native, *nearest_atoms(receptor, ligand, native)) +
+        "; name two parts of one complex, or other hydrogens");
   }
   return pair;
 }
@@ -64,7 +76,8 @@ double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
 
 /// From outside to where the hands let go.
 std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
-  const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(*pair.loaded, X_AB, pair.X_AB_min); };
+  const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
+  const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min); };
   std::size_t last = 0;
   while (last + 2 < way_out.size() && rmsd(way_out[last]) < kRelease_angstrom) ++last;
   std::vector<Pose> way(way_out.begin() + static_cast<std::ptrdiff_t>(last), way_out.end());
@@ -109,6 +122,15 @@ double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way
   return highest / docking::kKilojoulesPerKilocalorie;
 }
 
+/// The measures of CAPRI for a pose of the ligand, each name behind `prefix`.
+void add_native_measures(json::object& row, const std::string& prefix, const RedockPair& pair, const Pose& X_AB) {
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const Pose native = native_pose(*pair.loaded);
+  row[prefix + "rmsd_to_native_angstrom"] = rounded(ligand_rmsd_angstrom(ligand, X_AB, native));
+  row[prefix + "interface_rmsd_angstrom"] = rounded(interface_rmsd_angstrom(receptor, ligand, native, X_AB));
+  row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
+}
+
 json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out, std::uint64_t seed,
                        Duration round_trip, bool guided) {
   json::object row{{"seed", seed},
@@ -128,7 +150,8 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   const Pose released = ligand_pose(*scene, bodies_at(trace, settles_at(hand)));
   const Pose settled = ligand_pose(*scene, trace.bodies.back());
   const Pose settled_at_zero = ligand_pose(*scene, reference.bodies.back());
-  const auto rmsd = [&](const Pose& X_AB) { return rounded(ligand_rmsd_angstrom(*scene, X_AB, pair.X_AB_min)); };
+  const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
+  const auto rmsd = [&](const Pose& X_AB) { return rounded(ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min)); };
   const TrialView view{experiment, trace, &reference, nullptr};
   row["intended_rmsd_angstrom"] = rmsd(way.back());
   row["released_rmsd_angstrom"] = rmsd(released);
@@ -142,6 +165,7 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   row["device_limit_n"] = device_limit_n(experiment);
   row["virtual_s"] = rounded(to_seconds(experiment.duration));
   row["stayed_connected"] = stayed(trace);
+  add_native_measures(row, "settled_", pair, settled);
   row["docked"] = stayed(trace) && rmsd(settled) <= kDocked_angstrom;
   return row;
 }
@@ -170,22 +194,26 @@ void for_each(std::size_t count, std::size_t threads, const std::function<void(s
 }
 
 json::object about(const RedockPair& pair, Duration round_trip, bool guided) {
-  const server::LoadedScene& scene = *pair.loaded;
-  const auto& bodies = scene.world.bodies;
-  const wire::MolecularField& field = scene.description.molecular_field();
-  return {{"atoms_receptor", bodies[0].molecule->size()},
-          {"atoms_ligand", bodies[1].molecule->size()},
-          {"dielectric", field.dielectric()},
-          {"cutoff_angstrom", field.cutoff_angstrom()},
-          {"far_grid", field.far_grid()},
-          {"zero_area_kt", field.zero_area_kt()},
-          {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
-          {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},
-          {"minimum_rmsd_to_native_angstrom", rounded(ligand_rmsd_angstrom(scene, pair.X_AB_min, native_pose(scene)))},
-          {"round_trip_ms", to_seconds(round_trip) * 1e3},
-          {"field_kernel", docking::MolecularField::default_kernel()},
-          {"guided", guided},
-          {"locked", false}};
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const Pose native = native_pose(*pair.loaded);
+  const wire::MolecularField& field = pair.loaded->description.molecular_field();
+  json::object about{
+      {"atoms_receptor", receptor.size()},
+      {"atoms_ligand", ligand.size()},
+      {"dielectric", field.dielectric()},
+      {"cutoff_angstrom", field.cutoff_angstrom()},
+      {"far_grid", field.far_grid()},
+      {"zero_area_kt", field.zero_area_kt()},
+      {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
+      {"native_contacts", residue_pairs_within(receptor, ligand, native, kResidueContact_angstrom).size()},
+      {"native_kcal_per_mol", rounded(energy_kcal_per_mol(pair, native))},
+      {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},
+      {"round_trip_ms", to_seconds(round_trip) * 1e3},
+      {"field_kernel", docking::MolecularField::default_kernel()},
+      {"guided", guided},
+      {"locked", false}};
+  add_native_measures(about, "minimum_", pair, pair.X_AB_min);
+  return about;
 }
 
 double number(const json::object& row, std::string_view name) {
@@ -232,11 +260,14 @@ json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::siz
 std::vector<Check> redock_checks(const json::object& redocked) {
   const json::array& rows = redocked.at("seeds").get_array();
   const std::string scope = redocked.at("guided").get_bool() ? "redocking, hand guiding" : "redocking";
+  std::vector<Check> checks{{scope, "ligand RMSD of the minimum to the native pose",
+                             number(redocked, "minimum_rmsd_to_native_angstrom"), Relation::kAtMost, kNative_angstrom,
+                             "Å", 2}};
   if (redocked.at("locked").get_bool()) {
-    return {{scope, "farthest way out that was found", greatest(rows, "out_angstrom"), Relation::kAtLeast,
-             kExitDistance_angstrom, "Å", 2}};
+    checks.push_back({scope, "farthest way out that was found", greatest(rows, "out_angstrom"), Relation::kAtLeast,
+                      kExitDistance_angstrom, "Å", 2});
+    return checks;
   }
-  std::vector<Check> checks;
   if (!redocked.at("guided").get_bool()) {
     const auto docked = std::ranges::count_if(rows, [](const json::value& row) {
       const json::value* const is_docked = row.get_object().if_contains("docked");
