@@ -17,6 +17,7 @@
 #include "lab/cli/docking_pair.hpp"
 #include "lab/report/format.hpp"
 #include "lab/results/output_folder.hpp"
+#include "lab/studies/docking/exit_path.hpp"
 #include "lab/studies/docking/redock.hpp"
 #include "server/assets/docking_scene.hpp"
 
@@ -63,6 +64,8 @@ void print(const json::object& redocked) {
             << about("minimum_rmsd_to_native_angstrom", 2) << " Å, interface "
             << about("minimum_interface_rmsd_angstrom", 2) << " Å, f_nat " << about("minimum_native_contact_share", 2)
             << " of " << about("native_contacts", 0) << " contacts\n";
+  for (const json::value& note : redocked.at("notes").get_array())
+    std::cout << "  note: " << note.get_string().c_str() << '\n';
   struct Column {
     std::string_view name, field;
     int decimals;
@@ -87,22 +90,54 @@ void print(const json::object& redocked) {
     return std::string(width - std::min(width, text_width(text)), ' ') + text + "  ";
   };
   for (const Column& column : kColumns) std::cout << right(std::string(column.name), column.name);
-  std::cout << '\n';
+  std::cout << "end\n";
   for (const json::value& row : redocked.at("seeds").get_array()) {
     for (const Column& column : kColumns)
       std::cout << right(field_text(row.get_object(), column.field, column.decimals), column.name);
-    std::cout << '\n';
+    const json::value* const end = row.get_object().if_contains("end");
+    std::cout << (end == nullptr ? "–" : end->get_string().c_str()) << '\n';
   }
   std::cout << '\n';
 }
 
-/// What settles the pair, in words.
-void print_remark(const json::object& redocked) {
-  if (redocked.at("locked").get_bool()) {
-    std::cout << "locked: no way out was found, so nothing can be redocked\n";
-    return;
+std::size_t rows_that_end(const json::object& redocked, std::string_view name) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(redocked.at("seeds").get_array(), [name](const json::value& row) {
+        const json::value* const end = row.get_object().if_contains("end");
+        return end != nullptr && end->get_string() == name;
+      }));
+}
+
+void print_lock(const json::object& lock) {
+  std::cout << "locked: rigid parts come at most " << field_text(lock, "out_angstrom", 2)
+            << " Å out before repulsion costs more than " << format_fixed(kExitBound_kcal_per_mol, 0)
+            << " kcal/mol. There stand against each other most: " << lock.at("against").get_string().c_str()
+            << ". Interwound and threaded parts are locked; so may be parts with hydrogens or a side chain in the way: "
+               "try --hydrogens united.\n";
+}
+
+/// Why seeds are not docked.
+void print_ends(const json::object& redocked) {
+  struct End {
+    std::string_view name, text;
+  };
+  constexpr End kEnds[]{
+      {"deeper minimum",
+       "settle in another, deeper minimum: these files' field prefers it to the native pose. Look at the notes for "
+       "groups "
+       "that were left out or lost their charge"},
+      {"zero area", "rest within the zero area and its edge, where little force is shown: the well is as wide as that"},
+      {"elsewhere", "rest elsewhere: the hands let go before the well, or a wall held the ligand"},
+      {"disconnected", "lost the connection"}};
+  for (const End& end : kEnds) {
+    const std::size_t count = rows_that_end(redocked, end.name);
+    if (count == 0) continue;
+    std::cout << end.name << ": " << count << " of " << redocked.at("seeds").get_array().size() << " seeds " << end.text
+              << '\n';
   }
-  if (!redocked.at("guided").get_bool()) return;
+}
+
+void print_offset(const json::object& redocked) {
   double least = std::nan(""), greatest = std::nan("");
   for (const json::value& row : redocked.at("seeds").get_array()) {
     const json::value* const offset = row.get_object().if_contains("settled_rmsd_angstrom");
@@ -112,6 +147,12 @@ void print_remark(const json::object& redocked) {
   }
   std::cout << "a hand that goes on guiding holds the ligand " << format_fixed(least, 2) << " to "
             << format_fixed(greatest, 2) << " Å off the minimum\n";
+}
+
+/// The result in words.
+void print_remark(const json::object& redocked) {
+  if (const json::value* const lock = redocked.if_contains("lock")) return print_lock(lock->get_object());
+  redocked.at("guided").get_bool() ? print_offset(redocked) : print_ends(redocked);
 }
 
 int run_redock(RedockOptions options) {
@@ -174,7 +215,11 @@ void add_redock_command(CLI::App& app, int& exit_code) {
       "Å\n"
       "  E-Emin kcal/mol           energy of the end pose above the minimum's\n"
       "  step, beyond N/ms; peak N largest change of force in 1 ms, its part beyond zero delay's; largest force\n"
-      "The line above the table has native Å, interface Å and f_nat of the minimum.\n"
+      "  end                       docked; deeper minimum: the field prefers another pose; zero area: no force is "
+      "shown there;\n"
+      "                            elsewhere; disconnected\n"
+      "The minimum is the deepest one found within 2 Å of the native pose. The line above the table has native Å, "
+      "interface Å and f_nat of the minimum.\n"
       "Claims: the minimum is within 2 Å (ligand RMSD) of the native pose; 80 % of the seeds settle within 1 Å of the "
       "minimum;\n"
       "force steps at most 0.1 N/ms beyond zero delay's; forces at most the device's.\n"

@@ -119,8 +119,8 @@ double native_contact_share(const Molecule& a, const Molecule& b, const Pose& na
   const ResiduePairs native = residue_pairs_within(a, b, native_X_AB, kResidueContact_angstrom);
   if (native.empty()) return std::numeric_limits<double>::quiet_NaN();
   const ResiduePairs here = residue_pairs_within(a, b, X_AB, kResidueContact_angstrom);
-  const auto kept = std::ranges::count_if(
-      native, [&](const auto& pair) { return std::ranges::binary_search(here, pair); });
+  const auto kept =
+      std::ranges::count_if(native, [&](const auto& pair) { return std::ranges::binary_search(here, pair); });
   return static_cast<double>(kept) / static_cast<double>(native.size());
 }
 

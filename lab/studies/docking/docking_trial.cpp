@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
+#include "common/base/random.hpp"
 #include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "lab/metrics/capri.hpp"
 #include "proto/placement.hpp"
 #include "server/assets/docking_scene.hpp"
 #include "server/assets/molecular_scale.hpp"
@@ -18,6 +22,10 @@ constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kH
 /// The speed comes and goes over so long.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
+constexpr int kHalvings = 30;
+/// Random poses for each wanted start of a descent, most of which are inside the receptor.
+constexpr std::size_t kTriesForAStart = 200;
+constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
 const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t body) {
   return *scene.world.bodies[body].molecule;
@@ -40,6 +48,54 @@ docking::Molecule near_part(const docking::Molecule& molecule, const docking::Mo
     part.mass_u.push_back(molecule.mass_u[i]);
   }
   return part;
+}
+
+/// Descents of one scene's ligand. With a cut-off only atoms near the other molecule take part in a descent.
+class Descents {
+ public:
+  explicit Descents(const server::LoadedScene& scene)
+      : a_(molecule(scene, kReceptor)), b_(molecule(scene, kLigand)), model_(scene.world.field_model) {
+    if (model_.cutoff_angstrom == 0) return;
+    const Pose native = native_pose(scene);
+    const double reach = model_.cutoff_angstrom + kMore_angstrom;
+    near_.emplace(near_part(a_, b_, native, reach), near_part(b_, a_, native.inverse(), reach));
+  }
+
+  /// The minimum downhill from `start`, and its energy between all atoms [kcal/mol].
+  std::pair<Pose, double> from(const Pose& start) const {
+    if (!near_) return server::minimum_near(a_, b_, model_, start);
+    const Pose minimum = server::minimum_near(near_->first, near_->second, model_, start).first;
+    return {minimum,
+            docking::exact_field(a_, b_, minimum, model_).energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie};
+  }
+
+ private:
+  static constexpr double kMore_angstrom = 4;  ///< a ligand's way in a descent
+
+  const docking::Molecule& a_;
+  const docking::Molecule& b_;
+  const docking::FieldModel& model_;
+  std::optional<std::pair<docking::Molecule, docking::Molecule>> near_;
+};
+
+Vec3 random_vector(Random& random) {
+  const double x = random.normal(), y = random.normal(), z = random.normal();
+  return {x, y, z};
+}
+
+/// `X_AB` moved and turned at random, by so much that the ligand's RMSD to it is `rmsd_angstrom`.
+Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_angstrom, Random& random) {
+  const Vec3 move = random_vector(random), turn = random_vector(random) / ligand.gyration_radius_angstrom();
+  const auto moved_by = [&](double share) {
+    return Pose{X_AB.p + share * move, (quaternion_of(share * turn) * X_AB.q).normalized()};
+  };
+  double less = 0, more = 1;
+  while (ligand_rmsd_angstrom(ligand, X_AB, moved_by(more)) < rmsd_angstrom) more *= 2;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (less + more);
+    (ligand_rmsd_angstrom(ligand, X_AB, moved_by(middle)) < rmsd_angstrom ? less : more) = middle;
+  }
+  return moved_by(more);
 }
 
 /// Poses done at `time` of a way of `count` poses.
@@ -89,16 +145,25 @@ Pose native_pose(const server::LoadedScene& scene) {
 }
 
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene) {
+  return Descents(scene).from(native_pose(scene));
+}
+
+std::vector<std::pair<Pose, double>> minima_around_native(const server::LoadedScene& scene, std::size_t count,
+                                                          double rmsd_angstrom, std::uint64_t seed) {
+  const Descents descents(scene);
   const docking::Molecule &a = molecule(scene, kReceptor), &b = molecule(scene, kLigand);
-  const Pose native = native_pose(scene);
-  const docking::FieldModel& model = scene.world.field_model;
-  if (model.cutoff_angstrom == 0) return server::minimum_near(a, b, model, native);
-  constexpr double kMore_angstrom = 4;
-  const double reach = model.cutoff_angstrom + kMore_angstrom;
-  const Pose minimum =
-      server::minimum_near(near_part(a, b, native, reach), near_part(b, a, native.inverse(), reach), model, native)
-          .first;
-  return {minimum, docking::exact_field(a, b, minimum, model).energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie};
+  docking::FieldModel walls = scene.world.field_model;
+  walls.dielectric = docking::Dielectric::kNone;
+  walls.has_far_grid = false;
+  docking::MolecularField field(a, b, walls);
+  Random random(seed, 2);
+  std::vector<std::pair<Pose, double>> minima;
+  for (std::size_t tried = 0; tried < kTriesForAStart * count && minima.size() < count; ++tried) {
+    const Pose start = displaced(native_pose(scene), b, rmsd_angstrom, random);
+    if (field.evaluate(start).lennard_jones_kj_per_mol > kFreeStart_kj_per_mol) continue;
+    minima.push_back(descents.from(start));
+  }
+  return minima;
 }
 
 Pose pose_between(const Pose& from, const Pose& to, double share) {

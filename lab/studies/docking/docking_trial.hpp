@@ -1,10 +1,13 @@
 // What trials of docking are made of: two molecules of a docking scene, the ligand brought along poses by a hand.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "devices/sim/hand_path.hpp"
 #include "lab/session/trace.hpp"
@@ -18,6 +21,14 @@ Pose native_pose(const server::LoadedScene& scene);
 /// the molecules.
 /// Cost    some hundred evaluations of exact_field(); with a cut-off of the atoms within 4 Å more of the other molecule
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
+/// Minima downhill from random poses around the native one, and their energies [kcal/mol], as native_minimum(). A start has
+/// no more than 50 kcal/mol of Lennard-Jones energy.
+///
+/// In      rmsd_angstrom  of each start to the native pose
+/// Out     at most `count`, fewer where too few poses are free
+/// Cost    native_minimum() each
+std::vector<std::pair<Pose, double>> minima_around_native(const server::LoadedScene& scene, std::size_t count,
+                                                          double rmsd_angstrom, std::uint64_t seed);
 /// From one to the other, `share` of the way.
 Pose pose_between(const Pose& from, const Pose& to, double share);
 /// Of the ligand in the receptor's frame [Å], from a trace's bodies.

@@ -4,9 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
+#include "common/docking/exact_field.hpp"
 #include "lab/metrics/capri.hpp"
 #include "lab/report/format.hpp"
 
@@ -70,12 +73,25 @@ std::optional<std::pair<std::size_t, std::size_t>> bond_between(const Molecule& 
   return std::nullopt;
 }
 
+/// Of the residue that `atom` is in.
+std::string residue_text(const Molecule& molecule, std::size_t atom) {
+  const std::string& chain = molecule.chains[atom];
+  return molecule.residue_names[atom] + " " + molecule.residue_ids[atom] + (chain.empty() ? "" : " of chain " + chain);
+}
+
+std::string highest_residue_text(const Molecule& molecule, std::span<const Eigen::Vector2d> atom_energies) {
+  const std::vector<Eigen::Vector2d> energies = docking::residue_energies(molecule, atom_energies);
+  const auto lennard_jones = [](const Eigen::Vector2d& energy) { return energy[0]; };
+  const auto highest = std::ranges::max_element(energies, {}, lennard_jones);
+  const std::size_t atom = docking::residue_starts(molecule)[static_cast<std::size_t>(highest - energies.begin())];
+  return residue_text(molecule, atom) + " (" +
+         format_fixed(lennard_jones(*highest) / docking::kKilojoulesPerKilocalorie, 1) + " kcal/mol)";
+}
+
 }  // namespace
 
 std::string place_text(const Molecule& molecule, std::size_t atom) {
-  const std::string& chain = molecule.chains[atom];
-  return molecule.atom_names[atom] + " of " + molecule.residue_names[atom] + " " + molecule.residue_ids[atom] +
-         (chain.empty() ? "" : " of chain " + chain);
+  return molecule.atom_names[atom] + " of " + residue_text(molecule, atom);
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> nearest_atoms(const Molecule& a, const Molecule& b,
@@ -87,6 +103,17 @@ std::string distance_text(const Molecule& a, const Molecule& b, const Pose& X_AB
                           std::pair<std::size_t, std::size_t> atoms) {
   return place_text(a, atoms.first) + " and " + place_text(b, atoms.second) + " are " +
          format_fixed(distance_angstrom(a, b, X_AB, atoms), 2) + " Å apart";
+}
+
+std::string strongest_repulsion_text(const Molecule& a, const Molecule& b, const Pose& X_AB) {
+  docking::FieldModel walls;
+  walls.dielectric = docking::Dielectric::kNone;
+  std::vector<Eigen::Vector2d> of_a, of_b;
+  docking::ExactDetails details;
+  details.energies_of_a = &of_a;
+  details.energies_of_b = &of_b;
+  docking::exact_field(a, b, X_AB, walls, details);
+  return highest_residue_text(a, of_a) + " and " + highest_residue_text(b, of_b);
 }
 
 void require_complex_as_read(const Molecule& a, const Molecule& b, const Pose& native_X_AB) {

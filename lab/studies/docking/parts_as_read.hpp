@@ -26,6 +26,11 @@ std::optional<std::pair<std::size_t, std::size_t>> nearest_atoms(const docking::
 std::string distance_text(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB,
                           std::pair<std::size_t, std::size_t> atoms);
 
+/// The residue of A and the residue of B with the largest Lennard-Jones energies in the pose `X_AB` [Å]:
+/// "TRP 12 of chain A (31.2 kcal/mol) and PHE 49 of chain B (28.0 kcal/mol)".
+/// Cost    exact_field()
+std::string strongest_repulsion_text(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB);
+
 /// Refuses parts for which redocking has no native complex: atoms at one place, a bond between the parts, or no residues
 /// within 5 Å. Bonds are found by names and distance: sulphurs within 2.5 Å (a disulphide bridge), C and N (peptide) or
 /// O3' and P (nucleic acid) within 1.7 Å.

@@ -32,6 +32,10 @@ constexpr Duration kRedockSettling{from_seconds(4)};
 /// A step of the way, 0.25 Å, at 30 mm/s with 10 mm/Å.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
+/// Descents around the native pose, beside the one from it.
+constexpr std::size_t kDescentsAround = 12;
+/// Minima that differ less are one: less than kT.
+constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
   wire::Scene scene;  ///< with its scale found
@@ -48,6 +52,22 @@ const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
   return *pair.loaded->world.bodies[body].molecule;
 }
 
+/// The deepest minimum found within kNative_angstrom of the native pose; without any, the one downhill from that pose. The
+/// latter alone may be a side pocket of the native well: molecules that come from outside pass it.
+std::pair<Pose, double> deepest_near_native(const server::LoadedScene& scene) {
+  const docking::Molecule& ligand = *scene.world.bodies[kLigandBody].molecule;
+  const auto is_near = [&](const Pose& X_AB) {
+    return ligand_rmsd_angstrom(ligand, X_AB, native_pose(scene)) <= kNative_angstrom;
+  };
+  std::pair<Pose, double> deepest = native_minimum(scene);
+  for (const auto& minimum : minima_around_native(scene, kDescentsAround, kRelease_angstrom, 1)) {
+    if (!is_near(minimum.first)) continue;
+    const bool is_first = !is_near(deepest.first);
+    if (is_first || minimum.second < deepest.second - kSameMinimum_kcal_per_mol) deepest = minimum;
+  }
+  return deepest;
+}
+
 RedockPair pair_of(wire::Scene scene, const Pose& start) {
   RedockPair pair;
   pair.loaded = scene_with_ligand_at(scene, start);
@@ -55,14 +75,14 @@ RedockPair pair_of(wire::Scene scene, const Pose& start) {
   const Pose native = native_pose(*pair.loaded);
   require_complex_as_read(receptor, ligand, native);
   pair.scene = with_found_scale(std::move(scene), *pair.loaded);
-  std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*pair.loaded);
+  std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = deepest_near_native(*pair.loaded);
   if (!(pair.minimum_kcal_per_mol <= -kHardlyHeld_kcal_per_mol)) {
     throw std::invalid_argument(
         "receptor and ligand are no complex: near where their files have them the least energy is " +
         proto::number_text(rounded(pair.minimum_kcal_per_mol)) + " kcal/mol, and it must be " +
         proto::number_text(-kHardlyHeld_kcal_per_mol) + " at most; " +
         distance_text(receptor, ligand, native, *nearest_atoms(receptor, ligand, native)) +
-        "; name two parts of one complex, or other hydrogens");
+        "; name two parts of one complex, and give --hydrogens build where a file has some hydrogens only");
   }
   return pair;
 }
@@ -131,6 +151,19 @@ void add_native_measures(json::object& row, const std::string& prefix, const Red
   row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
 }
 
+/// Where a ligand that is not docked came to rest, as the "end" of a row.
+std::string_view end_name(const RedockPair& pair, const json::object& row) {
+  if (!row.at("stayed_connected").get_bool()) return "disconnected";
+  if (row.at("docked").get_bool()) return "docked";
+  const double above_kcal_per_mol = row.at("settled_above_minimum_kcal_per_mol").to_number<double>();
+  if (above_kcal_per_mol < -kSameMinimum_kcal_per_mol) return "deeper minimum";
+  // The zero area's edge, in which the force sets in, is 1 kT wide.
+  const double zero_kt = pair.loaded->description.molecular_field().zero_area_kt();
+  const bool is_in_zero_area =
+      zero_kt > 0 && above_kcal_per_mol <= (zero_kt + 1) * docking::kThermalEnergy_kcal_per_mol;
+  return is_in_zero_area ? "zero area" : "elsewhere";
+}
+
 json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out, std::uint64_t seed,
                        Duration round_trip, bool guided) {
   json::object row{{"seed", seed},
@@ -167,6 +200,7 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   row["stayed_connected"] = stayed(trace);
   add_native_measures(row, "settled_", pair, settled);
   row["docked"] = stayed(trace) && rmsd(settled) <= kDocked_angstrom;
+  row["end"] = end_name(pair, row);
   return row;
 }
 
@@ -213,7 +247,18 @@ json::object about(const RedockPair& pair, Duration round_trip, bool guided) {
       {"guided", guided},
       {"locked", false}};
   add_native_measures(about, "minimum_", pair, pair.X_AB_min);
+  json::array& notes = about["notes"].emplace_array();
+  for (const std::string& note : pair.loaded->notes_for_users) notes.emplace_back(note);
   return about;
+}
+
+/// Where the farthest of some ways out ends, and the residues that repel most there.
+json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways) {
+  const auto& farthest = *std::ranges::max_element(
+      ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  return {{"out_angstrom", rounded(way_out_angstrom(farthest))},
+          {"against", strongest_repulsion_text(receptor, ligand, farthest.back())}};
 }
 
 double number(const json::object& row, std::string_view name) {
@@ -252,6 +297,7 @@ json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::siz
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(rows.size()));
   });
   result["locked"] = is_locked;
+  if (is_locked) result["lock"] = lock_of(pair, ways);
   json::array& kept = result["seeds"].emplace_array();
   for (json::object& row : rows) kept.emplace_back(std::move(row));
   return result;

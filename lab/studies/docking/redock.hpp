@@ -13,7 +13,7 @@
 
 namespace tandem::lab {
 
-/// A ligand is docked within this RMSD of the minimum nearest to native [Å].
+/// A ligand is docked within this RMSD of the field's deepest minimum near the native pose [Å].
 inline constexpr double kDocked_angstrom = 1;
 /// Required share of seeds whose ligand is docked.
 inline constexpr double kDockedShare = 0.8;
@@ -26,7 +26,8 @@ inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
 /// Largest force step beyond the one at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;
 
-/// For each seed: a way out (exit_path()) from the minimum nearest to native, and the same way back by the ligand's hand, up
+/// The minimum is the deepest one within kNative_angstrom of the native pose that descents from there and from 12 poses around
+/// it find. For each seed: a way out (exit_path()) from it, and the same way back by the ligand's hand, up
 /// to kRelease_angstrom from the minimum; then both hands relax for four seconds. The same again at zero delay on the stage
 /// that shows the server's own force.
 ///
@@ -34,7 +35,8 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 ///         guided   the ligand's hand does not relax: where it ends is an offset, and no claim
 ///         threads  trials at a time
 ///         progress  called with the share that is done
-/// Out     the pair and its minimum; "locked" true when the first five seeds find no way out; "seeds", a row each. Minimum and
+/// Out     the pair and its minimum; "locked" true when the first five seeds find no way out; "seeds", a row each, whose "end" is "docked", "deeper minimum" (the field prefers another pose), "zero area" (no force is
+///         shown there), "elsewhere" or "disconnected". Minimum and
 ///         end poses are held against the native pose by the measures of lab/metrics/capri.hpp
 /// Fails   as server::load_scene_text(); std::invalid_argument: the parts form no complex as the files have them
 boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,

@@ -76,8 +76,8 @@ TEST(Capri, InterfaceRmsdOfATurnAboutTheLineOfSquaresIsThatOfHalfTheTurn) {
   // The superposition turns both squares by half the angle: corners √2 Å from the axis are 2 √2 sin(angle / 4) off.
   const double angle = 0.8;
   const Pose X_AB = turned(Vec3::UnitX(), angle, {4, 0, 0});
-  EXPECT_NEAR(interface_rmsd_angstrom(square(), square(), at_x(4), X_AB),
-              2 * std::numbers::sqrt2 * std::sin(angle / 4), 1e-9);
+  EXPECT_NEAR(interface_rmsd_angstrom(square(), square(), at_x(4), X_AB), 2 * std::numbers::sqrt2 * std::sin(angle / 4),
+              1e-9);
 }
 
 TEST(Capri, MeasuresAreTheSameWhicheverMoleculeIsTheReceptor) {
