@@ -149,8 +149,19 @@ void print_offset(const json::object& redocked) {
             << format_fixed(greatest, 2) << " Å off the minimum\n";
 }
 
+void print_far_minimum(const json::object& redocked) {
+  std::cout
+      << "no minimum within " << format_fixed(kNative_angstrom, 0) << " Å of the native pose: there the energy is "
+      << field_text(redocked, "native_kcal_per_mol", 1) << " kcal/mol, and of the nearest atoms "
+      << redocked.at("native_nearest_atoms").get_string().c_str()
+      << ". Parts that overlap there were not solved together; else look at the notes for groups that were left out "
+         "or lost their charge.\n";
+}
+
 /// The result in words.
 void print_remark(const json::object& redocked) {
+  if (redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>() > kNative_angstrom)
+    print_far_minimum(redocked);
   if (const json::value* const lock = redocked.if_contains("lock")) return print_lock(lock->get_object());
   redocked.at("guided").get_bool() ? print_offset(redocked) : print_ends(redocked);
 }

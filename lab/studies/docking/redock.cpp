@@ -240,6 +240,7 @@ json::object about(const RedockPair& pair, Duration round_trip, bool guided) {
       {"zero_area_kt", field.zero_area_kt()},
       {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
       {"native_contacts", residue_pairs_within(receptor, ligand, native, kResidueContact_angstrom).size()},
+      {"native_nearest_atoms", distance_text(receptor, ligand, native, *nearest_atoms(receptor, ligand, native))},
       {"native_kcal_per_mol", rounded(energy_kcal_per_mol(pair, native))},
       {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},
       {"round_trip_ms", to_seconds(round_trip) * 1e3},
