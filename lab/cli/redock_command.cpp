@@ -150,12 +150,11 @@ void print_offset(const json::object& redocked) {
 }
 
 void print_far_minimum(const json::object& redocked) {
-  std::cout
-      << "no minimum within " << format_fixed(kNative_angstrom, 0) << " Å of the native pose: there the energy is "
-      << field_text(redocked, "native_kcal_per_mol", 1) << " kcal/mol, and of the nearest atoms "
-      << redocked.at("native_nearest_atoms").get_string().c_str()
-      << ". Parts that overlap there were not solved together; else look at the notes for groups that were left out "
-         "or lost their charge.\n";
+  std::cout << "no minimum within " << format_fixed(kNative_angstrom, 0)
+            << " Å of the native pose. At that pose the energy is " << field_text(redocked, "native_kcal_per_mol", 1)
+            << " kcal/mol; " << redocked.at("native_nearest_atoms").get_string().c_str()
+            << ", nearest of all. Parts solved apart overlap when they are superposed; otherwise the notes name groups "
+               "that were left out or lost their charge.\n";
 }
 
 /// The result in words.
