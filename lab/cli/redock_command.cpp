@@ -111,9 +111,15 @@ std::size_t rows_that_end(const json::object& redocked, std::string_view name) {
 void print_lock(const json::object& lock) {
   std::cout << "locked: rigid parts come at most " << field_text(lock, "out_angstrom", 2)
             << " Å out before repulsion costs more than " << format_fixed(kExitBound_kcal_per_mol, 0)
-            << " kcal/mol. There stand against each other most: " << lock.at("against").get_string().c_str()
-            << ". Interwound and threaded parts are locked; so may be parts with hydrogens or a side chain in the way: "
-               "try --hydrogens united.\n";
+            << " kcal/mol. There stand against each other most: " << lock.at("against").get_string().c_str() << ". ";
+  if (lock.at("out_without_hydrogens_angstrom").to_number<double>() >= kExitDistance_angstrom) {
+    std::cout << "Without hydrogens there is a way out: give --hydrogens united, or hydrogens that fit.\n";
+  } else {
+    std::cout
+        << "Without hydrogens they come " << field_text(lock, "out_without_hydrogens_angstrom", 2)
+        << " Å out: the parts are interwound, threaded or closed around each other, and no rigid motion takes them "
+           "apart.\n";
+  }
 }
 
 /// Why seeds are not docked.

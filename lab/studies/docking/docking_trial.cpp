@@ -34,20 +34,11 @@ const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t 
 /// The atoms of `molecule` within `reach` of one of `other`, which is at X_MO.
 docking::Molecule near_part(const docking::Molecule& molecule, const docking::Molecule& other, const Pose& X_MO,
                             double reach) {
-  docking::Molecule part;
-  for (std::size_t i = 0; i < molecule.size(); ++i) {
-    const Vec3& here = molecule.positions_angstrom[i];
-    const bool is_near = std::ranges::any_of(other.positions_angstrom, [&](const Vec3& there) {
-      return (X_MO * there - here).squaredNorm() < reach * reach;
+  return part_of(molecule, [&](std::size_t i) {
+    return std::ranges::any_of(other.positions_angstrom, [&](const Vec3& there) {
+      return (X_MO * there - molecule.positions_angstrom[i]).squaredNorm() < reach * reach;
     });
-    if (!is_near) continue;
-    part.positions_angstrom.push_back(here);
-    part.sigma_angstrom.push_back(molecule.sigma_angstrom[i]);
-    part.epsilon_kj_per_mol.push_back(molecule.epsilon_kj_per_mol[i]);
-    part.charge_e.push_back(molecule.charge_e[i]);
-    part.mass_u.push_back(molecule.mass_u[i]);
-  }
-  return part;
+  });
 }
 
 /// Descents of one scene's ligand. With a cut-off only atoms near the other molecule take part in a descent.
@@ -139,6 +130,20 @@ double greatest(const SessionTrace& trace, Quantity of) {
 }
 
 }  // namespace
+
+docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part) {
+  docking::Molecule part;
+  part.mixes_arithmetically = molecule.mixes_arithmetically;
+  for (std::size_t i = 0; i < molecule.size(); ++i) {
+    if (!is_in_part(i)) continue;
+    part.positions_angstrom.push_back(molecule.positions_angstrom[i]);
+    part.sigma_angstrom.push_back(molecule.sigma_angstrom[i]);
+    part.epsilon_kj_per_mol.push_back(molecule.epsilon_kj_per_mol[i]);
+    part.charge_e.push_back(molecule.charge_e[i]);
+    part.mass_u.push_back(molecule.mass_u[i]);
+  }
+  return part;
+}
 
 Pose native_pose(const server::LoadedScene& scene) {
   return {scene.molecule_centres_angstrom[kLigand] - scene.molecule_centres_angstrom[kReceptor], Quat::Identity()};

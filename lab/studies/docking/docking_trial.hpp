@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,6 +15,9 @@
 #include "server/assets/scene_file.hpp"
 
 namespace tandem::lab {
+
+/// The atoms for which `is_in_part(atom)` holds, with all that the field takes from them; without names.
+docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part);
 
 /// Where the files have the ligand's molecule (body 1) in the receptor's (body 0), both about their centres [Å].
 Pose native_pose(const server::LoadedScene& scene);

@@ -253,13 +253,20 @@ json::object about(const RedockPair& pair, Duration round_trip, bool guided) {
   return about;
 }
 
-/// Where the farthest of some ways out ends, and the residues that repel most there.
-json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways) {
+docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
+  return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
+}
+
+/// Where the farthest of some ways out ends, the residues that repel most there, and how far out the heavy atoms alone come.
+json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
   const auto& farthest = *std::ranges::max_element(
       ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });
   const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const std::vector<Pose> of_heavy_atoms = exit_path(without_hydrogens(receptor), without_hydrogens(ligand),
+                                                     pair.loaded->world.field_model, pair.X_AB_min, seed);
   return {{"out_angstrom", rounded(way_out_angstrom(farthest))},
-          {"against", strongest_repulsion_text(receptor, ligand, farthest.back())}};
+          {"against", strongest_repulsion_text(receptor, ligand, farthest.back())},
+          {"out_without_hydrogens_angstrom", rounded(way_out_angstrom(of_heavy_atoms))}};
 }
 
 double number(const json::object& row, std::string_view name) {
@@ -298,7 +305,7 @@ json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::siz
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(rows.size()));
   });
   result["locked"] = is_locked;
-  if (is_locked) result["lock"] = lock_of(pair, ways);
+  if (is_locked) result["lock"] = lock_of(pair, ways, first_seed);
   json::array& kept = result["seeds"].emplace_array();
   for (json::object& row : rows) kept.emplace_back(std::move(row));
   return result;

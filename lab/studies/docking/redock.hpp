@@ -35,7 +35,7 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 ///         guided   the ligand's hand does not relax: where it ends is an offset, and no claim
 ///         threads  trials at a time
 ///         progress  called with the share that is done
-/// Out     the pair and its minimum; "locked" true when the first five seeds find no way out; "seeds", a row each, whose "end" is "docked", "deeper minimum" (the field prefers another pose), "zero area" (no force is
+/// Out     the pair and its minimum; "locked" true when the first five seeds find no way out, then with "lock", the reason; "seeds", a row each, whose "end" is "docked", "deeper minimum" (the field prefers another pose), "zero area" (no force is
 ///         shown there), "elsewhere" or "disconnected". Minimum and
 ///         end poses are held against the native pose by the measures of lab/metrics/capri.hpp
 /// Fails   as server::load_scene_text(); std::invalid_argument: the parts form no complex as the files have them

@@ -8,6 +8,7 @@
 
 #include "lab/metrics/capri.hpp"
 #include "lab/studies/docking/docking_trial.hpp"
+#include "lab/studies/docking/exit_path.hpp"
 #include "lab/studies/docking/reproduce_docking.hpp"
 #include "server/assets/docking_scene.hpp"
 #include "tests/support/molecules.hpp"
@@ -76,6 +77,25 @@ TEST(Redock, MinimaAroundTheNativePoseAreNoHigherThanTheirStartsAndOneIsTheNativ
   EXPECT_TRUE(std::ranges::any_of(
       minima, [&](const auto& minimum) { return ligand_rmsd_angstrom(ligand, minimum.first, native) < 0.05; }));
   for (const auto& minimum : minima) EXPECT_LT(minimum.second, 0);
+}
+
+TEST(Redock, ALigandBehindClosedFlapsIsLockedAndTheReasonIsNamed) {
+  const std::string file = "/usr/share/pymol/data/tut/1hpv.pdb";
+  TANDEM_NEEDS_FILES(file, test::kOplsDirectory);
+  wire::MoleculeSource protease, drug;
+  protease.set_file(file);
+  protease.add_chains("A");
+  protease.add_chains("B");
+  drug.set_file(file);
+  drug.add_chains("/478");
+  const json::object redocked = redock(server::docking_scene(protease, drug, {}), 1, 1, from_seconds(0.1), false, 1);
+  ASSERT_TRUE(redocked.at("locked").get_bool());
+  const json::object& lock = redocked.at("lock").get_object();
+  EXPECT_LT(lock.at("out_angstrom").to_number<double>(), 4);
+  EXPECT_LT(lock.at("out_without_hydrogens_angstrom").to_number<double>(), kExitDistance_angstrom);
+  EXPECT_NE(lock.at("against").get_string().find("478 200"), std::string::npos) << "the drug's residue";
+  EXPECT_LE(redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>(), kNative_angstrom);
+  EXPECT_FALSE(all_hold(redock_checks(redocked)));
 }
 
 std::string refusal(const std::string& receptor, const std::string& ligand) {
