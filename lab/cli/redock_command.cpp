@@ -122,7 +122,7 @@ void print_lock(const json::object& lock) {
   }
 }
 
-/// Why seeds are not docked.
+/// The reasons of seeds that are not docked.
 void print_ends(const json::object& redocked) {
   struct End {
     std::string_view name, text;

@@ -32,7 +32,7 @@ std::vector<std::size_t> heavy_atoms(const Molecule& molecule) {
   return atoms;
 }
 
-/// Of each atom the number of its residue.
+/// The number of each atom's residue.
 std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   const std::vector<std::size_t> starts = docking::residue_starts(molecule);
   std::vector<std::size_t> residues(molecule.size());
@@ -42,7 +42,7 @@ std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   return residues;
 }
 
-/// Those of `atoms`, all of one residue, that are called so.
+/// Those of `atoms`, all of one residue, whose name is one of `names`.
 std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const std::size_t> atoms,
                                       std::span<const std::string_view> names) {
   std::vector<std::size_t> found;
@@ -52,7 +52,7 @@ std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const 
   return found;
 }
 
-/// The atoms that stand for a residue in the interface RMSD, of its heavy ones.
+/// The atoms of a residue that the interface RMSD counts. In: all its heavy atoms.
 std::vector<std::size_t> backbone_or_all(const Molecule& molecule, const std::vector<std::size_t>& atoms) {
   const auto has_all = [&](std::span<const std::string_view> names) {
     return atoms_called(molecule, atoms, names).size() >= names.size();
@@ -73,7 +73,7 @@ std::vector<std::size_t> interface_atoms(const Molecule& molecule, const std::se
   return atoms;
 }
 
-/// After the best superposition, by Kabsch's method; columns are points.
+/// RMSD after the best superposition, by Umeyama's method; columns are points.
 double superposed_rmsd(const Eigen::Matrix3Xd& moving, const Eigen::Matrix3Xd& fixed) {
   const Eigen::Matrix4d best = Eigen::umeyama(moving, fixed, false);
   const Eigen::Matrix3Xd rest = (best.topLeftCorner<3, 3>() * moving).colwise() + best.topRightCorner<3, 1>().eval();

@@ -19,11 +19,11 @@ namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
 constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
-/// The speed comes and goes over so long.
+/// Time over which the hand's speed rises at the start and falls at the end.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
 constexpr int kHalvings = 30;
-/// Random poses for each wanted start of a descent, most of which are inside the receptor.
+/// Random poses that are tried for each start of a descent; most are inside the receptor.
 constexpr std::size_t kTriesForAStart = 200;
 constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
@@ -61,7 +61,7 @@ class Descents {
   }
 
  private:
-  static constexpr double kMore_angstrom = 4;  ///< a ligand's way in a descent
+  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand in a descent
 
   const docking::Molecule& a_;
   const docking::Molecule& b_;
@@ -89,7 +89,7 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Poses done at `time` of a way of `count` poses.
+/// Number of poses of a way of `count` that the hand has passed at `time`.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

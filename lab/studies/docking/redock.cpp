@@ -29,16 +29,16 @@ namespace json = boost::json;
 
 constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// A step of the way, 0.25 Å, at 30 mm/s with 10 mm/Å.
+/// Time of one step of the way: 0.25 Å at 30 mm/s with 10 mm/Å.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
-/// Descents around the native pose, beside the one from it.
+/// Number of descents from poses around the native pose, beside the one from that pose.
 constexpr std::size_t kDescentsAround = 12;
-/// Minima that differ less are one: less than kT.
+/// Minima whose energies differ less than this, a sixth of kT, count as one.
 constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
-  wire::Scene scene;  ///< with its scale found
+  wire::Scene scene;  ///< with the scale of its forces
   std::shared_ptr<const server::LoadedScene> loaded;
   Pose X_AB_min;
   double minimum_kcal_per_mol = 0;
@@ -94,7 +94,7 @@ double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
          docking::kKilojoulesPerKilocalorie;
 }
 
-/// From outside to where the hands let go.
+/// The ligand's poses from the end of the way out back to the pose at which the hands let go.
 std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
   const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
   const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min); };
@@ -110,7 +110,7 @@ std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_ou
   return way;
 }
 
-/// The last sample of the bodies that is not later.
+/// The last sample of the bodies up to `time`.
 const BodiesSample& bodies_at(const SessionTrace& trace, Duration time) {
   const auto after = std::ranges::upper_bound(trace.bodies, time, {}, &BodiesSample::time);
   return after == trace.bodies.begin() ? trace.bodies.front() : *std::prev(after);
@@ -130,7 +130,7 @@ bool is_out(const std::vector<Pose>& way_out) {
   return way_out_angstrom(way_out) >= kExitDistance_angstrom;
 }
 
-/// The highest Lennard-Jones energy of its poses.
+/// The highest Lennard-Jones energy on a way.
 double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way) {
   docking::FieldModel model = pair.loaded->world.field_model;
   model.dielectric = docking::Dielectric::kNone;
@@ -151,7 +151,7 @@ void add_native_measures(json::object& row, const std::string& prefix, const Red
   row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
 }
 
-/// Where a ligand that is not docked came to rest, as the "end" of a row.
+/// The "end" of a row: docked, or where else the ligand came to rest.
 std::string_view end_name(const RedockPair& pair, const json::object& row) {
   if (!row.at("stayed_connected").get_bool()) return "disconnected";
   if (row.at("docked").get_bool()) return "docked";
@@ -204,7 +204,7 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   return row;
 }
 
-/// Does jobs 0 … count − 1 on some threads. Throws the first failure.
+/// Runs job(0) … job(count − 1) on `threads` threads. Throws the first failure.
 void for_each(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& job) {
   std::atomic<std::size_t> next{0};
   std::mutex failing;
@@ -257,7 +257,8 @@ docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
   return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
 }
 
-/// Where the farthest of some ways out ends, the residues that repel most there, and how far out the heavy atoms alone come.
+/// The "lock" of a locked pair: the end of the farthest way out, the residues that repel most there, and how far out the heavy
+/// atoms alone come.
 json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
   const auto& farthest = *std::ranges::max_element(
       ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });

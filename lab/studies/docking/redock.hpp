@@ -18,10 +18,10 @@ inline constexpr double kDocked_angstrom = 1;
 /// Required share of seeds whose ligand is docked.
 inline constexpr double kDockedShare = 0.8;
 /// Largest RMSD of the minimum to the native pose [Å]. Beyond it the field has no minimum where the files have the ligand, and
-/// a ligand in that minimum is not redocked.
-/// Source  the usual bound of a successful redocking
+/// a ligand in that minimum is not redocked. 2 Å is the usual bound of successful redocking.
 inline constexpr double kNative_angstrom = 2;
-/// Hands let go at the first pose of the way out that is so far from the minimum (RMSD), or on the way there [Å].
+/// Hands let go at the first pose of the way out whose RMSD to the minimum is at least the first value. Where that pose is beyond
+/// the second, they let go at one before it [Å].
 inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
 /// Largest force step beyond the one at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;
@@ -31,10 +31,10 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 /// to kRelease_angstrom from the minimum; then both hands relax for four seconds. The same again at zero delay on the stage
 /// that shows the server's own force.
 ///
-/// In      scene    of docking_scene()
-///         guided   the ligand's hand does not relax: where it ends is an offset, and no claim
-///         threads  trials at a time
-///         progress  called with the share that is done
+/// In      scene     as docking_scene() makes it
+///         guided    the ligand's hand does not relax: the distance of its end pose is an offset, and no claim
+///         threads   trials at a time
+///         progress  called with the finished share of the trials, 0 to 1
 /// Out     the pair and its minimum; "locked" true when the first five seeds find no way out, then with "lock", the reason; "seeds", a row each, whose "end" is "docked", "deeper minimum" (the field prefers another pose), "zero area" (no force is
 ///         shown there), "elsewhere" or "disconnected". Minimum and
 ///         end poses are held against the native pose by the measures of lab/metrics/capri.hpp
