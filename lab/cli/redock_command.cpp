@@ -17,6 +17,7 @@
 #include "lab/cli/docking_pair.hpp"
 #include "lab/report/format.hpp"
 #include "lab/results/output_folder.hpp"
+#include "lab/studies/docking/exit_path.hpp"
 #include "lab/studies/docking/redock.hpp"
 #include "server/assets/docking_scene.hpp"
 
@@ -59,8 +60,12 @@ void print(const json::object& redocked) {
             << (redocked.at("far_grid").as_bool() ? " Å and a grid of what is beyond" : " Å") << ", zero area "
             << about("zero_area_kt", 1) << " kT, " << about("newtons_per_kcal_per_mol_angstrom", 4)
             << " N per kcal/mol/Å, round trip " << about("round_trip_ms", 0) << " ms\nminimum "
-            << about("minimum_kcal_per_mol", 2) << " kcal/mol, " << about("minimum_rmsd_to_native_angstrom", 2)
-            << " Å from native\n";
+            << about("minimum_kcal_per_mol", 2) << " kcal/mol; from native "
+            << about("minimum_rmsd_to_native_angstrom", 2) << " Å, interface "
+            << about("minimum_interface_rmsd_angstrom", 2) << " Å, f_nat " << about("minimum_native_contact_share", 2)
+            << " of " << about("native_contacts", 0) << " contacts\n";
+  for (const json::value& note : redocked.at("notes").get_array())
+    std::cout << "  note: " << note.get_string().c_str() << '\n';
   struct Column {
     std::string_view name, field;
     int decimals;
@@ -72,6 +77,9 @@ void print(const json::object& redocked) {
                               {"let go Å", "released_rmsd_angstrom", 2},
                               {"settled Å", "settled_rmsd_angstrom", 2},
                               {"at 0 ms Å", "settled_rmsd_at_zero_delay_angstrom", 2},
+                              {"native Å", "settled_rmsd_to_native_angstrom", 2},
+                              {"interface Å", "settled_interface_rmsd_angstrom", 2},
+                              {"f_nat", "settled_native_contact_share", 2},
                               {"E-Emin kcal/mol", "settled_above_minimum_kcal_per_mol", 2},
                               {"step N/ms", "force_step_n_per_ms", 3},
                               {"at 0 ms N/ms", "force_step_at_zero_delay_n_per_ms", 3},
@@ -82,22 +90,60 @@ void print(const json::object& redocked) {
     return std::string(width - std::min(width, text_width(text)), ' ') + text + "  ";
   };
   for (const Column& column : kColumns) std::cout << right(std::string(column.name), column.name);
-  std::cout << '\n';
+  std::cout << "end\n";
   for (const json::value& row : redocked.at("seeds").get_array()) {
     for (const Column& column : kColumns)
       std::cout << right(field_text(row.get_object(), column.field, column.decimals), column.name);
-    std::cout << '\n';
+    const json::value* const end = row.get_object().if_contains("end");
+    std::cout << (end == nullptr ? "–" : end->get_string().c_str()) << '\n';
   }
   std::cout << '\n';
 }
 
-/// What settles the pair, in words.
-void print_remark(const json::object& redocked) {
-  if (redocked.at("locked").get_bool()) {
-    std::cout << "locked: no way out was found, so nothing can be redocked\n";
-    return;
+std::size_t rows_that_end(const json::object& redocked, std::string_view name) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(redocked.at("seeds").get_array(), [name](const json::value& row) {
+        const json::value* const end = row.get_object().if_contains("end");
+        return end != nullptr && end->get_string() == name;
+      }));
+}
+
+void print_lock(const json::object& lock) {
+  std::cout << "locked: rigid parts come at most " << field_text(lock, "out_angstrom", 2)
+            << " Å out before repulsion costs more than " << format_fixed(kExitBound_kcal_per_mol, 0)
+            << " kcal/mol. There stand against each other most: " << lock.at("against").get_string().c_str() << ". ";
+  if (lock.at("out_without_hydrogens_angstrom").to_number<double>() >= kExitDistance_angstrom) {
+    std::cout << "Without hydrogens there is a way out: give --hydrogens united, or hydrogens that fit.\n";
+  } else {
+    std::cout
+        << "Without hydrogens they come " << field_text(lock, "out_without_hydrogens_angstrom", 2)
+        << " Å out: the parts are interwound, threaded or closed around each other, and no rigid motion takes them "
+           "apart.\n";
   }
-  if (!redocked.at("guided").get_bool()) return;
+}
+
+/// The reasons of seeds that are not docked.
+void print_ends(const json::object& redocked) {
+  struct End {
+    std::string_view name, text;
+  };
+  constexpr End kEnds[]{
+      {"deeper minimum",
+       "settle in another, deeper minimum: these files' field prefers it to the native pose. Look at the notes for "
+       "groups "
+       "that were left out or lost their charge"},
+      {"zero area", "rest within the zero area and its edge, where little force is shown: the well is as wide as that"},
+      {"elsewhere", "rest elsewhere: the hands let go before the well, or a wall held the ligand"},
+      {"disconnected", "lost the connection"}};
+  for (const End& end : kEnds) {
+    const std::size_t count = rows_that_end(redocked, end.name);
+    if (count == 0) continue;
+    std::cout << end.name << ": " << count << " of " << redocked.at("seeds").get_array().size() << " seeds " << end.text
+              << '\n';
+  }
+}
+
+void print_offset(const json::object& redocked) {
   double least = std::nan(""), greatest = std::nan("");
   for (const json::value& row : redocked.at("seeds").get_array()) {
     const json::value* const offset = row.get_object().if_contains("settled_rmsd_angstrom");
@@ -107,6 +153,22 @@ void print_remark(const json::object& redocked) {
   }
   std::cout << "a hand that goes on guiding holds the ligand " << format_fixed(least, 2) << " to "
             << format_fixed(greatest, 2) << " Å off the minimum\n";
+}
+
+void print_far_minimum(const json::object& redocked) {
+  std::cout << "no minimum within " << format_fixed(kNative_angstrom, 0)
+            << " Å of the native pose. At that pose the energy is " << field_text(redocked, "native_kcal_per_mol", 1)
+            << " kcal/mol; " << redocked.at("native_nearest_atoms").get_string().c_str()
+            << ", nearest of all. Parts solved apart overlap when they are superposed; otherwise the notes name groups "
+               "that were left out or lost their charge.\n";
+}
+
+/// The result in words.
+void print_remark(const json::object& redocked) {
+  if (redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>() > kNative_angstrom)
+    print_far_minimum(redocked);
+  if (const json::value* const lock = redocked.if_contains("lock")) return print_lock(lock->get_object());
+  redocked.at("guided").get_bool() ? print_offset(redocked) : print_ends(redocked);
 }
 
 int run_redock(RedockOptions options) {
@@ -137,10 +199,10 @@ void add_redock_command(CLI::App& app, int& exit_code) {
   options->pair.cutoff = "auto";
   CLI::App* const command = app.add_subcommand("redock", "Two simulated hands put a complex together again");
   add_docking_options(*command, options->pair);
-  command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000")
+  command->add_option("--seeds", options->seeds, "ways out and back, 1 to 1000; each seed is one")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "the first")->capture_default_str();
+  command->add_option("--seed", options->seed, "the first seed")->capture_default_str();
   command->add_option("--rtt-ms", options->rtt_ms, "round trip of both hands, 0 to 1000 [ms]")
       ->check(CLI::Range(0.0, 1000.0).description(""))
       ->capture_default_str();
@@ -152,7 +214,32 @@ void add_redock_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 256).description(""));
   command->add_option("--out", options->out, "folder for redock.json");
   command->add_flag("--json", options->wants_json, "print redock.json instead of a table");
-  command->footer("Exit code: 0 all claims hold, 1 one does not, or the pair is locked, 2 bad input or set-up.");
+  command->footer(
+      "Of each seed, a line of the table and an entry of redock.json:\n"
+      "  out Å, barrier kcal/mol   how far out the way leads, and its highest Lennard-Jones energy\n"
+      "  aim, let go, settled Å    ligand RMSD to the minimum: of the hand's last pose, when the hands relax, at the "
+      "end\n"
+      "  at 0 ms Å                 the last at zero delay\n"
+      "  native Å                  ligand RMSD of the end pose to the native pose, which is the files' pose; heavy "
+      "atoms\n"
+      "  interface Å               interface RMSD to the native pose, as CAPRI defines it: residues within 10 Å of the "
+      "other\n"
+      "                            molecule, superposed; atoms N, CA, C, O, of nucleotides P, O5', C5', C4', C3', O3', "
+      "of\n"
+      "                            residues without a backbone all heavy atoms\n"
+      "  f_nat                     share of the native contacts, 0 to 1: pairs of residues with heavy atoms within 5 "
+      "Å\n"
+      "  E-Emin kcal/mol           energy of the end pose above the minimum's\n"
+      "  step, beyond N/ms; peak N largest change of force in 1 ms, its part beyond zero delay's; largest force\n"
+      "  end                       docked; deeper minimum: the field prefers another pose; zero area: no force is "
+      "shown there;\n"
+      "                            elsewhere; disconnected\n"
+      "The minimum is the deepest one found within 2 Å of the native pose. The line above the table has native Å, "
+      "interface Å and f_nat of the minimum.\n"
+      "Claims: the minimum is within 2 Å (ligand RMSD) of the native pose; 80 % of the seeds settle within 1 Å of the "
+      "minimum;\n"
+      "force steps at most 0.1 N/ms beyond zero delay's; forces at most the device's.\n"
+      "Exit code: 0 all claims hold, 1 one does not, or the pair is locked, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_redock(*options); });
 }
 

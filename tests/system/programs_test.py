@@ -260,8 +260,33 @@ class Redock(ProgramTest):
         self.assertEqual(code, 0, err)
         self.assertIn("Å off the minimum", out)
 
-    def test_of_what_is_no_complex_is_refused(self):
-        self.assert_setup_error(self.redock("A"), "tandem-lab: ", "no complex", "name two parts of one complex")
+    def test_prints_how_far_the_ligand_is_from_the_native_pose(self):
+        code, out, err = self.redock("B")
+        self.assertEqual(code, 0, err)
+        for words in ("native Å", "interface Å", "f_nat", "docked", "ligand RMSD of the minimum to the native pose"):
+            self.assertIn(words, out)
+
+    def shifted(self, way_angstrom):
+        """Chain B of the helices, this far along x."""
+        with open(self.STRUCTURE, encoding="utf-8") as original:
+            lines = [line for line in original if line.startswith(("ATOM", "HETATM")) and line[21] == "B"]
+        return self.write("shifted.pdb", "".join("%s%8.3f%s" % (line[:30], float(line[30:38]) + way_angstrom, line[38:])
+                                                 for line in lines))
+
+    def redock_shifted(self, way_angstrom):
+        return run("tandem-lab", "redock", "--receptor", self.STRUCTURE + ":A", "--ligand", self.shifted(way_angstrom),
+                   "--seeds", "1")
+
+    def test_fails_where_the_minimum_is_far_from_the_native_pose(self):
+        code, out, err = self.redock_shifted(4)
+        self.assertEqual(code, 1, out + err)
+        self.assertIn("no minimum within 2 Å of the native pose", out)
+        self.assertRegex(out, "FAILED  ligand RMSD of the minimum to the native pose")
+
+    def test_of_parts_that_are_no_complex_is_refused(self):
+        self.assert_setup_error(self.redock("A"), "tandem-lab: ", "no complex", "overlap", "name two parts of one complex")
+        self.assert_setup_error(self.redock_shifted(60), "tandem-lab: ", "no residues are within 5 Å", " Å apart",
+                                "in the same frame")
 
 
 class Check(ProgramTest):

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
+#include "common/base/random.hpp"
 #include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "lab/metrics/capri.hpp"
 #include "proto/placement.hpp"
 #include "server/assets/docking_scene.hpp"
 #include "server/assets/molecular_scale.hpp"
@@ -15,38 +19,77 @@ namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
 constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
-/// The speed comes and goes over so long.
+/// Time over which the hand's speed rises at the start and falls at the end.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
+constexpr int kHalvings = 30;
+/// Random poses that are tried for each start of a descent; most are inside the receptor.
+constexpr std::size_t kTriesForAStart = 200;
+constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
 const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t body) {
   return *scene.world.bodies[body].molecule;
 }
 
-bool is_heavy(const docking::Molecule& molecule, std::size_t atom) {
-  return molecule.elements.empty() || molecule.elements[atom] != "H";
-}
-
 /// The atoms of `molecule` within `reach` of one of `other`, which is at X_MO.
 docking::Molecule near_part(const docking::Molecule& molecule, const docking::Molecule& other, const Pose& X_MO,
                             double reach) {
-  docking::Molecule part;
-  for (std::size_t i = 0; i < molecule.size(); ++i) {
-    const Vec3& here = molecule.positions_angstrom[i];
-    const bool is_near = std::ranges::any_of(other.positions_angstrom, [&](const Vec3& there) {
-      return (X_MO * there - here).squaredNorm() < reach * reach;
+  return part_of(molecule, [&](std::size_t i) {
+    return std::ranges::any_of(other.positions_angstrom, [&](const Vec3& there) {
+      return (X_MO * there - molecule.positions_angstrom[i]).squaredNorm() < reach * reach;
     });
-    if (!is_near) continue;
-    part.positions_angstrom.push_back(here);
-    part.sigma_angstrom.push_back(molecule.sigma_angstrom[i]);
-    part.epsilon_kj_per_mol.push_back(molecule.epsilon_kj_per_mol[i]);
-    part.charge_e.push_back(molecule.charge_e[i]);
-    part.mass_u.push_back(molecule.mass_u[i]);
-  }
-  return part;
+  });
 }
 
-/// Poses done at `time` of a way of `count` poses.
+/// Descents of one scene's ligand. With a cut-off only atoms near the other molecule take part in a descent.
+class Descents {
+ public:
+  explicit Descents(const server::LoadedScene& scene)
+      : a_(molecule(scene, kReceptor)), b_(molecule(scene, kLigand)), model_(scene.world.field_model) {
+    if (model_.cutoff_angstrom == 0) return;
+    const Pose native = native_pose(scene);
+    const double reach = model_.cutoff_angstrom + kMore_angstrom;
+    near_.emplace(near_part(a_, b_, native, reach), near_part(b_, a_, native.inverse(), reach));
+  }
+
+  /// The minimum downhill from `start`, and its energy between all atoms [kcal/mol].
+  std::pair<Pose, double> from(const Pose& start) const {
+    if (!near_) return server::minimum_near(a_, b_, model_, start);
+    const Pose minimum = server::minimum_near(near_->first, near_->second, model_, start).first;
+    return {minimum,
+            docking::exact_field(a_, b_, minimum, model_).energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie};
+  }
+
+ private:
+  static constexpr double kMore_angstrom = 4;  ///< largest motion of the ligand in a descent
+
+  const docking::Molecule& a_;
+  const docking::Molecule& b_;
+  const docking::FieldModel& model_;
+  std::optional<std::pair<docking::Molecule, docking::Molecule>> near_;
+};
+
+Vec3 random_vector(Random& random) {
+  const double x = random.normal(), y = random.normal(), z = random.normal();
+  return {x, y, z};
+}
+
+/// `X_AB` moved and turned at random, by so much that the ligand's RMSD to it is `rmsd_angstrom`.
+Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_angstrom, Random& random) {
+  const Vec3 move = random_vector(random), turn = random_vector(random) / ligand.gyration_radius_angstrom();
+  const auto moved_by = [&](double share) {
+    return Pose{X_AB.p + share * move, (quaternion_of(share * turn) * X_AB.q).normalized()};
+  };
+  double less = 0, more = 1;
+  while (ligand_rmsd_angstrom(ligand, X_AB, moved_by(more)) < rmsd_angstrom) more *= 2;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (less + more);
+    (ligand_rmsd_angstrom(ligand, X_AB, moved_by(middle)) < rmsd_angstrom ? less : more) = middle;
+  }
+  return moved_by(more);
+}
+
+/// Number of poses of a way of `count` that the hand has passed at `time`.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };
@@ -88,33 +131,44 @@ double greatest(const SessionTrace& trace, Quantity of) {
 
 }  // namespace
 
+docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part) {
+  docking::Molecule part;
+  part.mixes_arithmetically = molecule.mixes_arithmetically;
+  for (std::size_t i = 0; i < molecule.size(); ++i) {
+    if (!is_in_part(i)) continue;
+    part.positions_angstrom.push_back(molecule.positions_angstrom[i]);
+    part.sigma_angstrom.push_back(molecule.sigma_angstrom[i]);
+    part.epsilon_kj_per_mol.push_back(molecule.epsilon_kj_per_mol[i]);
+    part.charge_e.push_back(molecule.charge_e[i]);
+    part.mass_u.push_back(molecule.mass_u[i]);
+  }
+  return part;
+}
+
 Pose native_pose(const server::LoadedScene& scene) {
   return {scene.molecule_centres_angstrom[kLigand] - scene.molecule_centres_angstrom[kReceptor], Quat::Identity()};
 }
 
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene) {
-  const docking::Molecule &a = molecule(scene, kReceptor), &b = molecule(scene, kLigand);
-  const Pose native = native_pose(scene);
-  const docking::FieldModel& model = scene.world.field_model;
-  if (model.cutoff_angstrom == 0) return server::minimum_near(a, b, model, native);
-  constexpr double kMore_angstrom = 4;
-  const double reach = model.cutoff_angstrom + kMore_angstrom;
-  const Pose minimum =
-      server::minimum_near(near_part(a, b, native, reach), near_part(b, a, native.inverse(), reach), model, native)
-          .first;
-  return {minimum, docking::exact_field(a, b, minimum, model).energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie};
+  return Descents(scene).from(native_pose(scene));
 }
 
-double ligand_rmsd_angstrom(const server::LoadedScene& scene, const Pose& X_AB, const Pose& Y_AB) {
-  const docking::Molecule& ligand = molecule(scene, kLigand);
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < ligand.size(); ++i) {
-    if (!is_heavy(ligand, i)) continue;
-    sum += (X_AB * ligand.positions_angstrom[i] - Y_AB * ligand.positions_angstrom[i]).squaredNorm();
-    ++count;
+std::vector<std::pair<Pose, double>> minima_around_native(const server::LoadedScene& scene, std::size_t count,
+                                                          double rmsd_angstrom, std::uint64_t seed) {
+  const Descents descents(scene);
+  const docking::Molecule &a = molecule(scene, kReceptor), &b = molecule(scene, kLigand);
+  docking::FieldModel walls = scene.world.field_model;
+  walls.dielectric = docking::Dielectric::kNone;
+  walls.has_far_grid = false;
+  docking::MolecularField field(a, b, walls);
+  Random random(seed, 2);
+  std::vector<std::pair<Pose, double>> minima;
+  for (std::size_t tried = 0; tried < kTriesForAStart * count && minima.size() < count; ++tried) {
+    const Pose start = displaced(native_pose(scene), b, rmsd_angstrom, random);
+    if (field.evaluate(start).lennard_jones_kj_per_mol > kFreeStart_kj_per_mol) continue;
+    minima.push_back(descents.from(start));
   }
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
+  return minima;
 }
 
 Pose pose_between(const Pose& from, const Pose& to, double share) {

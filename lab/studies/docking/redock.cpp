@@ -14,10 +14,12 @@
 
 #include "common/docking/exact_field.hpp"
 #include "common/docking/molecular_field.hpp"
+#include "lab/metrics/capri.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/session/virtual_session.hpp"
 #include "lab/studies/docking/docking_trial.hpp"
 #include "lab/studies/docking/exit_path.hpp"
+#include "lab/studies/docking/parts_as_read.hpp"
 #include "proto/scene_ranges.hpp"
 
 namespace tandem::lab {
@@ -25,13 +27,18 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// A step of the way, 0.25 Å, at 30 mm/s with 10 mm/Å.
+/// Time of one step of the way: 0.25 Å at 30 mm/s with 10 mm/Å.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
+/// Number of descents from poses around the native pose, beside the one from that pose.
+constexpr std::size_t kDescentsAround = 12;
+/// Minima whose energies differ less than this, a sixth of kT, count as one.
+constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
-  wire::Scene scene;  ///< with its scale found
+  wire::Scene scene;  ///< with the scale of its forces
   std::shared_ptr<const server::LoadedScene> loaded;
   Pose X_AB_min;
   double minimum_kcal_per_mol = 0;
@@ -41,16 +48,41 @@ double rounded(double value) {
   return std::round(value * 1e4) / 1e4;
 }
 
+const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
+  return *pair.loaded->world.bodies[body].molecule;
+}
+
+/// The deepest minimum found within kNative_angstrom of the native pose; without any, the one downhill from that pose. The
+/// latter alone may be a side pocket of the native well: molecules that come from outside pass it.
+std::pair<Pose, double> deepest_near_native(const server::LoadedScene& scene) {
+  const docking::Molecule& ligand = *scene.world.bodies[kLigandBody].molecule;
+  const auto is_near = [&](const Pose& X_AB) {
+    return ligand_rmsd_angstrom(ligand, X_AB, native_pose(scene)) <= kNative_angstrom;
+  };
+  std::pair<Pose, double> deepest = native_minimum(scene);
+  for (const auto& minimum : minima_around_native(scene, kDescentsAround, kRelease_angstrom, 1)) {
+    if (!is_near(minimum.first)) continue;
+    const bool is_first = !is_near(deepest.first);
+    if (is_first || minimum.second < deepest.second - kSameMinimum_kcal_per_mol) deepest = minimum;
+  }
+  return deepest;
+}
+
 RedockPair pair_of(wire::Scene scene, const Pose& start) {
   RedockPair pair;
   pair.loaded = scene_with_ligand_at(scene, start);
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const Pose native = native_pose(*pair.loaded);
+  require_complex_as_read(receptor, ligand, native);
   pair.scene = with_found_scale(std::move(scene), *pair.loaded);
-  std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = native_minimum(*pair.loaded);
+  std::tie(pair.X_AB_min, pair.minimum_kcal_per_mol) = deepest_near_native(*pair.loaded);
   if (!(pair.minimum_kcal_per_mol <= -kHardlyHeld_kcal_per_mol)) {
     throw std::invalid_argument(
         "receptor and ligand are no complex: near where their files have them the least energy is " +
         proto::number_text(rounded(pair.minimum_kcal_per_mol)) + " kcal/mol, and it must be " +
-        proto::number_text(-kHardlyHeld_kcal_per_mol) + " at most; name two parts of one complex");
+        proto::number_text(-kHardlyHeld_kcal_per_mol) + " at most; " +
+        distance_text(receptor, ligand, native, *nearest_atoms(receptor, ligand, native)) +
+        "; name two parts of one complex, and give --hydrogens build where a file has some hydrogens only");
   }
   return pair;
 }
@@ -62,9 +94,10 @@ double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
          docking::kKilojoulesPerKilocalorie;
 }
 
-/// From outside to where the hands let go.
+/// The ligand's poses from the end of the way out back to the pose at which the hands let go.
 std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
-  const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(*pair.loaded, X_AB, pair.X_AB_min); };
+  const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
+  const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min); };
   std::size_t last = 0;
   while (last + 2 < way_out.size() && rmsd(way_out[last]) < kRelease_angstrom) ++last;
   std::vector<Pose> way(way_out.begin() + static_cast<std::ptrdiff_t>(last), way_out.end());
@@ -77,7 +110,7 @@ std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_ou
   return way;
 }
 
-/// The last sample of the bodies that is not later.
+/// The last sample of the bodies up to `time`.
 const BodiesSample& bodies_at(const SessionTrace& trace, Duration time) {
   const auto after = std::ranges::upper_bound(trace.bodies, time, {}, &BodiesSample::time);
   return after == trace.bodies.begin() ? trace.bodies.front() : *std::prev(after);
@@ -97,7 +130,7 @@ bool is_out(const std::vector<Pose>& way_out) {
   return way_out_angstrom(way_out) >= kExitDistance_angstrom;
 }
 
-/// The highest Lennard-Jones energy of its poses.
+/// The highest Lennard-Jones energy on a way.
 double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way) {
   docking::FieldModel model = pair.loaded->world.field_model;
   model.dielectric = docking::Dielectric::kNone;
@@ -107,6 +140,28 @@ double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way
   double highest = -std::numeric_limits<double>::infinity();
   for (const Pose& X_AB : way) highest = std::max(highest, field.evaluate(X_AB).lennard_jones_kj_per_mol);
   return highest / docking::kKilojoulesPerKilocalorie;
+}
+
+/// The measures of CAPRI for a pose of the ligand, each name behind `prefix`.
+void add_native_measures(json::object& row, const std::string& prefix, const RedockPair& pair, const Pose& X_AB) {
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const Pose native = native_pose(*pair.loaded);
+  row[prefix + "rmsd_to_native_angstrom"] = rounded(ligand_rmsd_angstrom(ligand, X_AB, native));
+  row[prefix + "interface_rmsd_angstrom"] = rounded(interface_rmsd_angstrom(receptor, ligand, native, X_AB));
+  row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
+}
+
+/// The "end" of a row: docked, or where else the ligand came to rest.
+std::string_view end_name(const RedockPair& pair, const json::object& row) {
+  if (!row.at("stayed_connected").get_bool()) return "disconnected";
+  if (row.at("docked").get_bool()) return "docked";
+  const double above_kcal_per_mol = row.at("settled_above_minimum_kcal_per_mol").to_number<double>();
+  if (above_kcal_per_mol < -kSameMinimum_kcal_per_mol) return "deeper minimum";
+  // The zero area's edge, in which the force sets in, is 1 kT wide.
+  const double zero_kt = pair.loaded->description.molecular_field().zero_area_kt();
+  const bool is_in_zero_area =
+      zero_kt > 0 && above_kcal_per_mol <= (zero_kt + 1) * docking::kThermalEnergy_kcal_per_mol;
+  return is_in_zero_area ? "zero area" : "elsewhere";
 }
 
 json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out, std::uint64_t seed,
@@ -128,7 +183,8 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   const Pose released = ligand_pose(*scene, bodies_at(trace, settles_at(hand)));
   const Pose settled = ligand_pose(*scene, trace.bodies.back());
   const Pose settled_at_zero = ligand_pose(*scene, reference.bodies.back());
-  const auto rmsd = [&](const Pose& X_AB) { return rounded(ligand_rmsd_angstrom(*scene, X_AB, pair.X_AB_min)); };
+  const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
+  const auto rmsd = [&](const Pose& X_AB) { return rounded(ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min)); };
   const TrialView view{experiment, trace, &reference, nullptr};
   row["intended_rmsd_angstrom"] = rmsd(way.back());
   row["released_rmsd_angstrom"] = rmsd(released);
@@ -142,11 +198,13 @@ json::object trial_row(const RedockPair& pair, const std::vector<Pose>& way_out,
   row["device_limit_n"] = device_limit_n(experiment);
   row["virtual_s"] = rounded(to_seconds(experiment.duration));
   row["stayed_connected"] = stayed(trace);
+  add_native_measures(row, "settled_", pair, settled);
   row["docked"] = stayed(trace) && rmsd(settled) <= kDocked_angstrom;
+  row["end"] = end_name(pair, row);
   return row;
 }
 
-/// Does jobs 0 … count − 1 on some threads. Throws the first failure.
+/// Runs job(0) … job(count − 1) on `threads` threads. Throws the first failure.
 void for_each(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& job) {
   std::atomic<std::size_t> next{0};
   std::mutex failing;
@@ -170,22 +228,46 @@ void for_each(std::size_t count, std::size_t threads, const std::function<void(s
 }
 
 json::object about(const RedockPair& pair, Duration round_trip, bool guided) {
-  const server::LoadedScene& scene = *pair.loaded;
-  const auto& bodies = scene.world.bodies;
-  const wire::MolecularField& field = scene.description.molecular_field();
-  return {{"atoms_receptor", bodies[0].molecule->size()},
-          {"atoms_ligand", bodies[1].molecule->size()},
-          {"dielectric", field.dielectric()},
-          {"cutoff_angstrom", field.cutoff_angstrom()},
-          {"far_grid", field.far_grid()},
-          {"zero_area_kt", field.zero_area_kt()},
-          {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
-          {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},
-          {"minimum_rmsd_to_native_angstrom", rounded(ligand_rmsd_angstrom(scene, pair.X_AB_min, native_pose(scene)))},
-          {"round_trip_ms", to_seconds(round_trip) * 1e3},
-          {"field_kernel", docking::MolecularField::default_kernel()},
-          {"guided", guided},
-          {"locked", false}};
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const Pose native = native_pose(*pair.loaded);
+  const wire::MolecularField& field = pair.loaded->description.molecular_field();
+  json::object about{
+      {"atoms_receptor", receptor.size()},
+      {"atoms_ligand", ligand.size()},
+      {"dielectric", field.dielectric()},
+      {"cutoff_angstrom", field.cutoff_angstrom()},
+      {"far_grid", field.far_grid()},
+      {"zero_area_kt", field.zero_area_kt()},
+      {"newtons_per_kcal_per_mol_angstrom", field.newtons_per_kcal_per_mol_angstrom()},
+      {"native_contacts", residue_pairs_within(receptor, ligand, native, kResidueContact_angstrom).size()},
+      {"native_nearest_atoms", distance_text(receptor, ligand, native, *nearest_atoms(receptor, ligand, native))},
+      {"native_kcal_per_mol", rounded(energy_kcal_per_mol(pair, native))},
+      {"minimum_kcal_per_mol", rounded(pair.minimum_kcal_per_mol)},
+      {"round_trip_ms", to_seconds(round_trip) * 1e3},
+      {"field_kernel", docking::MolecularField::default_kernel()},
+      {"guided", guided},
+      {"locked", false}};
+  add_native_measures(about, "minimum_", pair, pair.X_AB_min);
+  json::array& notes = about["notes"].emplace_array();
+  for (const std::string& note : pair.loaded->notes_for_users) notes.emplace_back(note);
+  return about;
+}
+
+docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
+  return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
+}
+
+/// The "lock" of a locked pair: the end of the farthest way out, the residues that repel most there, and how far out the heavy
+/// atoms alone come.
+json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
+  const auto& farthest = *std::ranges::max_element(
+      ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });
+  const docking::Molecule &receptor = molecule_of(pair, kReceptorBody), &ligand = molecule_of(pair, kLigandBody);
+  const std::vector<Pose> of_heavy_atoms = exit_path(without_hydrogens(receptor), without_hydrogens(ligand),
+                                                     pair.loaded->world.field_model, pair.X_AB_min, seed);
+  return {{"out_angstrom", rounded(way_out_angstrom(farthest))},
+          {"against", strongest_repulsion_text(receptor, ligand, farthest.back())},
+          {"out_without_hydrogens_angstrom", rounded(way_out_angstrom(of_heavy_atoms))}};
 }
 
 double number(const json::object& row, std::string_view name) {
@@ -224,6 +306,7 @@ json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::siz
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(rows.size()));
   });
   result["locked"] = is_locked;
+  if (is_locked) result["lock"] = lock_of(pair, ways, first_seed);
   json::array& kept = result["seeds"].emplace_array();
   for (json::object& row : rows) kept.emplace_back(std::move(row));
   return result;
@@ -232,11 +315,14 @@ json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::siz
 std::vector<Check> redock_checks(const json::object& redocked) {
   const json::array& rows = redocked.at("seeds").get_array();
   const std::string scope = redocked.at("guided").get_bool() ? "redocking, hand guiding" : "redocking";
+  std::vector<Check> checks{{scope, "ligand RMSD of the minimum to the native pose",
+                             number(redocked, "minimum_rmsd_to_native_angstrom"), Relation::kAtMost, kNative_angstrom,
+                             "Å", 2}};
   if (redocked.at("locked").get_bool()) {
-    return {{scope, "farthest way out that was found", greatest(rows, "out_angstrom"), Relation::kAtLeast,
-             kExitDistance_angstrom, "Å", 2}};
+    checks.push_back({scope, "farthest way out that was found", greatest(rows, "out_angstrom"), Relation::kAtLeast,
+                      kExitDistance_angstrom, "Å", 2});
+    return checks;
   }
-  std::vector<Check> checks;
   if (!redocked.at("guided").get_bool()) {
     const auto docked = std::ranges::count_if(rows, [](const json::value& row) {
       const json::value* const is_docked = row.get_object().if_contains("docked");

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/docking/exact_field.hpp"
+#include "lab/studies/docking/docking_trial.hpp"
 #include "tests/support/molecules.hpp"
 
 namespace tandem::lab {
@@ -75,6 +76,23 @@ TEST(ExitPath, OfACageEndsInside) {
   const docking::Molecule cage = shell(6), ligand = dumb_bell();
   const std::vector<Pose> way = exit_path(cage, ligand, {}, Pose{}, 1, 4000);
   EXPECT_LT(way_out_angstrom(way), 4) << "2 Å and less from its wall";
+}
+
+TEST(PartOf, KeepsWhatTheFieldTakesFromTheAtoms) {
+  docking::Molecule bowl = shell(2);
+  bowl.mixes_arithmetically = true;
+  bowl.sigma_angstrom[3] = 3.3;
+  bowl.epsilon_kj_per_mol[3] = 0.5;
+  bowl.charge_e[3] = -0.2;
+  bowl.mass_u[3] = 14;
+  const docking::Molecule part = part_of(bowl, [](std::size_t i) { return i == 1 || i == 3; });
+  ASSERT_EQ(part.size(), 2U);
+  EXPECT_TRUE(part.mixes_arithmetically);
+  EXPECT_EQ(part.positions_angstrom[1], bowl.positions_angstrom[3]);
+  EXPECT_EQ(part.sigma_angstrom[1], 3.3);
+  EXPECT_EQ(part.epsilon_kj_per_mol[1], 0.5);
+  EXPECT_EQ(part.charge_e[1], -0.2);
+  EXPECT_EQ(part.mass_u[1], 14);
 }
 
 }  // namespace

@@ -1,0 +1,154 @@
+// CAPRI's measures of molecules made by hand, whose values have closed forms.
+#include "lab/metrics/capri.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "tests/support/molecules.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+void add_atom(docking::Molecule& molecule, const std::string& residue, const std::string& name, const Vec3& position,
+              const std::string& element = "C") {
+  molecule.positions_angstrom.push_back(position);
+  molecule.atom_names.push_back(name);
+  molecule.elements.push_back(element);
+  molecule.residue_names.emplace_back("UNK");
+  molecule.residue_ids.push_back(residue);
+  molecule.chains.emplace_back("A");
+  molecule.segments.push_back(0);
+}
+
+/// One residue of four carbons without a backbone's names, a square of side 2 Å across x.
+docking::Molecule square() {
+  docking::Molecule made;
+  for (const double y : {-1.0, 1.0}) {
+    for (const double z : {-1.0, 1.0}) add_atom(made, "1", "C" + std::to_string(made.size()), {0, y, z});
+  }
+  return made;
+}
+
+/// `count` residues of one carbon each, `gap` apart along y.
+docking::Molecule row_of_residues(int count, double gap) {
+  docking::Molecule made;
+  for (int i = 0; i < count; ++i) add_atom(made, std::to_string(i + 1), "C1", {0, i * gap, 0});
+  return made;
+}
+
+Pose at_x(double x) {
+  return {{x, 0, 0}, Quat::Identity()};
+}
+
+Pose turned(const Vec3& axis, double angle, const Vec3& p) {
+  return {p, Quat(Eigen::AngleAxisd(angle, axis))};
+}
+
+TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
+  docking::Molecule ligand = square();
+  EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), {{4, 2, 1.5}, Quat::Identity()}), 2.5, 1e-12);
+  EXPECT_EQ(ligand_rmsd_angstrom(ligand, at_x(4), at_x(4)), 0);
+  // Half a turn about x takes each corner across the diagonal, 2 √2 Å.
+  const Pose half_turn = turned(Vec3::UnitX(), std::numbers::pi, {4, 0, 0});
+  EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), half_turn), 2 * std::numbers::sqrt2, 1e-12);
+  add_atom(ligand, "1", "H1", {0, 50, 0}, "H");
+  EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), half_turn), 2 * std::numbers::sqrt2, 1e-12);
+}
+
+TEST(Capri, InterfaceRmsdOfEqualHalvesDrawnApartIsHalfTheWay) {
+  const docking::Molecule a = square(), b = square();
+  EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(4)), 0, 1e-9);
+  // Four atoms a side: the superposition gives each side half of 3 Å, and no turn helps.
+  EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(7)), 1.5, 1e-9);
+  // n atoms against m: √(n m) / (n + m) of the way.
+  docking::Molecule single;
+  add_atom(single, "1", "C1", Vec3::Zero());
+  EXPECT_NEAR(interface_rmsd_angstrom(a, single, at_x(4), at_x(7)), 3 * 2.0 / 5, 1e-9);
+}
+
+TEST(Capri, InterfaceRmsdOfATurnAboutTheLineOfSquaresIsThatOfHalfTheTurn) {
+  // The superposition turns both squares by half the angle: corners √2 Å from the axis are 2 √2 sin(angle / 4) off.
+  const double angle = 0.8;
+  const Pose X_AB = turned(Vec3::UnitX(), angle, {4, 0, 0});
+  EXPECT_NEAR(interface_rmsd_angstrom(square(), square(), at_x(4), X_AB), 2 * std::numbers::sqrt2 * std::sin(angle / 4),
+              1e-9);
+}
+
+TEST(Capri, MeasuresAreTheSameWhicheverMoleculeIsTheReceptor) {
+  std::mt19937 random(20261130);
+  docking::Molecule a, b;
+  std::uniform_real_distribution<double> uniform(-6, 6);
+  for (int i = 0; i < 60; ++i) {
+    const Vec3 place(uniform(random), uniform(random), uniform(random));
+    add_atom(i % 2 == 0 ? a : b, std::to_string(i / 6), "C" + std::to_string(i), place);
+  }
+  const Pose native{{7, 1, -2}, test::random_rotation(random)};
+  const Pose X_AB = native * turned(Vec3::UnitZ(), 0.3, {1, 0.5, -1});
+  const double rmsd = interface_rmsd_angstrom(a, b, native, X_AB), share = native_contact_share(a, b, native, X_AB);
+  EXPECT_GT(rmsd, 0.1);
+  EXPECT_GT(share, 0);
+  EXPECT_LT(share, 1);
+  EXPECT_NEAR(interface_rmsd_angstrom(b, a, native.inverse(), X_AB.inverse()), rmsd, 1e-9);
+  EXPECT_EQ(native_contact_share(b, a, native.inverse(), X_AB.inverse()), share);
+}
+
+TEST(Capri, InterfaceIsTheBackboneOfResiduesWithinTenAngstrom) {
+  docking::Molecule a, b;
+  const auto add_amino_acid = [](docking::Molecule& molecule, const std::string& id, double x) {
+    add_atom(molecule, id, "N", {x, -1, 0}, "N");
+    add_atom(molecule, id, "CA", {x, 0, 0});
+    add_atom(molecule, id, "C", {x, 1, 0});
+    add_atom(molecule, id, "O", {x, 2, 0}, "O");
+  };
+  add_amino_acid(a, "1", 0);
+  add_amino_acid(b, "1", 0);
+  // A side chain and a residue beyond the reach have no part in it: else the balance of four against four were another.
+  add_atom(a, "1", "CB", {0, 0, 3});
+  add_amino_acid(a, "2", -2.5);
+  EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 1, 1e-9);
+  // A calcium ion is called CA too, and counts as itself: five atoms against four.
+  add_atom(a, "3", "CA", {0, 0.5, 0}, "CA");
+  EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 2 * std::sqrt(20.0) / 9, 1e-9);
+  EXPECT_TRUE(std::isnan(interface_rmsd_angstrom(a, b, at_x(30), at_x(8))));
+}
+
+TEST(Capri, OfANucleotideTheSugarAndPhosphateAreTheBackbone) {
+  docking::Molecule a, b;
+  double y = 0;
+  for (const char* const name : {"P", "O5'", "C5'", "C4'", "C3'", "O3'"}) add_atom(a, "1", name, {0, y++, 0});
+  add_atom(a, "1", "N9", {0, 2, 1});
+  add_atom(b, "1", "C1", {0, 2.5, 0});
+  // Six atoms of the backbone, in a line through whose middle the single atom moves, against one.
+  EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(5)), std::sqrt(6.0) / 7, 1e-9);
+}
+
+TEST(Capri, NativeContactsAreResiduesWithinFiveAngstromOfHeavyAtoms) {
+  // Opposite residues are 4 Å apart, the next ones √(16 + 36) Å.
+  const docking::Molecule a = row_of_residues(3, 6), b = row_of_residues(3, 6);
+  EXPECT_EQ(residue_pairs_within(a, b, at_x(4), kResidueContact_angstrom), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
+  EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(4)), 1);
+  EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5)), 1) << "5 Å is within 5 Å";
+  EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5.01)), 0);
+  // Turned about the first residue: the chord of residue k, 12 k sin(angle / 2), breaks its contact above 3 Å.
+  EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.4, {4, 0, 0})), 2.0 / 3, 1e-12);
+  EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.6, {4, 0, 0})), 1.0 / 3, 1e-12);
+  // By a whole residue along the row every contact is another one.
+  EXPECT_EQ(native_contact_share(a, b, at_x(4), {{4, 6, 0}, Quat::Identity()}), 0);
+  EXPECT_TRUE(std::isnan(native_contact_share(a, b, at_x(30), at_x(4))));
+}
+
+TEST(Capri, HydrogensMakeNoContact) {
+  docking::Molecule a = row_of_residues(1, 1);
+  const docking::Molecule b = row_of_residues(1, 1);
+  add_atom(a, "1", "H1", {1, 0, 0}, "H");
+  EXPECT_TRUE(residue_pairs_within(a, b, at_x(5.5), kResidueContact_angstrom).empty());
+}
+
+}  // namespace
+}  // namespace tandem::lab
