@@ -175,7 +175,7 @@ def gromacs_line(lab, text, probe):
         with open(os.path.join(folder, "in.pdb"), "w", encoding="latin-1") as file:
             file.write("\n".join(lines) + "\nEND\n")
         run = subprocess.run(["gmx_d", "pdb2gmx", "-f", "in.pdb", "-ff", "oplsaa", "-water", "none", "-ignh", "-o", "o.pdb",
-                              "-p", "t.top", "-chainsep", "ter"], cwd=folder, capture_output=True, text=True, check=False)
+                              "-p", "t.top", "-chainsep", "ter", "-merge", "all"], cwd=folder, capture_output=True, text=True, check=False)
         if run.returncode != 0:
             reason = re.search(r"Fatal error:\s*(.*)", run.stderr)
             return "pdb2gmx refuses: " + (reason[1] if reason else "?")[:80], True

@@ -179,7 +179,9 @@ void read_hydrogens(const fs::path& path, ForceField& force_field) {
   std::vector<HydrogenRule>* rules = nullptr;
   while (file.next(words)) {
     if (words.size() <= 2) {
+      // AMBER's files of RNA repeat the residues of thymine, as do those of DNA: the last ones count.
       rules = &force_field.hydrogens[std::string(words.front())];
+      rules->clear();
     } else if (rules == nullptr) {
       file.fail("a rule before the first residue");
     } else if (HydrogenRule rule = read_rule(file, words); rule.name.starts_with('H')) {

@@ -73,12 +73,35 @@ std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const Atom
   return found;
 }
 
+/// A heavy atom of the residue that a rule's first atom is bonded to beside its second.
+std::optional<Vec3> other_neighbour(const HydrogenRule& rule, const AtomPlaces& own) {
+  constexpr double kMaxNeighbourAngstrom = 1.8;
+  if (rule.anchors.size() < 2) return std::nullopt;
+  const auto carrier = own.find(rule.anchors[0]);
+  if (carrier == own.end()) return std::nullopt;
+  for (const auto& [name, place] : own) {
+    if (name.starts_with('H') || name == rule.anchors[0] || name == rule.anchors[1]) continue;
+    if ((place - carrier->second).norm() < kMaxNeighbourAngstrom) return place;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
+bool turns(const HydrogenRule& rule, const AtomPlaces& own) {
+  return (rule.kind == 2 || rule.kind == 4) && !other_neighbour(rule, own);
+}
+
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before) {
-  const auto anchors = anchors_of(rule, own, before);
+  auto anchors = anchors_of(rule, own, before);
   if (!anchors) return {};
-  std::vector<Vec3> places = geometry(rule, *anchors);
+  HydrogenRule placed_by = rule;
+  const std::optional<Vec3> other = other_neighbour(rule, own);
+  if (rule.kind == 4 && rule.count == 2 && other) {
+    placed_by.kind = 6;
+    anchors = {(*anchors)[0], (*anchors)[1], *other};
+  }
+  std::vector<Vec3> places = geometry(placed_by, *anchors);
   if (!std::ranges::all_of(places, [](const Vec3& place) { return is_finite(place); })) places.clear();
   return places;
 }

@@ -41,7 +41,7 @@ BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   BuiltGroup group;
   group.carrier_angstrom = own.find(rule.anchors.front())->second;
   const auto axis = own.find(rule.anchors[1]);
-  if (!turns(rule) || axis == own.end()) return group;
+  if (!turns(rule, own) || axis == own.end()) return group;
   group.turns = true;
   group.axis_angstrom = axis->second;
   return group;

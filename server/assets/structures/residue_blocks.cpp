@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "server/assets/structures/text.hpp"
@@ -89,20 +91,29 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   return names;
 }
 
-/// Of each hydrogen of a residue the heavy atom that it is on, NamedAtoms::kNowhere where none is within a bond; of other atoms themselves.
+double hydrogen_bond_length_angstrom(std::string_view element) {
+  if (element == "C") return 1.09;
+  if (element == "S") return 1.34;
+  return element == "O" ? 0.96 : 1.01;
+}
+
+/// Of each hydrogen of a residue the heavy atom that it is on: not the nearest, for structures have hydrogens that are too near to others
+/// (pdb2gmx's on a proline that begins a chain, 0.66 Å from CD), but the one whose bond has its length. NamedAtoms::kNowhere where none
+/// is within a bond; of other atoms themselves.
 std::vector<std::size_t> carriers(const PdbResidue& residue) {
   constexpr double kMaxHydrogenBondAngstrom = 1.5;  // S-H has 1.34, and structures are not exact
   std::vector<std::size_t> found(residue.atoms.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     found[i] = i;
     if (residue.atoms[i].element != "H") continue;
-    double nearest = kMaxHydrogenBondAngstrom;
+    double least = std::numeric_limits<double>::infinity();
     found[i] = NamedAtoms::kNowhere;
     for (std::size_t k = 0; k < found.size(); ++k) {
       if (residue.atoms[k].element == "H") continue;
       const double distance = (residue.atoms[k].position_angstrom - residue.atoms[i].position_angstrom).norm();
-      if (distance >= nearest) continue;
-      nearest = distance;
+      const double error = std::abs(distance - hydrogen_bond_length_angstrom(residue.atoms[k].element));
+      if (distance >= kMaxHydrogenBondAngstrom || error >= least) continue;
+      least = error;
       found[i] = k;
     }
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <set>
 #include <string>
 
 #include "server/assets/structures/force_field.hpp"
@@ -115,6 +116,18 @@ TEST_P(ArithmeticForceField, BuildsTheHydrogensOfItsBlocksAndNothingElse) {
   const docking::Molecule molecule = load_molecule(file, {{"A"}}, folder_of(GetParam()), Hydrogens::kBuild);
   EXPECT_EQ(molecule.size(), load_molecule(file, {{"A"}}, test::kOplsDirectory, Hydrogens::kBuild).size());
   EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;
+}
+
+TEST_P(ArithmeticForceField, MakesEveryHydrogenByOneRule) {
+  const ForceField force_field = load_force_field(folder_of(GetParam()));
+  for (const auto& [block, rules] : force_field.hydrogens) {
+    std::set<std::string> made;
+    for (const HydrogenRule& rule : rules) {
+      for (int n = 0; n < rule.count; ++n)
+        EXPECT_TRUE(made.insert(rule.hydrogen(n)).second) << rule.name << " of " << block;
+    }
+  }
+  EXPECT_GT(force_field.hydrogens.size(), 20U);
 }
 
 TEST_P(ArithmeticForceField, AtomsWithoutAnEntryAreGuessedByElement) {

@@ -102,6 +102,25 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   EXPECT_GT(farthest, 0.01);
 }
 
+/// GROMACS's rule puts one of them 0.66 Å from CD.
+TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
+  const std::filesystem::path protease = "/usr/share/pymol/data/tut/1hpv.pdb";
+  TANDEM_NEEDS_FILES(test::kOplsDirectory, protease);
+  const docking::Molecule built = load_molecule(protease, {{"A"}}, test::kOplsDirectory, Hydrogens::kBuild);
+  std::map<std::string, std::size_t> of_proline;
+  for (std::size_t i = 0; i < built.size() && built.residue_ids[i] == "1"; ++i) of_proline[built.atom_names[i]] = i;
+  const auto distance = [&built](std::size_t i, std::size_t k) {
+    return (built.positions_angstrom[i] - built.positions_angstrom[k]).norm();
+  };
+  for (const char* const hydrogen : {"H1", "H2"}) {
+    ASSERT_TRUE(of_proline.contains(hydrogen));
+    EXPECT_EQ(built.types[of_proline[hydrogen]], "opls_310");
+    EXPECT_NEAR(distance(of_proline[hydrogen], of_proline["N"]), 1, 1e-9);
+    EXPECT_GT(distance(of_proline[hydrogen], of_proline["CD"]), 1.7);
+    EXPECT_GT(distance(of_proline[hydrogen], of_proline["CA"]), 1.7);
+  }
+}
+
 TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
   // On a line, and without CB: no directions across, and nothing that is not finite.
