@@ -5,7 +5,7 @@ For each PDB, mmCIF, PQR and PDBQT file given, or found in the folders given:
   * atoms loaded + atoms reported as left out = atoms of the file's first model, or the file is refused by name;
   * with hydrogens built the net charge of each chain is whole, or the report names residues;
   * PDB files that GROMACS's pdb2gmx accepts: type and charge of each atom of each residue equal pdb2gmx's, with its
-    choice of histidines given.
+    choice of histidines given; proteins with OPLS-AA, those with nucleic acids with amber99sb.
 Exit code 0: all hold, 1: one does not. One line a file; --failures prints only those with a difference.
 """
 
@@ -20,8 +20,13 @@ import subprocess
 import sys
 import tempfile
 
+from compare_with_lammps import needs
+from compare_energies import has_rdtscp
+
 SUFFIXES = (".pdb", ".ent", ".cif", ".pqr", ".pdbqt", ".pdb1")
 PARAMETERS = "/usr/share/gromacs/top"
+PROTEIN, NUCLEIC = "oplsaa", "amber99sb"
+NUCLEOTIDES = set("A C G T U DA DC DG DT DU".split())
 AMINO_ACIDS = set("ALA ARG ASN ASP CYS GLN GLU GLY HIS ILE LEU LYS MET PHE PRO SER THR TRP TYR VAL".split())
 PROBE = "HETATM    1 AR    AR Z   1     900.000 900.000 900.000  1.00  0.00          AR\nEND\n"
 CHARGE_BOUND = 1e-9
@@ -72,9 +77,9 @@ def cif_count(text):
     return sum(row[model] == rows[0][model] for row in rows)
 
 
-def energy(lab, path, selection, hydrogens, probe):
+def energy(lab, path, selection, hydrogens, probe, force_field=PROTEIN):
     command = [lab, "energy", "--receptor", path + selection, "--ligand", probe + ":/*", "--hydrogens", hydrogens,
-               "--cutoff", "8", "--atoms", "--report", "--json", "--force-field", f"{PARAMETERS}/oplsaa.ff"]
+               "--cutoff", "8", "--atoms", "--report", "--json", "--force-field", f"{PARAMETERS}/{force_field}.ff"]
     run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     if run.returncode != 0:
         return None, run.stderr.strip().splitlines()[-1]
@@ -104,22 +109,43 @@ def charge_line(lab, path, probe):
     return f"{charge['net_e']:+.3g} e{'' if charge['is_whole'] else ' (named)'}", bool(is_told)
 
 
-def protein_lines(text):
-    """Amino acids of the first model, the first of alternate locations, chains apart."""
-    seen, lines, chain = set(), [], None
+def polymer_lines(text):
+    """Amino acids and nucleotides of the first model, the first of alternate locations, chains apart; a chain's first
+    nucleotide without its phosphate, for which pdb2gmx has no block."""
+    seen, lines, chain, first = set(), [], None, None
     for line in pdb_atoms(text):
         name, residue = line[12:16].strip(), line[17:20].strip()
-        if residue not in AMINO_ACIDS or line[20:21] not in (" ", ""):
+        if residue not in AMINO_ACIDS | NUCLEOTIDES or line[20:21] not in (" ", ""):
             continue
         key = (line[21], line[22:27], name)
         if key in seen:
             continue
         seen.add(key)
-        if chain not in (None, line[21]):
-            lines.append("TER")
-        chain = line[21]
+        if chain != (line[21], residue in NUCLEOTIDES):
+            if chain is not None:
+                lines.append("TER")
+            chain, first = (line[21], residue in NUCLEOTIDES), line[17:27]
+        if residue in NUCLEOTIDES and line[17:27] == first and name in ("P", "O1P", "O2P", "OP1", "OP2", "O3P", "OP3"):
+            continue
         lines.append(line[:16] + " " + line[17:])
     return lines
+
+
+def lines_of_today(lines):
+    """Names of nucleotides that pdb2gmx knows: DA for an A without O2', O5' for O5*."""
+    names = collections.defaultdict(set)
+    for line in lines:
+        names[line[17:27]].add(line[12:16].strip().replace("*", "'"))
+    changed = []
+    for line in lines:
+        residue = line[17:20].strip()
+        if line != "TER" and residue in NUCLEOTIDES:
+            if len(residue) == 1 and "C2'" in names[line[17:27]] and "O2'" not in names[line[17:27]]:
+                residue = "D" + residue
+            name = line[12:16].replace("*", "'").replace("C5M", "C7 ")
+            line = line[:12] + name + line[16:17] + residue.rjust(3) + line[20:]
+        changed.append(line)
+    return changed
 
 
 def topology_residues(folder):
@@ -159,7 +185,7 @@ def read_residues(read):
     return [(place, sorted(atoms)) for place, atoms in residues.items()]
 
 
-HISTIDINES = {"HISD": "HID", "HISE": "HIE", "HISH": "HIP", "HISD1": "HID"}
+HISTIDINES = {"HISD": "HID", "HISE": "HIE", "HISH": "HIP", "HID": "HID", "HIE": "HIE", "HIP": "HIP"}
 
 
 def is_whole(atoms):
@@ -168,13 +194,14 @@ def is_whole(atoms):
 
 
 def gromacs_line(lab, text, probe):
-    lines = protein_lines(text)
+    lines = polymer_lines(text)
     if not lines:
-        return "no protein", True
+        return "no chains", True
+    force_field = NUCLEIC if any(line[17:20].strip() in NUCLEOTIDES for line in lines) else PROTEIN
     with tempfile.TemporaryDirectory() as folder:
         with open(os.path.join(folder, "in.pdb"), "w", encoding="latin-1") as file:
-            file.write("\n".join(lines) + "\nEND\n")
-        run = subprocess.run(["gmx_d", "pdb2gmx", "-f", "in.pdb", "-ff", "oplsaa", "-water", "none", "-ignh", "-o", "o.pdb",
+            file.write("\n".join(lines_of_today(lines)) + "\nEND\n")
+        run = subprocess.run(["gmx_d", "pdb2gmx", "-f", "in.pdb", "-ff", force_field, "-water", "none", "-ignh", "-o", "o.pdb",
                               "-p", "t.top", "-chainsep", "ter", "-merge", "all"], cwd=folder, capture_output=True, text=True, check=False)
         if run.returncode != 0:
             reason = re.search(r"Fatal error:\s*(.*)", run.stderr)
@@ -187,11 +214,13 @@ def gromacs_line(lab, text, probe):
                 renamed.append(line)
                 continue
             block = theirs[keys.setdefault(line[21:27], len(keys))][0]
-            renamed.append(line[:17] + HISTIDINES.get(block, line[17:20]) + line[20:])
+            is_histidine = line[17:20] == "HIS"
+            renamed.append(line[:17] + (HISTIDINES[block[-4:] if force_field == PROTEIN else block[-3:]] if is_histidine
+                                        else line[17:20]) + line[20:])
         given = os.path.join(folder, "given.pdb")
         with open(given, "w", encoding="latin-1") as file:
             file.write("\n".join(renamed) + "\nEND\n")
-        read, refusal = energy(lab, given, "", "build", probe)
+        read, refusal = energy(lab, given, "", "build", probe, force_field)
         if read is None:
             return "refused: " + refusal[:100], False
     ours = read_residues(read)
@@ -207,7 +236,7 @@ def gromacs_line(lab, text, probe):
     atoms = sum(len(atoms) for _, atoms in theirs)
     if different:
         return f"{len(different)} of {len(theirs)} residues differ: " + ", ".join(different[:5]), False
-    return f"{atoms} atoms as pdb2gmx's" + (f", but {in_parts} residues that it leaves a part of a charge" if in_parts else ""), True
+    return f"{atoms} atoms as pdb2gmx's of {force_field}" + (f", but {in_parts} residues that it leaves a part of a charge" if in_parts else ""), True
 
 
 def audit(arguments, path, probe):
@@ -243,6 +272,11 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="files at a time")
     parser.add_argument("paths", nargs="+", help="structure files, or folders of them")
     arguments = parser.parse_args()
+    needs.files(PARAMETERS, *arguments.paths)
+    if not arguments.without_gromacs:
+        needs.programs("gmx_d")
+        arguments.without_gromacs = not needs.has_of_machine(
+            has_rdtscp(), "the instruction rdtscp, without which Debian's gmx_d does not run")
     failed = done = 0
     with tempfile.TemporaryDirectory() as folder:
         probe = os.path.join(folder, "probe.pdb")

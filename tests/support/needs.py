@@ -8,6 +8,7 @@ import sys
 FOLDERS = {
     "/usr/share/gromacs/": "gromacs-data",
     "/usr/share/pymol/": "pymol-data",
+    "/usr/share/apbs/": "apbs-data",
     "/usr/share/freesasa/": "freesasa",
     "/usr/share/glmark2/": "glmark2-data",
 }

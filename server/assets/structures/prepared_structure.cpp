@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string_view>
 #include <utility>
 
 #include "server/assets/structures/chain_links.hpp"
@@ -77,6 +78,16 @@ void check_hydrogens(const ForceField& force_field, Hydrogens hydrogens, const s
   }
 }
 
+/// Gives nucleotides of files from before 2007 the names of today: O5' for O5*, and DA for an A without the hydroxyl of C2'.
+void modernise_nucleotide(PdbResidue& residue) {
+  if (find_atom(residue, "C1*") != nullptr) {
+    for (PdbAtom& atom : residue.atoms) std::ranges::replace(atom.name, '*', '\'');
+  }
+  if (residue.name.size() != 1 || std::string_view("ACGTUI").find(residue.name) == std::string_view::npos) return;
+  const bool is_deoxyribose = find_atom(residue, "C2'") != nullptr && find_atom(residue, "O2'") == nullptr;
+  if (is_deoxyribose) residue.name = "D" + residue.name;
+}
+
 /// Hydrogens as needed: those given, unless the chosen chains have none and the force field has rules.
 Hydrogens needed_hydrogens(const PreparedStructure& structure, const ForceField& force_field,
                            const StructureSelection& selection) {
@@ -97,6 +108,7 @@ PreparedStructure read_residues(const std::filesystem::path& structure, const Fo
   PreparedStructure prepared;
   prepared.read = read_structure(structure);
   for (PdbResidue& residue : prepared.read.residues) {
+    modernise_nucleotide(residue);
     (is_chain_residue(force_field, residue.name) ? prepared.chains : prepared.others).push_back(std::move(residue));
   }
   prepared.read.residues.clear();

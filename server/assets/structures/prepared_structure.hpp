@@ -26,7 +26,8 @@ struct PreparedStructure {
   PdbStructure read;                        ///< what the reader left out; its residues are in `chains` and `others`
 };
 
-/// Reads a file and sorts its residues; nothing is added yet.
+/// Reads a file and sorts its residues; nothing is added yet. Nucleotides of files from before 2007 get the names of today: O5' for
+/// O5*, and DA for an A without the hydroxyl of C2'.
 /// Fails   MoleculeError: see read_structure()
 PreparedStructure read_residues(const std::filesystem::path& structure, const ForceField& force_field);
 

@@ -62,7 +62,10 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueContext& context) {
+/// Aliases of proteins are none of nucleotides: O2 is an atom of a base there, not a chain's end.
+bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
+                   const ResidueContext& context) {
+  if (alias.residue.starts_with("protein") && block.is_nucleotide()) return false;
   return alias.residue == "protein" || alias.residue == residue_name ||
          (alias.residue == "protein-nterm" && context.begins != ChainEnd::kBonded) ||
          (alias.residue == "protein-cterm" && context.ends != ChainEnd::kBonded);
@@ -73,8 +76,10 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   Names names;
   for (const PdbAtom& atom : residue.atoms) {
     std::string name = digit_last(atom.name);
+    // Of files before 2007.
+    if (block.is_nucleotide() && name == "C5M" && block.find(name) == nullptr) name = "C7";
     for (const AtomAlias& alias : force_field.aliases) {
-      if (alias.from == name && alias_applies(alias, residue.name, context)) {
+      if (alias.from == name && alias_applies(alias, residue.name, block, context)) {
         name = alias.to;
         break;
       }

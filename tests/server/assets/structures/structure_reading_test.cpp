@@ -301,6 +301,34 @@ TEST(Nucleotides, HaveTheBlocksOfAForceFieldThatKnowsThem) {
   EXPECT_THAT(molecule.notes, testing::ElementsAre("net charge -2 e"));
 }
 
+TEST(Nucleotides, OfFilesFromBefore2007AreThoseOfToday) {
+  const std::filesystem::path folder = test::kOplsDirectory.parent_path() / "amber99sb.ff";
+  TANDEM_NEEDS_FILES(folder);
+  // The last one is a pyrimidine, whose O2 is no end of a protein's chain.
+  const auto chain = [](const std::string& phosphate, const std::string& methyl, const std::string& prefix) {
+    const std::string sugar = "O5' C5' H5' H5'' C4' H4' O4' C1' H1' ", end = " C3' H3' C2' H2' H2'' O3'";
+    std::string first = sugar + "N9 C8 H8 N7 C5 C6 N6 H61 H62 N1 C2 H2 N3 C4" + end;
+    first.insert(3, " HO5'");
+    return residue_text(prefix + "A", first, 1) +
+           residue_text(prefix + "T",
+                        phosphate + sugar + "N1 C6 H6 C5 " + methyl + " H71 H72 H73 C4 O4 N3 H3 C2 O2" + end + " HO3'",
+                        2);
+  };
+  const docking::Molecule today = load_text(chain("P OP1 OP2 ", "C7", "D"), folder.string());
+  std::string old_text = chain("P O1P O2P ", "C5M", "");
+  for (std::size_t at = 0; (at = old_text.find('\'', at)) != std::string::npos;) {
+    // Hydrogens keep their names: they are known by their atoms.
+    if (old_text[at - 1] != '\'' && old_text[at + 1] != '\'') old_text[at] = '*';
+    ++at;
+  }
+  const docking::Molecule before = load_text(old_text, folder.string());
+  EXPECT_TRUE(today.guessed.empty()) << today.guessed.begin()->second;
+  EXPECT_TRUE(before.guessed.empty()) << before.guessed.begin()->second;
+  EXPECT_EQ(before.types, today.types);
+  EXPECT_EQ(before.charge_e, today.charge_e);
+  EXPECT_NEAR(charge_of(today), -1, 1e-4);
+}
+
 TEST(Ions, HaveTheChargesOfTheirBlocks) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
   const std::string text = residue_text("GLY", "N CA C O", 1) +
