@@ -7,8 +7,10 @@ import unittest
 import bounds
 import compare_results
 import count_types
+import grammar
 import includes
 import links
+import same_code
 import skips
 import words
 
@@ -26,6 +28,62 @@ class Tree(unittest.TestCase):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
         return path
+
+
+class SameCode(unittest.TestCase):
+    def same(self, one, two, name="a.cpp", renamed=None, ignores_strings=False):
+        found, self.strings = same_code.difference(same_code.tokens_of(name, one), same_code.tokens_of(name, two), renamed or {},
+                                                   ignores_strings)
+        return found is None
+
+    def test_comments_and_lines_are_no_code(self):
+        self.assertTrue(self.same("int a = 1;  // one\n", "/* the\n first */\nint a\n  = 1;\n"))
+        self.assertTrue(self.same('f("a" "b");', 'f("ab");  // joined'))
+        self.assertTrue(self.same("#define A 1\nint b;", "#define A 1  // one\n\nint b;"))
+
+    def test_other_code_is_found(self):
+        self.assertFalse(self.same("int a = 1;", "int a = 2;"))
+        self.assertFalse(self.same("int a;", "// int a;"))
+        self.assertFalse(self.same('f("// no comment");', 'f("");'))
+        self.assertFalse(self.same("#define A 1\nint b;", "#define A 1 int b;"))
+        self.assertFalse(self.same("x = R\"(a // b)\";", "x = R\"(a)\";"))
+        self.assertFalse(self.same("c = '\"'; // a", "c = '\"';  b"))
+        self.assertTrue(self.same("n = 1'000; // a", "n = 1'000;"))
+
+    def test_names_and_strings_change_only_where_that_is_allowed(self):
+        self.assertFalse(self.same("told();", "received();"))
+        self.assertTrue(self.same("told();", "received();", renamed={"told": "received"}))
+        self.assertFalse(self.same('f("a");', 'f("b");'))
+        self.assertTrue(self.same('f("a");', 'f("b");', ignores_strings=True))
+        self.assertEqual(self.strings, [('"a"', '"b"')])
+
+    def test_docstrings_of_python_are_prose(self):
+        self.assertTrue(self.same('def f():\n    """One."""\n    return 1\n', 'def f():\n    """Two."""\n    return 1  # 1\n', "a.py"))
+        self.assertFalse(self.same('x = "a"\n', 'x = "b"\n', "a.py"))
+        self.assertFalse(self.same("if a:\n    b()\nc()\n", "if a:\n    b()\n    c()\n", "a.py"))
+
+
+class Grammar(Tree):
+    def count(self, text):
+        self.write("common/base/a.hpp", text)
+        count = grammar.measure(self.root, ["common/base"])["common/base"]
+        return count["comments"], len(count["bare"]), len(count["clause"])
+
+    def test_comments_without_a_subject_are_counted(self):
+        self.assertEqual(self.count("/// What is told.\nint a;  ///< of the last\n"), (2, 2, 1))
+        self.assertEqual(self.count("// The bound of what\n// was sent.\n"), (1, 0, 1))
+        self.assertEqual(self.count("// So many\n\n// Who joined\n"), (2, 2, 1))
+
+    def test_plain_ones_are_not(self):
+        self.assertEqual(self.count("/// The last state that was received [s].\nint a;  ///< its age\n"), (2, 0, 0))
+        self.assertEqual(self.count('f("// what");\n'), (0, 0, 0))
+        self.assertEqual(self.count("/// Copies it.\n/// In      name  the user who joined\n"), (2, 0, 0))
+
+    def test_a_ceiling_is_held(self):
+        self.write("common/base/a.hpp", "/// What is told.\n")
+        counts = grammar.measure(self.root, ["common/base"])
+        self.assertEqual(len(list(grammar.breaches(counts, {"common/base": {"bare": 0, "clause": 0}}))), 2)
+        self.assertEqual(list(grammar.breaches(counts, {"common/base": {"bare": 100, "clause": 100}})), [])
 
 
 class Includes(Tree):
