@@ -42,7 +42,7 @@ class ServerSetup(ProgramTest):
         lines = ["ATOM  %5d  %-3s ALA A%4d    %8.3f%8.3f%8.3f  1.00  0.00           %s" %
                  (i + 1, names[i % 5], i // 5 + 1, 1.5 * (i % 16), 1.5 * (i // 16 % 16), 1.5 * (i // 256), names[i % 5][0])
                  for i in range(4000)]
-        shape = {"molecule": {"file": self.write("large.pdb", "\n".join(lines) + "\nEND\n")}}
+        shape = {"molecule": {"file": self.write("large.pdb", "\n".join(lines) + "\nEND\n"), "hydrogens": "given"}}
         bodies = [{"name": name, "shapes": [shape], "mass_kg": 0.2, "placement": {"position_m": [x, 0, 0]}}
                   for name, x in (("a", -0.5), ("b", 0.5))]
         return self.start_with({"name": "large", "bodies": bodies, "tools": [{"name": "t"}], "limits": limits})

@@ -26,10 +26,13 @@ constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
 constexpr double kGivenHydrogenBondAngstrom = 1.5;  // from a given hydrogen to its atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// About a group's carrier: what its hydrogens and those of others reach from either side.
-constexpr double kReachAngstrom = 6.5;
+/// Heavy atoms that far from a group's carrier are too far from its hydrogens to matter, and so are hydrogens on atoms 1 Å beyond.
+constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
+/// Some 2 s; 4JSV with 44,000 atoms needs 31 million. Damaged and hostile files, whose atoms
+/// lie on each other, have any number of pairs.
+constexpr std::size_t kMaxPairs = 50'000'000;
 /// Moves below these end a search: much less than what coordinates of files have.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
@@ -95,13 +98,13 @@ class Relaxation {
     if (active.size() > kMaxGroups) active.resize(kMaxGroups);
     for (int round = 0; round < kMaxRounds; ++round) {
       bool has_moved = false;
-      for (RelaxedGroup* group : active) has_moved |= group->built->turns && turn(*group);
+      for (RelaxedGroup* group : active) has_moved |= group->built->turns && may_go_on() && turn(*group);
       if (!has_moved) break;
     }
     std::erase_if(active, [this](RelaxedGroup* group) { return !clashes(*group, kMovedShare); });
     for (int round = 0; round < kMaxRounds; ++round) {
       bool has_moved = false;
-      for (RelaxedGroup* group : active) has_moved |= bend(*group);
+      for (RelaxedGroup* group : active) has_moved |= may_go_on() && bend(*group);
       if (!has_moved) break;
     }
     write_back();
@@ -208,7 +211,7 @@ class Relaxation {
   }
 
   void find_neighbours() {
-    const AtomGrid grid(kReachAngstrom, positions());
+    const AtomGrid grid(kReachOfCarriersAngstrom + 1, positions());
     for (RelaxedGroup& group : groups_) {
       const RelaxedAtom& carrier = atoms_[group.carrier];
       std::vector<std::size_t> bonded = carrier.bonds, second = bonded;
@@ -221,7 +224,10 @@ class Relaxation {
         const RelaxedAtom& atom = atoms_[i];
         const bool is_bonded = atom.is_hydrogen ? std::ranges::find(bonded, atom.carrier) != bonded.end()
                                                 : std::ranges::find(second, i) != second.end();
-        if (!is_bonded && (atom.p - carrier.p).norm() < kReachAngstrom) group.near.push_back(i);
+        if (is_bonded || (atom.is_hydrogen && atom.carrier == kNoAtom)) return;
+        const bool is_near = atom.is_hydrogen ? (atoms_[atom.carrier].p - carrier.p).norm() < kReachOfCarriersAngstrom
+                                              : (atom.p - carrier.p).norm() < kReachAngstrom;
+        if (is_near) group.near.push_back(i);
       });
       if (group.built->turns) choose_barrier(group, carrier);
     }
@@ -255,11 +261,14 @@ class Relaxation {
     const RelaxedAtom& h = atoms_[hydrogen];
     const RelaxedAtom& atom = atoms_[other];
     const double r = std::max(kNearest_angstrom, (place - atom.p).norm());
-    const double sixth = std::pow(contact_angstrom(h, atom) / r, 6);
+    const double ratio = contact_angstrom(h, atom) / r, cube = ratio * ratio * ratio, sixth = cube * cube;
     return (may_bond(h, atom) ? kHydrogenBondWell : kWell) * sixth * (sixth - 2);
   }
 
-  double energy_at(const RelaxedGroup& group, std::size_t n, const Vec3& place) const {
+  bool may_go_on() const { return pairs_ < kMaxPairs; }
+
+  double energy_at(const RelaxedGroup& group, std::size_t n, const Vec3& place) {
+    pairs_ += group.near.size();
     double energy = 0;
     for (const std::size_t i : group.near) energy += pair_energy(group.atoms[n], place, i);
     return energy;
@@ -290,7 +299,7 @@ class Relaxation {
     });
   }
 
-  double energy_turned(const RelaxedGroup& group, double angle_rad) const {
+  double energy_turned(const RelaxedGroup& group, double angle_rad) {
     double energy = group.barrier / 2 * (1 - std::cos(group.periods * angle_rad));
     for (std::size_t n = 0; n < group.atoms.size(); ++n) energy += energy_at(group, n, group.turned(n, angle_rad));
     return energy;
@@ -321,7 +330,7 @@ class Relaxation {
     return has_moved;
   }
 
-  double energy_bent(const RelaxedGroup& group, std::size_t n, const Vec3& place) const {
+  double energy_bent(const RelaxedGroup& group, std::size_t n, const Vec3& place) {
     return energy_at(group, n, place) + kBendPerAngstrom2 * (place - group.turned(n, group.turn_rad)).squaredNorm();
   }
 
@@ -409,6 +418,7 @@ class Relaxation {
 
   std::vector<RelaxedAtom> atoms_;
   std::vector<RelaxedGroup> groups_;
+  std::size_t pairs_ = 0;  ///< energies of pairs that were computed
 };
 
 }  // namespace

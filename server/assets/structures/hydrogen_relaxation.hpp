@@ -41,7 +41,7 @@ struct RelaxedHydrogens {
 ///         at an atom of a plane n 2 and V 14; of bending 100 for each Å² from the turned place
 /// Source  barriers of ethane, methanol and phenol: Lowe, Prog. Phys. Org. Chem. 6 (1968) 1
 /// In      parts  a part whose heavy atoms come nearer than 1 Å to those of the first lies in another frame, and is left out
-/// Bounded: of groups that clash at most 5,000 move, those that clash most
+/// Bounded: of groups that clash at most 5,000 move, those that clash most, and all together for some 2 s
 RelaxedHydrogens relax_hydrogens(std::span<const RelaxedPart> parts);
 
 }  // namespace tandem::server

@@ -118,11 +118,12 @@ bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
   if (ca == nullptr || c == nullptr || o == nullptr) return false;
   const Vec3 inwards = (ca->position_angstrom - c->position_angstrom).normalized() +
                        (o->position_angstrom - c->position_angstrom).normalized();
+  constexpr double kMinOfALine = 0.1;  // CA, C and O on a line name no direction
+  if (!(inwards.norm() > kMinOfALine)) return false;
   PdbAtom atom;
   atom.name = "OXT";
   atom.element = "O";
   atom.position_angstrom = c->position_angstrom - kCarboxylateAngstrom * inwards.normalized();
-  if (!is_finite(atom.position_angstrom)) return false;
   residue.atoms.push_back(std::move(atom));
   return true;
 }

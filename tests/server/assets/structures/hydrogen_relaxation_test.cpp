@@ -127,6 +127,20 @@ TEST(HydrogenRelaxation, AStructureBesideCountsAndOneInAnotherFrameDoesNot) {
   EXPECT_GT((first.hydrogen(0) - beside.hydrogen(0)).norm(), docking::kClashShare * 2.2);
 }
 
+TEST(HydrogenRelaxation, OfAtomsThatLieOnEachOtherEndsInSeconds) {
+  std::mt19937 random(static_cast<std::uint32_t>(test::test_seed(1)));
+  std::uniform_real_distribution<double> anywhere(0, 10);
+  Structure structure;
+  for (int n = 0; n < 1500; ++n) {
+    const Vec3 oxygen(anywhere(random), anywhere(random), anywhere(random));
+    structure.add({std::to_string(n), oxygen, oxygen - Vec3(1.43, 0, 0), oxygen + Vec3(1, 0, 0)});
+  }
+  relax_hydrogens(std::vector{structure.part()});
+  for (std::size_t r = 0; r < structure.chains.size(); ++r) {
+    EXPECT_NEAR((structure.hydrogen(r) - structure.groups[r].carrier_angstrom).norm(), 1, 1e-9);
+  }
+}
+
 PreparedStructure built(const std::filesystem::path& file) {
   const ForceField force_field = load_force_field(test::kOplsDirectory);
   PreparedStructure structure = read_residues(file, force_field);

@@ -131,5 +131,20 @@ TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
   EXPECT_FALSE(report.missing.empty());
 }
 
+TEST(BuiltHydrogens, AChainThatEndsOnALineHasNoSecondOxygen) {
+  TANDEM_NEEDS_FILES(test::kOplsDirectory);
+  std::string text;
+  for (const auto& [name, x] : std::map<std::string, double>{{" N  ", 0}, {" CA ", 1.5}, {" C  ", 3}, {" O  ", 4.5}}) {
+    test::PdbLine line;
+    line.name = name;
+    line.x = x;
+    text += test::to_text(line);
+  }
+  const test::PdbFile file(text);
+  StructureReport report;
+  load_molecule(file.path(), {}, test::kOplsDirectory, Hydrogens::kBuild, &report);
+  EXPECT_TRUE(report.built.empty()) << report.built.front();
+}
+
 }  // namespace
 }  // namespace tandem::server
