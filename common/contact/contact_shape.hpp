@@ -27,7 +27,7 @@ struct ContactShape {
   /// Depth at which contact becomes rigid: less than half of the thickness of the shape's thin places, so that a
   /// pressing point stops before the far side of a wall is the nearer one.
   double rigid_depth_m = 5e-4;
-  double half_thickness_m = 1.25e-3;  ///< of the shape's thin places; kMaxHalfThickness at most
+  double half_thickness_m = 1.25e-3;  ///< half thickness of the shape's thin places; kMaxHalfThickness at most
   double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball
   Rod rod;                            ///< the shape as a rod, if it is a rod or a ball
 
@@ -99,7 +99,7 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
 /// the spacing along each axis, normals within 0.1°. The result of make_contact_mesh() is quantised in the same way, so
 /// that server and clients have identical shapes to the bit.
 ///
-/// In      packing_level  of zstd; 0: not packed
+/// In      packing_level  level of zstd; 0: not packed
 std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int packing_level = kPackingLevel);
 /// Null for bytes that are not a whole asset of this version, or for a shape of more than `limit_bytes` of memory. Safe
 /// for hostile bytes: reading takes at most four times `limit_bytes`, and the time to fill it.

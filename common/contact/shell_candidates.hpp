@@ -122,7 +122,7 @@ class ShellCandidates {
 
   const PointShell* shell_ = nullptr;
   const DistanceField* field_ = nullptr;
-  Vec3 points_centre_P_ = Vec3::Zero();  ///< of a ball around the shell's points
+  Vec3 points_centre_P_ = Vec3::Zero();  ///< centre of a ball around the shell's points
   double points_radius_m_ = 0;
   Vec3 solid_centre_F_ = Vec3::Zero();  ///< centre of a ball around the solid of `field_`
   double solid_radius_m_ = 0;

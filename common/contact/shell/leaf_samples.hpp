@@ -56,7 +56,7 @@ class LeafSamples {
   ///
   /// In      gone_m    accumulated motion now
   ///         before_m  bound of the points that were not sampled, to which `lags` are relative
-  /// Out     lags      of all points
+  /// Out     lags      lag of each point
   double asked_again(double gone_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Estimated number of points of the node that are nearer than the band.
   std::size_t near_count(double band_m) const;
