@@ -132,7 +132,8 @@ class BrickSampler {
     return is_bad;
   }
 
-  /// Marks a bad cell. A crease has larger errors and may cross neighbouring cells without an error in their middles.
+  /// Marks a bad cell. An error as large as that of a crease also marks its neighbours: the crease may cross them
+  /// without an error in their middles.
   void mark_bad(const Halves& at, int step, bool with_neighbours) {
     is_bad_[cell_of(at, step)] = true;
     if (!with_neighbours) return;

@@ -166,9 +166,9 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 }
 
 // Limits the depth of contacts that a coarse search found late. A search over its budget samples some of the points
-// only. A contact that is deeper than it was, and than all contacts were, by more than its motion existed before and
-// was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth the limit does not grow: the
-// contact stops further motion but does not push out, else both sides of a pierced thin wall would drive it.
+// only. If a contact is deeper than before, and than all previous contacts, by more than its motion, it existed before
+// and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth the limit does not grow:
+// the contact stops further motion but does not push out, else both sides of a pierced thin wall would drive it.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
   const double deepest_before_m = std::exchange(deepest_m_, 0);
@@ -356,7 +356,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
 }
 
 // Both lists are in the order of their points. A contact that represents several points takes the mean of their
-// bristles and passes it to each of them, so that friction holds when contact gets coarser or finer.
+// bristles and passes it to each of them. Friction thus holds when contact gets coarser or finer.
 void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                                  const Eigen::Matrix3d& turn_of_b) noexcept {
   for (; now < now_end; ++now) {

@@ -38,8 +38,7 @@ struct ContactPoint {
 inline constexpr std::uint32_t kContactBudget = 768;
 
 /// Contacts of shape A with shape B, searched in each step. Stores a lower bound of the distance of each far part of
-/// the tree, that is, how far the shapes may move before the part can be near.
-///
+/// the tree: the shapes may move by that much before the part can be near.
 /// Model   Surface points of each shape are sampled in the distance field of the other, each for half of its area.
 ///         Inside a plane of the larger shape, the smaller shape's points count with their whole area: there, few
 ///         points of the larger shape would press beside the edges of a small tip and push it sideways. A shape whose
@@ -67,8 +66,8 @@ class ContactPair {
   ///         contacts of add_ball_on_plane(), whose force is the limit of its points' force as they get finer. Near an
   ///         edge, the last millimetre of motion decides whether these contacts or the ball's points are used. Thin
   ///         rods and balls have the contacts of RodContacts, except for flat ends and their edges
-  /// In      band_m  beyond a field's `band_m()`, depths are only as accurate as its sample(): a look-ahead for fast
-  ///         motion
+  /// In      band_m  search distance outside of the surface. Beyond a field's `band_m()`, depths are as accurate as its
+  ///         sample(), which suffices for looking ahead in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 

@@ -17,9 +17,8 @@ struct ReducedContact {
 };
 
 /// Net wrench of pressing contacts on A about `about_W`, without friction, and its derivative with respect to the
-/// motion of A (translation [m], then rotation about `about_W` [rad], both in W). B is at rest, and its surface is
-/// taken as flat at each contact.
-///
+/// motion of A. The motion is a translation [m], then a rotation about `about_W` [rad], both in W. B is at rest, and
+/// its surface is taken as flat at each contact.
 /// Model   With r = p − about, a motion (δt, δθ) of A moves a contact by δp = δt + δθ × r and changes its depth by
 ///         −n·δp. The force follows with its stiffness, and its lever with δp (`about_W` itself does not move):
 ///         δf = −s n (n·δp),  δτ = r × δf + δp × f
@@ -46,9 +45,10 @@ inline constexpr std::size_t kReducedContacts = 16;
 /// Source  the pattern: two-level fractional factorial designs (Box & Hunter, Technometrics 3, 1961); its use: the
 ///         sigma points of Julier & Uhlmann, "Unscented filtering and nonlinear estimation", Proc. IEEE 92, 2004;
 ///         sharing: fuzzy c-means (Bezdek 1981); the bending is ours
-/// Out     number of contacts written. The derivative (Frobenius norm, about the middle of the patch, lengths in units
-///         of its radius) of 16 is right to rounding on planes, to 0.2 % on spheres, 5 % in grooves, 8 % in corners and
-///         around pegs (worst of 2,000 random patches each); it changes by that much when contacts just cease to fit
+/// Out     number of contacts written. The derivative of 16 (Frobenius norm, about the middle of the patch, lengths in
+///         units of its radius) is right to rounding on planes. The worst errors of 2,000 random patches each are 0.2 %
+///         on spheres, 5 % in grooves, and 8 % in corners and around pegs. The derivative changes by that much when
+///         contacts just cease to fit
 /// Fails   none written: more contacts press than fit, and `out` has fewer than 8 slots
 /// Cost    0.1 µs a contact and 12 µs; no allocation
 std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiffness_n_per_m3,

@@ -128,7 +128,8 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
     const bool is_opposite = is_opposite_at(limit_m * i / steps);
     if (is_opposite && was_opposite) {
       double low_m = limit_m * (i - 2) / steps, high_m = limit_m * (i - 1) / steps;
-      // Whether the shape is too thin to hold needs a finer resolution; the rigid depth is at its minimum there anyway.
+      // The check for shapes too thin to hold needs a finer resolution than a step; the rigid depth is at its minimum
+      // there anyway.
       while (kRigidShare * high_m < kMinRigidDepth && high_m - low_m > kThinnessError_m) {
         const double middle_m = (low_m + high_m) / 2;
         (is_opposite_at(middle_m) ? high_m : low_m) = middle_m;

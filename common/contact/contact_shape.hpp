@@ -24,8 +24,8 @@ struct ContactShape {
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
-  /// Depth at which contact becomes rigid: less than half of the thickness of the shape's thin places, so that a
-  /// pressing point stops before the far side of a wall is the nearer one.
+  /// Depth at which contact becomes rigid: less than half of the thickness of the shape's thin places. A pressing point
+  /// thus stops before the far side of a wall is the nearer one.
   double rigid_depth_m = 5e-4;
   double half_thickness_m = 1.25e-3;  ///< half thickness of the shape's thin places; kMaxHalfThickness at most
   double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball

@@ -72,18 +72,14 @@ struct SolverReport {
 /// Implicit Euler with contact as a potential.
 ///
 /// Model   For each island of bodies that touch, the velocities V that minimise
-///         ½ (V − V*)ᵀ M (V − V*) + contact, friction and coupling as potentials of V (ContactRows, CouplingTerm), V* =
-///         V₀ + h M⁻¹ w_ext; that is M (V − V*) = h Σ forces at the end of the step. The problem is convex. Newton's
-///         method has a line search on the slope along the step. In the first iterations friction is limited by the
-///         normal force of the current iterate, later by that of the last of these iterates. Contact planes and inertia
-///         are those at the start of the step. The solution has no gyroscopic torque: the caller advances the pose at
-///         constant angular momentum (RigidBody::advance()).
+///         ½ (V − V*)ᵀ M (V − V*) + contact, friction and coupling as potentials of V (ContactRows, CouplingTerm),
+///         V* = V₀ + h M⁻¹ w_ext; that is M (V − V*) = h Σ forces at the end of the step. The problem is convex.
+///         Newton's method has a line search on the slope along the step. In the first iterations friction is limited
+///         by the normal force of the current iterate, later by that of the last of these iterates. Contact planes and
+///         inertia are those at the start of the step. The solution has no gyroscopic torque: the caller advances the
+///         pose at constant angular momentum (RigidBody::advance()).
 ///         Beyond the rigid depth, each contact is stiff enough to stop the whole island, including the hands, from 1
 ///         m/s within 0.1 mm.
-/// Source  our derivation
-/// Fails   see SolverReport; outputs are always finite
-/// Cost    linear in contacts, cubic in the bodies of an island; one body at rest on 285 contacts: 8 µs
-/// Thread  one at a time; after construction no allocation as long as the limits hold
 /// Source  our derivation
 /// Fails   see SolverReport; outputs are always finite
 /// Cost    linear in contacts, cubic in the bodies of an island; one body at rest on 285 contacts: 8 µs

@@ -25,8 +25,8 @@ class BrickLattice;
 /// Model   Trilinear interpolation of exact samples. The gradient is that of the interpolant, so that force is the
 ///         gradient of one potential. Where bricks of different resolution meet, the finer one's border follows the
 ///         coarser's interpolation: the distance is continuous wherever there are bricks, so in the whole band. Beyond
-///         the band, distance_m() returns a lower bound that accounts for the interpolation error, while sample()
-///         returns the interpolated distance, whose slope is useful for looking ahead. There |distance_m()| ≤
+///         the band, distance_m() returns a lower bound that accounts for the interpolation error. sample() returns the
+///         interpolated distance there, whose slope is useful for looking ahead, so that |distance_m()| ≤
 ///         |sample().distance_m|. Outside of the lattice, sample() measures the distance to the surface point that the
 ///         nearest border point of the lattice refers to.
 /// Source  Frisken, Perry, Rockwood, Jones, "Adaptively sampled distance fields", SIGGRAPH 2000, for the refinement by
@@ -100,7 +100,7 @@ class DistanceGrid final : public DistanceField {
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
   /// Bound of the interpolation error beyond the band: half a cell's diagonal for the samples of each lattice from the
-  /// coarsest on. A distance changes by no more than the way, so interpolation errs by less.
+  /// coarsest on. Interpolation errs by less, since a distance has the Lipschitz constant 1.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));

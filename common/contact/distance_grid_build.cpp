@@ -253,7 +253,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& m
     const double excess =
         builder.lay_out(mesh.kind == geometry::SurfaceKind::kSolid) / static_cast<double>(options.max_grid_bytes);
     if (excess > 1) {
-      // The number of bricks is the area over the square of their edge.
+      // The number of bricks is proportional to the area over the square of their edge.
       const double wider = std::sqrt(kWidenFor * excess);
       fitting.cell_m *= wider;
       fitting.tolerance_m *= wider;

@@ -39,7 +39,7 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   while (index < shell.nodes.size()) {
     const ShellNode& node = shell.nodes[index];
     const double depth = -field.distance_m(X_FS * node.centre_S.cast<double>());
-    // The ball contains the points: if its centre is deeper by its radius, all of them are deep enough.
+    // The ball contains the points: if its centre is deeper than `depth_m` by more than its radius, so are all of them.
     if (depth > depth_m + node.radius_m) return true;
     const bool may_be_deeper = depth + node.radius_m > depth_m;
     if (may_be_deeper && node.is_leaf) {

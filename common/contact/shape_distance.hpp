@@ -8,7 +8,7 @@ namespace tandem::contact {
 /// Gap between the surfaces, negative when they overlap; infinite when it is more than `limit_m`.
 ///
 /// Model   Smallest distance of a point of either shell in the other's field, found by branch and bound over the
-///         shells' trees, then refined by alternating projections between the surfaces (von Neumann). Overlap is
+///         shells' trees. It is refined by alternating projections between the surfaces (von Neumann). Overlap is
 ///         accurate to the spacing of the shells' points
 /// Thread  any; no allocation
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,

@@ -25,8 +25,8 @@ constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
 // Largest motion in a step that counts as slow.
 constexpr double kSlow_m = 2e-5;
-// After so many steps at a level, with more than this share of the room for the cut in use, join_far() joins two nodes
-// if both bounds exceed the band by kJoinBeyond_m.
+// Conditions for join_far(): this many steps at a level, and more than this share of the room for the cut in use. It
+// joins two nodes if both bounds exceed the band by kJoinBeyond_m.
 constexpr std::uint32_t kStepsToJoin = 100;
 constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 3e-4;
 

@@ -29,12 +29,12 @@ struct ContactWork {
 
 /// The points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
-/// Model   A cut through the tree. Each node of it has a lower bound of the distance of its points, and it is queried
+/// Model   A cut through the tree. Each of its nodes has a lower bound of the distance of its points. A node is queried
 ///         again only when its part of the shell and the field have moved by that bound against each other. No point of
 ///         a node is nearer than distance(centre) − radius; a leaf has its points sampled. Where more points are near
-///         than there is room for, the pressing points of a leaf are merged into one candidate, with their force and
-///         moment, and the others into a second. If these still are too many, larger nodes become leaves, with as many
-///         sampled points: first nodes that cannot press, then those that may
+///         than there is room for, the pressing points of a leaf are merged into one candidate with their force and
+///         moment. The other near points are a second candidate. If these still are too many, larger nodes become
+///         leaves, with as many sampled points: first nodes that cannot press, then those that may
 /// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: allowance for motion; the
 ///         cut, the bound of the motion and the larger leaves are ours
 /// Thread  one at a time; no allocation after construction

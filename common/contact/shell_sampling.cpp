@@ -222,8 +222,9 @@ class Spreader {
     return bumps;
   }
 
-  /// Height of a point along its normal. It is above all samples within reach, which a flat body would miss; or above
-  /// most of those about one spacing away, between whose counterparts on another body it would slip.
+  /// Height of a point along its normal: the larger of two values. The first is that above all samples within reach; a
+  /// flat body would miss such a point. The second is that above most samples about one spacing away; the point would
+  /// slip between such samples of another body.
   float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
     const float ring_outside = 1.25F * reach_;
@@ -278,7 +279,7 @@ class Spreader {
   std::vector<Eigen::Vector3f> near_;  // samples that can cover the current patch
   std::vector<float> ring_drops_;
   std::size_t sharp_count_ = 0;     // end of the sharp features, the first samples
-  std::size_t smooth_end_ = 0;      // begin of the bumps, the last samples
+  std::size_t smooth_end_ = 0;      // start of the bumps, the last samples
   Random random_{0x7368656C6CULL};  // any seed, but a constant one
 };
 
@@ -312,7 +313,8 @@ class Shares {
  private:
   // Size in spacings up to which a piece has one owner.
   static constexpr float kGrain = 0.25F;
-  // Share of its area that a sharp sample keeps: a box on its edge then presses as a foundation of its faces does.
+  // Share of its area that a sharp sample keeps: a box on its edge then presses like an elastic foundation of its
+  // faces.
   static constexpr double kEdgeShare = 0.15;
   static constexpr float kSameSide = 0.98F,
                          kSharp = 0.5F;  ///< cosines of normals; flatter folds are not sharp

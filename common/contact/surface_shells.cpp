@@ -190,7 +190,7 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
-  // A primitive has no bumps. With wide spacing all corners of its outline would count as some; a ball of 10 m took 10
+  // A primitive has no bumps. With wide spacing all corners of its outline would count as bumps; a ball of 10 m took 10
   // s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});

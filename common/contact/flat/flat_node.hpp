@@ -39,7 +39,7 @@ inline constexpr std::size_t kMaxFlatCorners = 8;
 /// Moments of a node's points that lie within a few micrometres of a plane, and their polygon.
 ///
 /// Model   Area, mean and covariance of the points. Four points at mean ± deviations, each with a quarter of the area,
-///         have the same moments, so that a force that is linear over the node has the same sum and moment. Where the
+///         have the same moments. A force that is linear over the node thus has the same sum and moment. Where the
 ///         points cover a convex polygon evenly, the same is true of each part of the polygon
 struct FlatNode {
   Eigen::Vector3f mean_S = Eigen::Vector3f::Zero();
@@ -62,8 +62,8 @@ struct FlatNode {
   OrientedBox box_S() const;
 };
 
-/// Ranges of a node's points in order that its four points represent: divided where the tree divides the node and its
-/// halves. Each of the four thus represents the points nearest to it.
+/// Borders of four consecutive ranges of a node's points, one for each of its four points. The tree divides the node
+/// and its halves there, so that each of the four represents the points nearest to it.
 std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
 /// Finds the flat nodes among those with more points than a leaf, and all nodes below them.

@@ -27,7 +27,7 @@ constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
 // Size of parts, in spacings of points: each part of this size on the surface contains a point.
 constexpr double kPart = 2;
-// Share of a part inside the polygon from which it counts as a whole part.
+// Least share of a part inside the polygon for it to count as a whole part.
 constexpr double kWholePart = 0.8;
 // Tolerances of a polygon: omitted length around its points, and shift of its sides from their hull.
 constexpr double kLost_m = 2e-4;
@@ -77,7 +77,7 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // Narrow: there are fewer points.
+  // A narrow polygon has fewer points than parts.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
@@ -90,7 +90,7 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
 /// Whether each cell of a polygon has its share of the points' area.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
-  // The axes of another line in the plane may be those of another plane.
+  // Axes that were found for a line may not be those of the points' plane: the box is then too thick.
   if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
   constexpr int kCells = 4;  // along each side; an empty cell rejects the polygon
   Eigen::Array2i cells(kCells, kCells);

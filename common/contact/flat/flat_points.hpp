@@ -26,8 +26,8 @@ Moments moments_of(std::span<const ShellPoint> points);
 /// Box around the points along these axes.
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
 
-/// The rectangle of `box`, if the points cover it evenly: their mean and covariance are the rectangle's, each of its
-/// cells has its share of the area, and each part twice as wide as the points' spacing contains a point.
+/// The rectangle of `box`, if the points cover it evenly. Their mean and covariance must be the rectangle's, and each
+/// of its cells must have its share of the area. Each part twice as wide as the points' spacing must contain a point.
 std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
                                      const OrientedBox& box);
 /// A convex polygon with the mean and covariance of the points, if they cover one evenly.

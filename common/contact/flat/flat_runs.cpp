@@ -169,7 +169,7 @@ Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eige
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
   axes.col(2) = axes.col(0).cross(axes.col(1));
-  // For points on a line, any rectangle is as small.
+  // For points on a line, all such rectangles have the same area.
   if (solver.eigenvalues()[1] <= 1e-6 * solver.eigenvalues()[2]) return axes;
   std::vector<Eigen::Vector2d> places;
   places.reserve(points.size());

@@ -79,7 +79,7 @@ struct Four {
     const double uu = std::max(0.0, moments(1, 1) / area - mean_u * mean_u);
     const double uv = moments(2, 1) / area - mean_u * mean_v;
     const double vv = std::max(0.0, moments(2, 2) / area - mean_v * mean_v);
-    // The Cholesky factor of the covariance turns with it and is continuous.
+    // The Cholesky factor follows the covariance continuously.
     const double along = std::sqrt(uu);
     const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
     const double across = std::sqrt(std::max(0.0, vv - shear * shear));
@@ -174,8 +174,8 @@ class NodeContacts {
   /// Adds the parts of a polygon: for each plane the part where it is the nearest, divided into pressing and not
   /// pressing.
   ///
-  /// In      is_sliced  whether parts that do not press, or will soon be rigid, are cut into slices of depth, which
-  ///         shows the nearest place; other parts are four contacts
+  /// In      is_sliced  cut parts that do not press, or will soon be rigid, into slices of depth, so that the nearest
+  ///         place is not hidden; other parts are four contacts
   /// Out     false: there would be more contacts than ids of points, or than there is room for
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
@@ -372,7 +372,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.look_at(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // This node may use all room except the share of later nodes, which may also use the rest of this node's.
+    // This node may use all room except that reserved for later nodes; they may also use the room that it leaves.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

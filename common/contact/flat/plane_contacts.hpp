@@ -19,7 +19,7 @@ struct ShellNode;
 inline constexpr std::uint32_t kSmallNode = 32;
 inline constexpr std::size_t kMaxNodeContacts = 8;
 inline constexpr std::size_t kLeafContacts = 2;
-/// Number of contacts that must be free for a node above planes.
+/// Number of contacts for which a node above planes needs room.
 std::size_t least_contacts_of(const ShellNode& node);
 
 /// Contacts of a shell's points (frame P) with planes of a field (frame F), one node at a time.

@@ -339,7 +339,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
   // Check that the largest distance of these planes is the field's everywhere, also in blocks with some of the planes
-  // only. Planes found on the way can only be above the part that is outside so far.
+  // only. A block outside of the shape may be above a plane that is found later, so it is checked again when the set
+  // has grown.
   bool is_below_outside = false;
   const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {
     if (is_largest(all, index, middle, edge_m)) return true;

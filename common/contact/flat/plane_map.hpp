@@ -72,8 +72,8 @@ class PlaneMap {
   double brick_m_ = 1;
   /// For each brick: the common index of its blocks, or kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For each brick that is not mixed: the planes that may be added to its set, since they are nowhere nearer. For a
-  /// brick far outside: the planes that all of it is above.
+  /// For each brick that is not mixed: the planes that may be added to its set, since their distance is nowhere the
+  /// largest. For a brick far outside: the planes that all of it is above.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;
   static constexpr std::uint32_t kFirstMixed = 256;

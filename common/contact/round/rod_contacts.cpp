@@ -17,7 +17,7 @@ constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// Middle part of a strip as a share of its width, with the mean depths of the middle and of the rest in units of the
+// Middle part of a strip as a share of its width. The mean depths of the middle and of the rest are in units of the
 // depth of the middle line.
 constexpr double kMiddle = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddle * kMiddle / 3;
@@ -101,7 +101,7 @@ struct End {
     other_share = other.is_ball() ? 1 : round_share(other, beyond_m < 0 ? beyond_m : other.radius_m * slope);
   }
 
-  /// Share of the patch that is on the round end of a rod. The middle of the patch is `beyond_m` past the begin of the
+  /// Share of the patch that is on the round end of a rod. The middle of the patch is `beyond_m` past the start of that
   /// end.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
@@ -168,7 +168,7 @@ class RodWriter {
       const Vec3 normal_W = is_a ? end.out_of_other_W : Vec3(-end.out_of_other_W);
       const Vec3 place_W = end.place_W + end.depth_m / 2 * end.out_of_other_W;
       if (end.depth_m <= 0) {
-        // For a ball, the nearest place is the contact already.
+        // The gap contact of a ball is that of the nearest place.
         const bool is_near = !own.is_ball() && -end.depth_m < band_m_;
         if (is_near) add(place_W, normal_W, end.depth_m, gap_area_m2_);
         id_ += is_near ? 1 : 2;
@@ -317,7 +317,7 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool was_there = side_W != Vec3::Zero();
     const double side = common_W.dot(was_there ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // Farther beyond the axis, A was moved there and did not pass through B.
+    // If A is farther beyond B's axis, it was placed there and did not pass through B.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

@@ -10,8 +10,8 @@
 namespace tandem::contact {
 namespace {
 
-// Two nodes are joined when their parent's bound allows a motion of this share of its radius, since its ball is larger
-// and must be far enough, too. The share falls as the cut fills; it is 0 for the first cut.
+// Two nodes are joined when their parent's bound allows a motion of this share of its radius: the parent's ball is
+// larger and must be far enough, too. The share falls as the cut fills; it is 0 for the first cut.
 constexpr float kJoinAt = 0.5F;
 // Motion after which nodes above planes are queried again, spread by share_of() over several steps.
 constexpr double kPlaneMotion_m = 2e-4;

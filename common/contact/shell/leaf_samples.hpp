@@ -67,7 +67,7 @@ class LeafSamples {
   /// press. Pressing points stay single where merging would lose force, as around an edge, or where some are beyond
   /// `rigid_depth_m`.
   ///
-  /// In      must  merge nevertheless
+  /// In      must  merge even in these cases
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;
 
  private:

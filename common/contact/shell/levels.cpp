@@ -20,8 +20,9 @@ constexpr double kLooksPerCandidate = 1.3;
 constexpr std::uint32_t kMaxDenseSteps = 4;
 constexpr double kMoreLooks = 1.3, kMoreLooksElse = 2;
 constexpr double kWideBand_m = 1e-3;
-// Sampled nodes are divided while no more than these shares of the capacity and of the room for the cut are in use, and
-// not soon after an overflow. Each point that the last step queried reduces the queries for it by kLooksPerPoint.
+// Sampled nodes are divided while no more than these shares of the capacity and of the room for the cut are in use.
+// After an overflow, dividing starts later. Each point that the last step queried leaves kLooksPerPoint fewer queries
+// for dividing.
 constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.45;
 constexpr std::uint32_t kLooksPerPoint = 2;
 // Number of levels by which leaves are finer where something may press.
@@ -83,8 +84,8 @@ void ShellCandidates::search(double band_m) noexcept {
   note_density();
 }
 
-// Doubles the interval after a trial that did not last. After an overflow by dividing, the interval stays, so that the
-// next trial is not earlier.
+// Doubles the interval after a trial that did not last. After an overflow caused by dividing, the interval stays, so
+// that the next trial is not earlier.
 void ShellCandidates::put_off_finer() noexcept {
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : has_divided_ ? steps_per_try_ : kStepsPerTry);
@@ -92,7 +93,7 @@ void ShellCandidates::put_off_finer() noexcept {
 
 void ShellCandidates::begin_coarser() noexcept {
   if (has_divided_) {
-    // Joins the divided nodes again, and divides them later.
+    // Joins the divided nodes again, and postpones the next dividing.
     steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
     const bool is_a_little_too_much = dense_steps_ > kMaxDenseSteps;
     if (is_a_little_too_much && level_ == coarsest_level_ && join_pairs()) return;
