@@ -39,6 +39,7 @@ inline constexpr std::uint32_t kContactBudget = 768;
 
 /// Contacts of shape A with shape B, searched in each step. Stores a lower bound of the distance of each far part of
 /// the tree: the shapes may move by that much before the part can be near.
+///
 /// Model   Surface points of each shape are sampled in the distance field of the other, each for half of its area.
 ///         Inside a plane of the larger shape, the smaller shape's points count with their whole area: there, few
 ///         points of the larger shape would press beside the edges of a small tip and push it sideways. A shape whose

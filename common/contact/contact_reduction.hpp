@@ -19,6 +19,7 @@ struct ReducedContact {
 /// Net wrench of pressing contacts on A about `about_W`, without friction, and its derivative with respect to the
 /// motion of A. The motion is a translation [m], then a rotation about `about_W` [rad], both in W. B is at rest, and
 /// its surface is taken as flat at each contact.
+///
 /// Model   With r = p − about, a motion (δt, δθ) of A moves a contact by δp = δt + δθ × r and changes its depth by
 ///         −n·δp. The force follows with its stiffness, and its lever with δp (`about_W` itself does not move):
 ///         δf = −s n (n·δp),  δτ = r × δf + δp × f
