@@ -16,7 +16,8 @@ namespace {
 constexpr double kFineSpacing_m = 5e-4;
 // Margin of a plane query around a ball: its result holds for this motion.
 constexpr double kBallSlack_m = 1e-3;
-// Share of the ring that a ball's core absorbs in a step: after about 100 steps the core has the whole contact area.
+// Share of the ring that a ball's core absorbs in a step. The core thus adapts to a larger contact with a time constant
+// of 100 steps.
 constexpr double kCoreGrowth = 1e-2;
 // Growth of the depth of a late-found contact in a step, in addition to its own motion.
 constexpr double kPushOut_m = 1e-5;
@@ -167,8 +168,9 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 
 // Limits the depth of contacts that a coarse search found late. A search over its budget samples some of the points
 // only. If a contact is deeper than before, and than all previous contacts, by more than its motion, it existed before
-// and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth the limit does not grow:
-// the contact stops further motion but does not push out, else both sides of a pierced thin wall would drive it.
+// and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth the limit grows by the
+// contact's motion only. The contact then stops further motion but does not push out, else both sides of a pierced thin
+// wall would drive it.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
   const double deepest_before_m = std::exchange(deepest_m_, 0);

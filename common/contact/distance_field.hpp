@@ -80,7 +80,7 @@ class DistanceField {
   /// positive too, and not less. Both hold within the rounding of samples. At most six planes; none: no such planes
   /// exist, or it is unknown.
   ///
-  /// Out     looks  incremented by the number of samples read
+  /// Out     looks  incremented by the number of places read
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept {
     ++looks;
     return 0;
