@@ -1,4 +1,4 @@
-// The linear systems of the contact solver: 6×6 blocks, one row of them a body, in memory that is taken once.
+// Linear systems of the contact solver: 6×6 blocks, one block row a body, in preallocated memory.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace tandem::contact {
 
-/// A symmetric positive definite matrix of n × n blocks, factored where it is stored. Blocks that nobody touched are
-/// zero and cost nothing. Eigen's own factorisations take memory for temporaries once a matrix outgrows the stack's.
+/// A symmetric positive definite matrix of n × n blocks, factored in place. Blocks that were never accessed are zero
+/// and cost nothing. Eigen's own factorisations allocate temporaries once a matrix is too large for the stack.
 class BlockCholesky {
  public:
   explicit BlockCholesky(std::size_t capacity);
 
-  /// A zero matrix of `blocks` × `blocks`, at most the capacity.
+  /// Sets a zero matrix of `blocks` × `blocks`, at most the capacity.
   void reset(std::size_t blocks) noexcept;
-  /// Of the lower triangle: row ≥ column.
+  /// Block of the lower triangle: row ≥ column.
   Mat6& block(std::size_t row, std::size_t column) noexcept;
 
   /// Replaces the matrix by its factor. False: not positive definite, or not finite.

@@ -16,7 +16,7 @@ class BrickSampler {
     is_bad_.fill(true);
   }
 
-  /// Samples down to the coarsest level that is good enough, and gives it.
+  /// Samples down to the coarsest sufficient level and returns it.
   std::uint32_t refine(std::uint32_t levels, double tolerance_m) {
     std::uint32_t level = 0;
     while (has_bad_cells(step_of(level), tolerance_m) && level + 1 < levels) sample(++level);
@@ -63,7 +63,7 @@ class BrickSampler {
     const int cells = kBrickHalves / step;
     return static_cast<std::size_t>((along(at[2]) * cells + along(at[1])) * cells + along(at[0]));
   }
-  /// Whether one of the up to eight cells around a place is.
+  /// Whether one of the up to eight cells around a place is bad.
   bool is_at_bad_cell(const Halves& at, int step) const {
     for (int i = 0; i < 8; ++i) {
       Halves in_cell = at;
@@ -86,8 +86,8 @@ class BrickSampler {
     });
   }
 
-  /// Tests the cells of a level within the bad ones of the level before, and remembers which are bad themselves: in
-  /// their middles, and in the middles of faces on the brick's border, which finer neighbours are going to follow.
+  /// Tests the cells of a level within the bad cells of the previous level, and marks those that are bad. Tests are in
+  /// the middles of cells, and in the middles of faces on the brick's border, which finer neighbours will follow.
   bool has_bad_cells(int step, double tolerance_m) {
     const std::array<bool, kMaxCells> was_bad = is_bad_;
     is_bad_.fill(false);
@@ -108,7 +108,7 @@ class BrickSampler {
   }
 
   bool is_bad_at(const Halves& at, int step, double tolerance_m) {
-    // The interpolation of a distance errs by half a cell's diagonal at most, and the cell reaches as far.
+    // Interpolation of a distance errs by half a cell's diagonal at most, and the cell extends equally far.
     const double reach_m = 0.5 * std::sqrt(3.0) * step * half_m_;
     const double interpolated_m = guess(at, step);
     if (std::abs(interpolated_m) > band_m_ + 2 * reach_m) return false;
@@ -118,13 +118,13 @@ class BrickSampler {
       tests_.push_back({{small(at[0]), small(at[1]), small(at[2])}, exact_m});
     }
     const double error_m = std::abs(interpolated_m - exact_m);
-    // Interpolation errs by more than it can: one of these distances has the wrong sign.
+    // The error exceeds the bound of interpolation: one of these distances has the wrong sign.
     const bool is_contradiction = error_m > kRounding * reach_m;
     is_contradictory_ = is_contradictory_ || is_contradiction;
     const bool is_bad = is_contradiction || (std::abs(exact_m) <= band_m_ + reach_m && error_m > tolerance_m);
     if (step == 2) return is_bad;
     if (at[0] % step != 0 && at[1] % step != 0 && at[2] % step != 0) {
-      // It is a sample of the next level.
+      // The place is a sample of the next level.
       known(at) = exact_m;
       is_tested_[cell_of(at, step)] = true;
     }
@@ -132,7 +132,8 @@ class BrickSampler {
     return is_bad;
   }
 
-  /// An error as large as that of a crease, which may cross the cells around without their middles showing it.
+  /// Marks a bad cell. An error as large as that of a crease also marks its neighbours: the crease may cross them
+  /// without an error in their middles.
   void mark_bad(const Halves& at, int step, bool with_neighbours) {
     is_bad_[cell_of(at, step)] = true;
     if (!with_neighbours) return;
@@ -145,7 +146,7 @@ class BrickSampler {
     }
   }
 
-  /// At the finest level.
+  /// Corrects wrong signs at the finest level.
   void resolve_signs(double tolerance_m) {
     const int step = 2;
     settle_signs(known_m_, {kEdge, kEdge, kEdge}, kRounding * step * half_m_ + 2 * tolerance_m);
@@ -156,8 +157,9 @@ class BrickSampler {
     }
   }
 
-  static constexpr double kCrease = 3.0;               ///< times the tolerance; by trial on the bunny and on boxes
-  static constexpr std::size_t kMaxCells = 8 * 8 * 8;  ///< of a level that has a finer one
+  /// multiple of the tolerance; by trial on the bunny and on boxes
+  static constexpr double kCrease = 3.0;
+  static constexpr std::size_t kMaxCells = 8 * 8 * 8;  ///< number of cells of a level that has a finer one
 
   const ExactDistance& exact_;
   Vec3 low_S_;

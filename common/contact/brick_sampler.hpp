@@ -1,4 +1,4 @@
-// Samples of the distance to a mesh in one brick of a grid. Private to the building of grids.
+// Samples of the distance to a mesh in one brick of a grid. Private to the construction of grids.
 #pragma once
 
 #include <algorithm>
@@ -13,26 +13,26 @@
 
 namespace tandem::contact {
 
-inline constexpr int kBrickCells = 4;    ///< of the largest cells, along a brick's edge
-inline constexpr int kFinestCells = 16;  ///< of the smallest; positions in bricks are counted in these
-/// What is equal to a length in exact numbers is shorter than that many of it.
+inline constexpr int kBrickCells = 4;    ///< cells of the coarsest level along a brick's edge
+inline constexpr int kFinestCells = 16;  ///< cells of the finest level; positions in bricks are multiples of these
+/// Tolerance for lengths that are equal in exact arithmetic: the shorter one is at most this factor times the other.
 inline constexpr double kRounding = 1.001;
 inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 
-/// Distance to the mesh as contact means it, at a place in its frame S.
+/// Distance to the mesh by the definition of contact, at a place in its frame S.
 ///
-/// In      hint  triangle of a query nearby, or −1; replaced by this query's
+/// In      hint  triangle found by a query nearby, or −1; replaced by this query's triangle
 using ExactDistance = std::function<double(const Vec3& p_S, int& hint)>;
 
-/// One pseudo-normal at a flaw of the mesh, a tiny fold, must not turn the space around it inside out. Two neighbours
-/// farther from the surface, together, than from each other are on the same side of it; all that hangs together like
-/// this takes the sign that most of it has.
+/// Corrects wrong signs: one pseudo-normal at a flaw of the mesh (a tiny fold) must not invert the space around it. Two
+/// neighbours whose distances sum to more than their separation are on the same side of the surface. Each component
+/// connected in this way gets the sign of its majority.
 ///
-/// In      distances_m  on a lattice, x fastest, of `along` points
-///         apart_m      how far neighbours are from each other, and more by what their distances err
+/// In      distances_m  on a lattice of `along` points, x fastest
+///         apart_m      separation of neighbours plus the error of their distances
 void settle_signs(std::span<float> distances_m, const std::array<std::size_t, 3>& along, double apart_m);
 
-/// A position in a brick, in half smallest cells: every middle of a cell, of a face or of an edge has one.
+/// Position in a brick in half cells of the finest level: includes the middle of every cell, face and edge.
 using Halves = std::array<int, 3>;
 inline constexpr int kBrickHalves = 2 * kFinestCells;
 
@@ -57,7 +57,7 @@ inline constexpr int step_of(std::uint32_t level) {
   return kBrickHalves / (kBrickCells << level);
 }
 
-/// A place where the exact distance is known.
+/// A place with a known exact distance.
 struct TestPoint {
   std::array<std::uint8_t, 3> at;  ///< halves
   float distance_m;
@@ -70,23 +70,23 @@ struct Brick {
   std::vector<std::int16_t> samples;
   std::vector<TestPoint> tests;
 
-  /// In halves, multiples of the level's step.
+  /// Index of a sample at a position in halves, which are multiples of the level's step.
   std::size_t offset(int x, int y, int z) const {
     const int step = step_of(level);
     const int edge = kBrickHalves / step + 1;
     return static_cast<std::size_t>(((z / step) * edge + y / step) * edge + x / step);
   }
-  /// In quanta.
+  /// Interpolated distance, in quanta.
   double interpolated_at(const Halves& at) const {
     return interpolated(at, step_of(level), [this](int x, int y, int z) { return samples[offset(x, y, z)]; });
   }
 };
 
-/// Samples `brick`, whose low corner is at `low_S`, down to the coarsest level that is good enough: ever finer where
-/// interpolation is not good enough in the middle of a cell. Elsewhere the finer samples are what the coarser ones
-/// interpolate to, so that the work is where the surface bends.
+/// Samples `brick`, whose low corner is at `low_S`, at the coarsest sufficient level. Refines where interpolation is
+/// not accurate enough in the middle of a cell. Elsewhere the finer samples are interpolated from the coarser ones, so
+/// that exact distances are computed only where the surface bends.
 ///
-/// In      brick  its hint
+/// In      brick  hint
 /// Out     brick  level, samples in quanta, tests
 void sample_brick(const ExactDistance& exact, const Vec3& low_S, double brick_m, double band_m, double tolerance_m,
                   double quantum_m, std::uint32_t levels, Brick& brick);

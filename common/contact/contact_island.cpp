@@ -1,6 +1,6 @@
-// Newton's method on one island. Each iteration: residual M (V − V*) − h Σ wrenches (evaluate), its derivative
-// (assemble), the step that would zero it (BlockCholesky), and as much of that step as lowers the potential
-// (search_line).
+// Newton's method on one island. Each iteration computes the residual M (V − V*) − h Σ wrenches (evaluate), its
+// derivative (assemble) and the step that would zero it (BlockCholesky). It takes the part of that step that lowers the
+// potential (search_line).
 #include "common/contact/contact_island.hpp"
 
 #include <algorithm>
@@ -9,21 +9,22 @@
 namespace tandem::contact {
 namespace {
 
-/// Residual velocity, in the norm of the kinetic energy, that ends an iteration. What is smaller is not worked off in
-/// later steps either: as an acceleration it is 1e-8 m/s². Rounding leaves less.
+/// Residual velocity, in the norm of the kinetic energy, that ends the iterations. A smaller residual is not corrected
+/// in later steps either; as an acceleration it is 1e-8 m/s². Rounding leaves less.
 constexpr double kTolerance_m_per_s = 1e-11;
-/// After so many iterations normal forces are good to some parts in a thousand, and friction with them.
+/// Iterations after which normal forces, and friction with them, are accurate to a few parts in a thousand.
 constexpr std::uint32_t kFollowingIterations = 4;
-/// So often friction that did not settle is solved for again.
+/// Largest number of repeated solutions where friction did not settle.
 constexpr std::uint32_t kRounds = 3;
-/// Couplings that have not converged by then are not going to soon.
+/// Iterations after which couplings are linearised, since they are unlikely to converge soon.
 constexpr std::uint32_t kExactIterations = 12;
-/// Part of the slope at the start of the line that a search may leave.
+/// Share of the initial slope that a line search may leave.
 constexpr double kSlopeLeft = 0.1;
 constexpr int kLineSearchSteps = 12;
-/// The hard floor against the island's inertia: from 1 m/s it gives way by h · 1 m/s / (1 + this), 0.09 mm at 1 kHz.
+/// Stiffness of the hard floor over the island's inertia: from 1 m/s it yields by h · 1 m/s / (1 + this), 0.09 mm at 1
+/// kHz.
 constexpr double kHardness = 10;
-/// How far what pushes the island at the start of a step may press one contact into the hard floor.
+/// Depth to which the forces on the island at the start of a step may press one contact into the hard floor.
 constexpr double kHardGive_m = 2e-5;
 
 Twist twist_of(const Vec6& v) {
@@ -34,19 +35,19 @@ Vec6 vector_of(const Wrench& w) {
   return (Vec6() << w.f, w.t).finished();
 }
 
-/// Of the body's point that is at `about_W`; nothing moves the rest of the world.
+/// Twist of the body's point at `about_W`; zero for the static world.
 Twist twist_at(const IslandBody* body, const Vec3& about_W) {
   if (body == nullptr) return {};
   const Vec3 w = body->velocity.tail<3>();
   return {body->velocity.head<3>() + w.cross(about_W - body->p_WC), w};
 }
 
-/// About the body's centre, of a wrench about `about_W`.
+/// Converts a wrench about `about_W` to the body's centre.
 Vec6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W) {
   return (Vec6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
 }
 
-/// Turns a twist of the body into the twist at `about_W`.
+/// Matrix that converts a twist of the body to `about_W`.
 Mat6 shift_to(const Vec3& about_W, const IslandBody& body) {
   const Vec3 r = about_W - body.p_WC;
   Mat6 shift = Mat6::Identity();
@@ -56,7 +57,7 @@ Mat6 shift_to(const Vec3& about_W, const IslandBody& body) {
 
 }  // namespace
 
-/// Of one iteration.
+/// Result of one iteration.
 enum class ContactIsland::Progress : std::uint8_t { kMore, kDone, kFailed };
 
 Twist relative_twist(const IslandPatch& patch) {
@@ -95,7 +96,7 @@ void ContactIsland::begin(double step_s, std::span<IslandBody* const> bodies, st
   set_hardness();
 }
 
-// The whole island and everything that pushes it may bear on one contact of its lightest body.
+// The inertia of the whole island and all forces on it may act on one contact of its lightest body.
 void ContactIsland::set_hardness() noexcept {
   double push_n = 0;
   for (const IslandBody* body : bodies_) push_n += body->push_n;
@@ -106,10 +107,10 @@ void ContactIsland::set_hardness() noexcept {
   for (IslandPatch& patch : patches_) patch.terms.hard_n_per_m = hard_n_per_m;
 }
 
-// First friction follows the normal forces, which is the wanted solution but has no potential; most steps end here.
-// What has not settled by then is solved for the limits that were reached, and if need be for linear couplings: that
-// always converges. Normal forces of an early iterate may be many times those of the solution, as where bodies that slide
-// run into each other: friction is then solved for again, with the limits of the solution.
+// First, friction follows the normal forces: the wanted solution, but without a potential. Most steps end there.
+// Otherwise the friction limits reached so far are kept and, if necessary, couplings are linearised: that always
+// converges. Normal forces of an early iterate may be many times those of the solution, as where sliding bodies
+// collide. Friction is then solved again with the limits of the solution.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();
@@ -197,8 +198,8 @@ void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   }
 }
 
-// The slope grows along the line because the potential is convex: its zero is bracketed and found by regula falsi. A
-// full step that does not climb is taken as it is.
+// The slope increases along the line because the potential is convex; regula falsi finds its bracketed zero. A full
+// step is accepted if its slope is small or negative.
 bool ContactIsland::search_line(double slope) noexcept {
   for (std::size_t k = 0; k < bodies_.size(); ++k) start_[k] = bodies_[k]->velocity;
   const double enough = -kSlopeLeft * slope;

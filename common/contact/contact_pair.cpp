@@ -12,16 +12,17 @@
 namespace tandem::contact {
 namespace {
 
-// A shell wider than this is not trusted to find all there is: the accuracy that contact promises.
+// Largest spacing of a shell that finds contacts with the promised accuracy.
 constexpr double kFineSpacing_m = 5e-4;
-// For so much motion of a ball it is asked once which planes are around it.
+// Margin of a plane query around a ball: its result holds for this motion.
 constexpr double kBallSlack_m = 1e-3;
-// Of its ring, what a ball's core takes over a step: in a hundred steps it forgets that a touch was lighter.
+// Share of the ring that a ball's core absorbs in a step. The core thus adapts to a larger contact with a time constant
+// of 100 steps.
 constexpr double kCoreGrowth = 1e-2;
-// What is found late gets deeper by so much in a step, besides its own motion.
+// Growth of the depth of a late-found contact in a step, in addition to its own motion.
 constexpr double kPushOut_m = 1e-5;
 
-// A plane that faces away from a sample is the far side of a wall.
+// A plane whose normal is opposed to a sample's gradient belongs to the far side of a wall.
 constexpr double kFarSideCosine = -0.5;
 
 double area_m2(const ContactShape& shape) {
@@ -32,12 +33,12 @@ bool is_fine(const ContactShape& shape) {
   return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
 }
 
-// Most fields answer with a unit vector: a root and three quotients a point are saved.
+// Most fields return a unit gradient; the check saves a root and three divisions a point.
 Vec3 unit(const Vec3& a) {
   return a.squaredNorm() == 1 ? a : a.normalized();
 }
 
-// Whether `a` gives all of its points first.
+// Whether all points of `a` are sampled in the first direction.
 bool is_primary(const ContactShape& a, const ContactShape& b) {
   if (is_fine(a) != is_fine(b)) return is_fine(a);
   return area_m2(a) <= area_m2(b);
@@ -51,11 +52,11 @@ struct ContactPair::Direction {
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
-  double sign = 1;         ///< of the field's gradient, so that it points out of B
-  double share = 1;        ///< of the points' area
-  double plane_share = 1;  ///< of that on planes of the field
+  double sign = 1;         ///< sign of the field's gradient that makes it point out of B
+  double share = 1;        ///< share of the points' area
+  double plane_share = 1;  ///< area share of points on planes of the field
 
-  /// The plane that the field is at a point of it or in it; null: none.
+  /// Plane that the field equals at a point on or inside it; null: none.
   const FieldPlane* plane_at(const Vec3& p_F) const noexcept {
     const std::span<const FieldPlane> planes = field.planes();
     if (planes.empty()) return nullptr;
@@ -93,8 +94,8 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
-  // A blunt tip that goes in between the other's points is deep as seen from its own points alone: where both shells
-  // are fine, each gives all of its points, for half of their area.
+  // A blunt tip that enters between the other shape's points is deep only in terms of its own points. Where both shells
+  // are fine, each contributes all of its points, for half of their area.
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
@@ -165,9 +166,11 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// What is deeper than it was before, and than all that was, by more than it moved, was there and was not found: a search that has too much
-// to ask sees some of the points. All at once it would throw the shapes apart. Where it is rigid, it stops what comes, and lifts nothing: a thin wall that
-// something is through would be driven by both of its sides.
+// Limits the depth of contacts that a coarse search found late. A search over its budget samples some of the points
+// only. If a contact is deeper than before, and than all previous contacts, by more than its motion, it existed before
+// and was missed. Its full depth at once would throw the shapes apart. Beyond the rigid depth the limit grows by the
+// contact's motion only. The contact then stops further motion but does not push out, else both sides of a pierced thin
+// wall would drive it.
 void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, bool is_coarse) noexcept {
   const Pose X_BA_before = std::exchange(X_BA_before_, X_BA);
   const double deepest_before_m = std::exchange(deepest_m_, 0);
@@ -178,7 +181,7 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
     if (is_limited && point.depth_m > most_m) {
       const Vec3 before_W = X_WB * (X_BA_before * (X_WA.inverse() * point.p_W));
       const double moved_m = point.normal_W.dot(before_W - point.p_W), in_m = std::max(0.0, moved_m);
-      // Out of it, too, along the same normal: else to and fro would add up.
+      // Motion outwards along the same normal reduces the limit; otherwise a motion to and fro would accumulate.
       const ContactPoint* const old = deepest_before(point);
       const bool has_turned = old != nullptr && old->normal_W.dot(point.normal_W) < 0.5;
       const double limit_m = std::max(most_m + in_m, old == nullptr ? 0 : old->depth_m + (has_turned ? in_m : moved_m));
@@ -189,7 +192,7 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
   }
 }
 
-// Of what was found before, of its points; null: nothing.
+// Deepest contact of the previous find() that represents some of the same points; null: none.
 const ContactPoint* ContactPair::deepest_before(const ContactPoint& point) const noexcept {
   const bool is_other = (point.id & ContactPoint::kOtherDirection) != 0;
   const auto all = std::span(before_);
@@ -210,7 +213,7 @@ std::span<const ShellPoint> ContactPair::points_of(const ContactPoint& contact) 
   return std::span(shell.points).subspan(contact.id & ~ContactPoint::kOtherDirection, contact.count);
 }
 
-// Whether now_ has all that there is: of a ball far away nothing, of a ball on a plane what add_ball_on_plane() says.
+// Whether now_ is complete: empty for a ball out of reach, else the contacts of add_ball_on_plane().
 bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   const bool is_ball_a = ball_ == a_;
   const DistanceField& field = is_ball_a ? *b_->field : *a_->field;
@@ -226,15 +229,15 @@ bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double b
   return true;
 }
 
-// Whether now_ has all that there is of two rods.
+// Whether now_ has all contacts of two rods.
 bool ContactPair::has_rod_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   has_rods_ = rods_.find(a_->rod, X_WA, b_->rod, X_WB, band_m, ball_ != nullptr && ball_ == a_, now_);
   first_of_other_ = now_.size();
   return has_rods_;
 }
 
-// A grid needs microseconds to answer: asked with some slack, it serves for as long as the box it was asked for has the
-// one around the ball in it, and is not much larger.
+// A query of a grid takes microseconds, so it is made with a margin. Its result is reused while the queried box
+// contains the box around the ball and is not much larger.
 PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) noexcept {
   const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
   const bool is_in = moved_m + reach_m <= ball_planes_reach_m_;
@@ -249,8 +252,8 @@ PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) n
   return ball_planes_;
 }
 
-// As if it were points: what is new of a contact that has grown has no bristle, and when it shrinks, what came last goes
-// first. So a force that trembles loses nothing of the friction of what presses all the time.
+// Carries bristles as single points would: area added to a contact has no bristle, and a shrinking contact loses the
+// area added last. A trembling force thus keeps the friction of the area that presses all the time.
 void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
   std::size_t before = 0;
   for (ContactPoint& point : now_) {
@@ -265,7 +268,7 @@ void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
     const double old_core_m2 = core_areas_m2_[slot], old_ring_m2 = old.area_m2 - old_core_m2;
     double core_m2 = std::min(old_core_m2, point.area_m2);
     const double ring_m2 = point.area_m2 - core_m2;
-    Vec3 core_W = core_m2 * (old_W + lead_W);  // × its area, as the ring's
+    Vec3 core_W = core_m2 * (old_W + lead_W);  // × its area, as ring_W
     Vec3 ring_W = Vec3::Zero();
     if (old_ring_m2 > 0) ring_W = std::min(1.0, ring_m2 / old_ring_m2) * (old_ring_m2 * old_W - old_core_m2 * lead_W);
     point.bristle_W = (core_W + ring_W) / point.area_m2;
@@ -281,8 +284,8 @@ void ContactPair::keep_core(const ContactPoint& point, const Vec3& core_bristle_
   core_areas_m2_[slot] = core_area_m2;
 }
 
-// Between contacts that have nothing in common but what presses: each takes over a share in proportion to its depth, as
-// friction may have it, and all of them the force that there was and its moment about the normal.
+// Carries bristles between contacts that do not correspond. Each pressing contact receives a share in proportion to its
+// depth, as friction is limited by it. Together they keep the friction force and its moment about the normal.
 void ContactPair::share_bristles(const Eigen::Matrix3d& turn) noexcept {
   const auto weight = [](const ContactPoint& point) { return point.area_m2 * std::max(0.0, point.depth_m); };
   const auto centre_of = [&](const std::vector<ContactPoint>& points) {
@@ -347,15 +350,15 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     const FieldPlane* const plane = direction.plane_at(p_F);
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
-    // Samples round off edges where planes meet. Of a thin wall they know the side that the point came from.
+    // Samples round off edges where planes meet. In a thin wall they have the side from which the point entered.
     if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
   }
 }
 
-// Both lists are in the order of their points. What stands for several points takes the mean of what they had, and
-// gives it to each of them: friction does not let go where contact gets coarser or finer.
+// Both lists are in the order of their points. A contact that represents several points takes the mean of their
+// bristles and passes it to each of them. Friction thus holds when contact gets coarser or finer.
 void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                                  const Eigen::Matrix3d& turn_of_b) noexcept {
   for (; now < now_end; ++now) {
@@ -370,7 +373,7 @@ void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size
       sum += weight * old.bristle_W;
       weights += weight;
     }
-    // What did not press has none.
+    // A contact that did not press has no bristle.
     if (weights <= 0 || sum == Vec3::Zero()) continue;
     const Vec3 bristle_W = turn_of_b * sum / weights;
     point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);

@@ -12,12 +12,12 @@ namespace {
 constexpr int kMost = static_cast<int>(kReducedContacts);
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;  // at most 16, on the stack
 
-// Rounds, measured on 15 kinds of patches: more improve little.
+// Numbers of rounds, from measurements on 15 kinds of patches: more rounds improve little.
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
 // Squared distance (in units of the radius) below which two groups share a contact evenly.
 constexpr float kBlur = 0.05F;
-// Of the largest eigenvalue: what is smaller is rounding.
+// Share of the trace below which an eigenvalue is a rounding error.
 constexpr double kEigenRounding = 1e-13;
 
 // Adds one contact's force and its derivative; see ContactWrench.
@@ -33,13 +33,13 @@ void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& forc
   net.derivative.bottomRightCorner<3, 3>() += force_cross * cross_matrix(r);
 }
 
-// What all contacts together have, about their mean point.
+// Moments of all contacts about their mean point.
 struct PatchMoments {
   double stiffness = 0;
   double radius_m = 0;  ///< root mean square distance from the mean; the unit of length below
   Vec3 p_W = Vec3::Zero();
   Vec3 normal_W = Vec3::Zero();    ///< mean, not unit
-  Mat6 covariance = Mat6::Zero();  ///< of position and normal
+  Mat6 covariance = Mat6::Zero();  ///< covariance of position and normal
   Mat6 lines = Mat6::Zero();       ///< Σ s w wᵀ / Σ s with w = (n, r × n)
   Wrench wrench_W;
 };
@@ -68,7 +68,7 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
     const Vec3 force = m.stiffness * share * contact.depth_m * contact.normal_W;
     m.wrench_W += Wrench{force, r.cross(force)};
   }
-  // Never zero: one nanometre is one point.
+  // A lower bound, for patches of one point.
   m.radius_m = std::max(1e-9, std::sqrt(m.covariance.topLeftCorner<3, 3>().trace()));
   Vec6 unit = Vec6::Ones();
   unit.head<3>() /= m.radius_m;
@@ -78,7 +78,8 @@ PatchMoments moments_of(std::span<const ContactPoint> contacts, double stiffness
   return m;
 }
 
-// Symmetric function of a symmetric matrix: it has no need to choose among equal axes.
+// Applies a function to the eigenvalues of a symmetric matrix. The result does not depend on the axes of equal
+// eigenvalues.
 template <typename Function>
 Mat6 applied(const Mat6& matrix, Function function) {
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(matrix);
@@ -87,12 +88,12 @@ Mat6 applied(const Mat6& matrix, Function function) {
 }
 
 Mat6 root(const Mat6& matrix) {
-  // Rounding of what is zero would be 1e8 times larger as a root, and widen a patch that is a line.
+  // The root of a rounding error is 1e8 times larger and would widen a patch that is a line.
   const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
 
-// Corners ±1 in six dimensions, mean 0 and covariance 1; of 16 the third moments vanish too.
+// Corners ±1 in six dimensions, mean 0 and covariance 1; for 16 corners the third moments vanish, too.
 Columns6 pattern(int count) {
   Columns6 corners(6, count);
   for (int i = 0; i < count; ++i) {
@@ -110,19 +111,19 @@ Columns6 pattern(int count) {
   return corners;
 }
 
-// Groups of contacts as one each: a column a group.
+// Groups of contacts, one column each.
 struct Groups {
   Columns6 spread;  ///< mean position (about the mean of all, in units of the radius) and mean normal
-  Eigen::Array<double, 1, kMost> share;  ///< of the stiffness
+  Eigen::Array<double, 1, kMost> share;  ///< share of the stiffness
   Eigen::Array<double, 1, kMost> depth_m;
 
   int count() const { return static_cast<int>(spread.cols()); }
 };
 
-// Side by side, in single precision: where groups lie matters little, and what is lost is made good by bending.
+// Values of all groups in single precision: the places of groups matter little, and bending corrects the error.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
-// What each of the groups at `at` gets of `whole` at z; they sum to it.
+// Shares of `whole` at z for the groups at `at`; they sum to `whole`.
 Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1>& z, float whole) {
   Numbers squared = Numbers::Constant(kBlur);
   for (std::size_t row = 0; row < 6; ++row) squared += (at[row] - z[static_cast<int>(row)]).square();
@@ -130,14 +131,14 @@ Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1
   return nearness * (whole / nearness.sum());
 }
 
-// Gives each contact to all groups, most to the near ones, and moves each group to the mean of what it was given:
-// a k-means without choices.
+// Divides each contact among all groups, most of it among the near ones, and moves each group to the mean of its
+// shares: k-means without a hard assignment.
 Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, double stiffness_n_per_m3,
                   const PatchMoments& m) {
   std::array<Numbers, 6> at;
   std::array<Numbers, 6> sum;
   for (int row = 0; row < 6; ++row) {
-    // Places past the last group are far from everything.
+    // Unused columns are far from every contact.
     at[static_cast<std::size_t>(row)].setConstant(1e4F);
     at[static_cast<std::size_t>(row)].head(from.count()) = from.spread.row(row).transpose().cast<float>();
     sum[static_cast<std::size_t>(row)].setZero();
@@ -162,7 +163,7 @@ Groups shared_out(const Groups& from, std::span<const ContactPoint> contacts, do
   return to;
 }
 
-// Groups of the covariance of all, then of the contacts themselves.
+// Groups from the covariance of all contacts, refined with the contacts themselves.
 Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const PatchMoments& m, int count) {
   Groups groups{root(m.covariance) * pattern(count), {}, {}};
   groups.spread.bottomRows<3>().colwise() += m.normal_W;
@@ -170,8 +171,8 @@ Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3
   return groups;
 }
 
-// Bends the lines of force of the groups towards the nearest ones whose Σ s w wᵀ is that of all; what pitch these have
-// is dropped. The normals' lengths then carry a part of the stiffness.
+// Bends the groups' lines of force to the nearest lines whose Σ s w wᵀ is that of all contacts; their pitch is dropped.
+// The normals' lengths then contain a part of the stiffness.
 void bend(Groups& groups, const Mat6& wanted_root) {
   const int count = groups.count();
   Columns6 lines(6, count);
@@ -189,7 +190,7 @@ void bend(Groups& groups, const Mat6& wanted_root) {
     const Vec3 normal = lines.col(i).head<3>() / std::sqrt(groups.share[i]);
     const Vec3 moment = lines.col(i).tail<3>() / std::sqrt(groups.share[i]);
     const double squared = normal.squaredNorm();
-    if (squared < 1e-6) continue;  // of opposed normals: no line of force
+    if (squared < 1e-6) continue;  // opposed normals cancel: no line of force
     const Vec3 r = groups.spread.col(i).head<3>();
     groups.spread.col(i) << (normal.cross(moment) + normal.dot(r) * normal) / squared, normal;
   }
@@ -207,7 +208,8 @@ void put(const Groups& groups, const PatchMoments& m, std::span<ReducedContact> 
   }
 }
 
-// The last of the wrench: an equal push for the force, and a turn about the mean for the moment.
+// Corrects the remaining error of the wrench: equal forces for the net force, forces of a rotation about the mean for
+// the moment.
 void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
   Vec3 middle = Vec3::Zero();
   for (const ReducedContact& contact : contacts) middle += contact.p_W / static_cast<double>(contacts.size());
@@ -218,7 +220,7 @@ void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
     missing = missing - Wrench{contact.force_on_a_W, r.cross(contact.force_on_a_W)};
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
-  // All on one line: no moment about it is missing either.
+  // If all contacts are on one line, no moment about it is missing either.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double zero = kEigenRounding * inertia.trace();
   const Vec3 inverse = axes.eigenvalues().unaryExpr([zero](double value) { return value > zero ? 1 / value : 0.0; });

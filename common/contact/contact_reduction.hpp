@@ -1,4 +1,4 @@
-// Hundreds of contacts as a handful that acts alike: for what must travel, be shown, or be bounded.
+// Reduces hundreds of contacts to a few that act alike: for transmission, display, or bounded work.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ struct ReducedContact {
   double stiffness_n_per_m = 0;
 };
 
-/// Net wrench of pressing contacts on A about `about_W`, without friction, and its derivative by the motion of A
-/// (translation [m], then rotation about `about_W` [rad], both in W; B at rest, B's surface taken as flat at each
-/// contact).
+/// Net wrench of pressing contacts on A about `about_W`, without friction, and its derivative with respect to the
+/// motion of A. The motion is a translation [m], then a rotation about `about_W` [rad], both in W. B is at rest, and
+/// its surface is taken as flat at each contact.
 ///
-/// Model   with r = p − about, a motion (δt, δθ) of A moves a contact by δp = δt + δθ × r, its depth by −n·δp; the
-///         force follows with its stiffness, and its lever with δp (`about_W` itself stays where it is):
+/// Model   With r = p − about, a motion (δt, δθ) of A moves a contact by δp = δt + δθ × r and changes its depth by
+///         −n·δp. The force follows with its stiffness, and its lever with δp (`about_W` itself does not move):
 ///         δf = −s n (n·δp),  δτ = r × δf + δp × f
 struct ContactWrench {
   Wrench on_a_W;
@@ -30,24 +30,26 @@ struct ContactWrench {
 ContactWrench contact_wrench(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Vec3& about_W);
 ContactWrench contact_wrench(std::span<const ReducedContact> contacts, const Vec3& about_W);
 
-/// How many contacts a reduction gives: as many as there are slots for.
+/// Numbers of contacts that a reduction returns, depending on the slots of its output.
 inline constexpr std::size_t kReducedContactsMin = 8;
 inline constexpr std::size_t kReducedContacts = 16;
 
-/// At most `out.size()` contacts that have the net wrench of all (to rounding) and nearly their derivative.
+/// Writes at most `out.size()` contacts that have the net wrench of all contacts (to rounding) and nearly their
+/// derivative.
 ///
-/// Model   the contacts that press have a mean and a covariance of position and normal. 16 (or 8) groups start at the
-///         corners of a fixed pattern, stretched by the root of the covariance; each contact is shared out among all,
-///         most to the near ones, and a group is the mean of its shares. The groups' lines of force are then bent a
-///         little until their stiffness is that of all (but for the pitch of screws, which no force has), and their
-///         forces until net force and moment are right. Nothing is chosen or sorted, so that each group moves as
-///         continuously as the patch does. What fits into `out` is given as it is
+/// Model   The pressing contacts have a mean and a covariance of position and normal. 16 (or 8) groups start at the
+///         corners of a fixed pattern, stretched by the root of the covariance. Each contact is shared among all
+///         groups, most of it to the near ones, and a group is the mean of its shares. The groups' lines of force are
+///         then bent a little until their stiffness is that of all contacts (except for the pitch of screws, which no
+///         force has). Finally their forces are corrected to the net force and moment. Nothing is selected or sorted,
+///         so that each group moves as continuously as the patch does. Contacts that fit into `out` are copied
 /// Source  the pattern: two-level fractional factorial designs (Box & Hunter, Technometrics 3, 1961); its use: the
 ///         sigma points of Julier & Uhlmann, "Unscented filtering and nonlinear estimation", Proc. IEEE 92, 2004;
 ///         sharing: fuzzy c-means (Bezdek 1981); the bending is ours
-/// Out     number written. The derivative (Frobenius norm, about the middle of the patch, lengths in units of its
-///         radius) of 16 is right to rounding on planes, to 0.2 % on spheres, 5 % in grooves, 8 % in corners and around
-///         pegs (worst of 2,000 random patches each); it changes by that much when contacts just cease to fit
+/// Out     number of contacts written. The derivative of 16 (Frobenius norm, about the middle of the patch, lengths in
+///         units of its radius) is right to rounding on planes. The worst errors of 2,000 random patches each are 0.2 %
+///         on spheres, 5 % in grooves, and 8 % in corners and around pegs. The derivative changes by that much when
+///         contacts just cease to fit
 /// Fails   none written: more contacts press than fit, and `out` has fewer than 8 slots
 /// Cost    0.1 µs a contact and 12 µs; no allocation
 std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiffness_n_per_m3,

@@ -11,16 +11,16 @@ namespace {
 
 constexpr std::size_t kLanes = 4;
 
-/// Speed at which the hard floor lifts what has sunk below it. Ours: slow enough for a hand, and 3 mm take 15 ms.
+/// Speed at which the hard floor lifts contacts below it. Our choice: slow enough for a hand; 3 mm take 15 ms.
 constexpr double kRecovery_m_per_s = 0.2;
-/// The excess of rows without a force.
+/// Excess of lanes without a force.
 constexpr double kFarAway_m = -1e30;
-/// Greatest r. With more, friction does not settle within the iterations of a step when kilonewtons press on a corner.
+/// Largest r. With more, friction does not settle within the iterations of a step when kilonewtons press on a corner.
 constexpr double kMaxRate = 100;
-/// Divides instead of zero; far below any length or square of a length here.
+/// Divisor in place of zero; far below any length or square of a length here.
 constexpr double kTiny = 1e-200;
 
-/// Of a normal's squared length.
+/// Tolerance of a normal's squared length.
 constexpr double kMaxOff = 1e-3;
 
 bool is_usable(const ContactPoint& c) {
@@ -31,20 +31,20 @@ bool is_usable(const ContactPoint& c) {
 
 }  // namespace
 
-/// Four contacts; those that are not there have no force.
+/// Four contacts; unused lanes have no force.
 struct alignas(32) ContactRow {
   using Lanes = portable::Lanes;
 
   Lanes nx, ny, nz;  // normal
   Lanes rx, ry, rz;  // from about_W
-  Lanes depth;       // min(δ, ρ), or of a gap δ (h + τ)/h
+  Lanes depth;       // min(δ, ρ); for a gap δ (h + τ)/h
   Lanes excess;      // min(δ − ρ, h · recovery speed)
   Lanes soft;        // w
   Lanes tangential;  // k_t
   Lanes sx, sy, sz;  // bristle
   Lanes limit;       // μ f_n
   Lanes rate;        // r
-  // Of the last evaluate():
+  // Results of the last evaluate():
   Lanes normal_force;
   Lanes zx, zy, zz;
   Lanes by_twist;  // −∂f/∂v = by_twist 1 + along_normal nnᵀ − along_slip zzᵀ

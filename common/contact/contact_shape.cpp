@@ -18,30 +18,31 @@
 namespace tandem::contact {
 namespace {
 
-// Of the half thickness. Below 1/2, with something left for what a hard contact still gives way.
+// Rigid depth over half thickness: below 1/2, with a margin for the compliance of a hard contact.
 constexpr double kRigidShare = 0.4;
 static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
-// The share of a surface that may be thinner than what the rigid depth is made for: the tips of wedges and spikes, of
-// which there is no thinnest.
+// Share of a surface that may be thinner than the rigid depth is made for: tips of wedges and spikes have no least
+// thickness.
 constexpr double kThinShare = 0.02;
-// Of the field's error: what a point of one part must be inside of another to be left out.
+// Depth in errors of the field from which a point of one part inside another part is left out.
 constexpr double kBuriedErrors = 2;
-// Between faces that are nearer to each other than cells are long, a slope is less than 1.
+// Length below which a gradient is that of a crease, between faces nearer to each other than cells are long.
 constexpr double kShortGradient = 0.101;
-// Of a shell's spacing: what the rounding of its points may come to.
+// Limit of the rounding of a shell's points, as a share of its spacing.
 constexpr double kRoundingShare = 1e-3;
 
-// On a plane: so near to it; inside of it, where the field is that of planes for so far around.
+// Largest distance of a point on a plane, and half size of the box around the point where the field must be that of
+// planes.
 constexpr double kOnPlane_m = 5e-6, kInsidePlane_m = 5e-5;
 constexpr double kMinCell_m = 1e-5;
-// Of the radius of what is thin and round: distance between points, largest cell, and error of interpolation.
+// Spacing of points, largest cell and interpolation error of thin round shapes, as shares of the radius.
 constexpr double kRoundSpacing = 0.5, kRoundCell = 2, kRoundTolerance = 0.1;
 constexpr double kThinnessError_m = 2e-6;
-// What is round and thicker than this is sampled finely enough without.
+// Radius above which round shapes are sampled finely enough by default.
 constexpr double kThinRadius_m = 4e-4;
 
-/// Points as close as something round of this radius needs: the deepest place of a contact is then deeper than the
-/// nearest point by an eighth of the radius at most.
+/// Options with points close enough for a round shape of this radius: the deepest place of a contact is then deeper
+/// than the nearest point by at most an eighth of the radius.
 ContactShapeOptions for_radius(double radius_m, ContactShapeOptions options) {
   if (radius_m > kThinRadius_m) return options;
   options.spacing_m = std::min(options.spacing_m, kRoundSpacing * radius_m);
@@ -66,7 +67,7 @@ void require_positive(double value, const char* shape, const char* field) {
                               ", but must be a positive length in metres");
 }
 
-/// Shells have single-precision points: far from the origin they would all fall on a few places.
+/// Rejects meshes far from their origin: points in single precision would all fall on a few places.
 void require_near_origin(const geometry::TriangleMesh& mesh, double spacing_m) {
   double reach_m = 0;
   for (const Vec3& vertex : mesh.vertices) reach_m = std::max(reach_m, vertex.cwiseAbs().maxCoeff());
@@ -93,7 +94,7 @@ std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField
   return shape;
 }
 
-/// Whether a point lies on a plane that holds for all that is near it.
+/// Whether a point lies on a plane that equals the field everywhere near the point.
 bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   const std::span<const FieldPlane> planes = field.planes();
   if (planes.empty()) return false;
@@ -109,25 +110,26 @@ bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   return (field.planes_over(around, looks) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
-/// How far it is from a surface point straight inward to where the opposite surface is nearer; infinite if beyond
-/// `limit_m`. Where walls meet at an angle they are not opposite, however near.
+/// Distance from a surface point straight inward to the place where the opposite surface becomes the nearer one;
+/// infinite if beyond `limit_m`. Walls that meet at an angle are not opposite, however near.
 double half_thickness_at(const DistanceField& field, const ShellPoint& point, double limit_m) {
   const int steps = 24;
   const Vec3 normal = point.normal_S.cast<double>();
   const Vec3 p = point.p_S.cast<double>();
   const auto is_opposite_at = [&](double depth_m) {
     const Vec3 gradient = field.sample(p - depth_m * normal).gradient;
-    // A short one is of a crease, and says the way alone.
+    // A short gradient is that of a crease and gives the direction only.
     const double length = gradient.norm();
     return gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
   };
-  // Twice in a row, because on a crease of the field its gradient may be any.
+  // Required twice in a row, because the gradient on a crease of the field is arbitrary.
   bool was_opposite = false;
   for (int i = 1; i <= steps + 1; ++i) {
     const bool is_opposite = is_opposite_at(limit_m * i / steps);
     if (is_opposite && was_opposite) {
       double low_m = limit_m * (i - 2) / steps, high_m = limit_m * (i - 1) / steps;
-      // Whether it is too thin to hold is a matter of less than a step; the rigid depth is least there anyway.
+      // The check for shapes too thin to hold needs a finer resolution than a step; the rigid depth is at its minimum
+      // there anyway.
       while (kRigidShare * high_m < kMinRigidDepth && high_m - low_m > kThinnessError_m) {
         const double middle_m = (low_m + high_m) / 2;
         (is_opposite_at(middle_m) ? high_m : low_m) = middle_m;
@@ -139,7 +141,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// The half thickness than which all but a small share of the surface is thicker.
+/// Half thickness that is exceeded by all but a small share of the surface.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;
@@ -153,7 +155,7 @@ double thin_half_thickness(const DistanceField& field, const PointShell& shell) 
   return std::min(*thin, limit_m);
 }
 
-/// Of both without the points that are inside.
+/// Points of both shells, without those inside the shape.
 PointShell joined(const DistanceField& field, const PointShell& solid, const PointShell& sheet) {
   std::vector<ShellPoint> points;
   for (const PointShell* shell : {&solid, &sheet}) {
@@ -164,7 +166,7 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
   return PointShell::of(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
 }
 
-/// Solids and sheets beside them, each sampled as what it is.
+/// Samples solids and the sheets beside them, each by its kind.
 PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField& field, bool may_overlap,
                          const ContactShapeOptions& options, const std::function<void(double)>& progress) {
   PointShells shells = sample_surface(mesh, options, progress);
@@ -176,7 +178,7 @@ PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField&
   return {joined(field, shells.surface, sheet.surface), joined(field, shells.features, sheet.features)};
 }
 
-/// Joins the progress of stages, which may each begin again, into one that never goes back.
+/// Combines the progress of stages, each of which may restart, into one that never decreases.
 class StagedProgress {
  public:
   explicit StagedProgress(const std::function<void(double)>& progress) : progress_(progress) {}
@@ -287,7 +289,7 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   shape->shells = sample_parts(mesh, *shape->field, tree.may_overlap(), options, staged.stage(0.7, 0.95));
   shape->half_thickness_m = thin_half_thickness(*shape->field, shape->shells.surface);
   shape->rigid_depth_m = rigid_depth_of(shape->half_thickness_m);
-  // All who touch it get the same numbers, the server too.
+  // Reading back the coded bytes gives the server and all clients the same numbers.
   auto coded = contact_shape_from(contact_asset_bytes(*shape, 0));
   if (coded == nullptr) {
     throw geometry::MeshError("it needs " + std::to_string(shape->memory_bytes() >> 20U) +

@@ -1,4 +1,4 @@
-// Everything that is known of a shape that can be touched: its distance field and its points. Built once, shared.
+// A shape that can be touched: its distance field and its points. Built once, shared.
 #pragma once
 
 #include <cstdint>
@@ -15,37 +15,37 @@
 
 namespace tandem::contact {
 
-/// Immutable; shared by the bodies that look alike, by rooms, and by server and clients.
+/// Immutable; shared by bodies of the same shape, by rooms, and by server and clients.
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
-  /// The surface without the points that are inside of a plane of the field, where the other shape's points say all; none:
-  /// there is no such point.
+  /// Surface points outside all planes of the field; inside a plane, the other shape's points suffice. Empty optional:
+  /// no surface point is inside a plane.
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
-  /// Depth at which contact becomes rigid: less than half of the shape's thin places, so that what presses is
-  /// stopped before it sees the far side.
+  /// Depth at which contact becomes rigid: less than half of the thickness of the shape's thin places. A pressing point
+  /// thus stops before the far side of a wall is the nearer one.
   double rigid_depth_m = 5e-4;
-  double half_thickness_m = 1.25e-3;  ///< of its thin places; kMaxHalfThickness at most
-  double ball_radius_m = 0;           ///< it is one ball about the origin of S; 0: it is not
-  Rod rod;                            ///< it is this, or a ball
+  double half_thickness_m = 1.25e-3;  ///< half thickness of the shape's thin places; kMaxHalfThickness at most
+  double ball_radius_m = 0;           ///< radius of the shape if it is one ball about the origin of S; 0: no ball
+  Rod rod;                            ///< the shape as a rod, if it is a rod or a ball
 
   double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
   std::size_t memory_bytes() const;
   const PointShell& surface_off_planes() const { return off_planes ? *off_planes : shells.surface; }
-  /// Bounds and `off_planes`, from points and field.
+  /// Computes bounds and `off_planes` from points and field.
   void complete();
 };
 
-/// Of one shape in memory; what the default options make has less.
+/// Limit of the memory of one shape; shapes made with the default options need less.
 inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
-/// How hard zstd tries, 1 to 22.
+/// Compression level of zstd, 1 to 22.
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
-/// Thicker places are not measured: contact is rigid at kMaxRigidDepth.
+/// Limit of the measured half-thickness: where a shape is thicker, contact is rigid at kMaxRigidDepth.
 inline constexpr double kMaxHalfThickness = 1.25e-3;
-/// However thin a shape is: a fifth of what single contacts give way under a hand.
+/// Least rigid depth, however thin a shape is: a fifth of the compliance of single contacts under a hand.
 inline constexpr double kMinRigidDepth = 5e-5;
 
 /// How finely a shape is sampled.
@@ -54,30 +54,31 @@ struct ContactShapeOptions {
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
-  std::size_t max_grid_bytes = std::size_t{48} << 20U;  ///< what needs more gets wider cells, with as much more error
-  int threads = 2;                                      ///< that make it
+  /// a larger grid gets wider cells, with an error larger in proportion
+  std::size_t max_grid_bytes = std::size_t{48} << 20U;
+  int threads = 2;  ///< threads that build the grid
 
   // Points.
   double spacing_m = 4.5e-4;
-  /// Edges sharper than this, and corners of such edges, are sampled exactly and at `feature_spacing_m`: the points
-  /// between which a sharp feature would slip through.
+  /// Edges sharper than this, and their corners, are sampled exactly, at `feature_spacing_m`: a sharp feature could
+  /// otherwise slip through between points.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
-  double feature_height_m = 5e-5;  ///< vertices that stand out farther than this from the shell are added to it
+  double feature_height_m = 5e-5;  ///< vertices that protrude from the shell by more than this are added to it
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
   std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing; bumps may add a quarter
 #else
-  std::size_t max_points = 1'000;  ///< a fuzzer tries scenes by the thousand
+  std::size_t max_points = 1'000;  ///< a fuzzer tries thousands of scenes
 #endif
 
-  /// A solid with rods thinner than 0.8 mm gets points and cells that suit their radius, all over its surface.
+  /// Solids with rods thinner than 0.8 mm get points and cells that suit the rods' radius, on their whole surface.
   bool refines_rods = true;
 
-  /// A sheet is felt as a plate of this thickness around it.
+  /// An open sheet is treated as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;
 };
 
-/// Fails   std::invalid_argument: one that a mesh's shape depends on is out of its range
+/// Fails   std::invalid_argument: an option that affects a mesh's shape is out of its range
 void check(const ContactShapeOptions& options);
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});
@@ -93,20 +94,21 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
                                                       const ContactShapeOptions& options = {},
                                                       const std::function<void(double)>& progress = {});
 
-/// A mesh's shape as bytes: what the disk cache holds and what travels to clients. Little-endian, versioned, packed.
-/// Distances near the surface are within a thirty-second of the tolerance of what was measured (1 µm by default), points
-/// within a 512th of the spacing along each axis, normals within 0.1°; make_contact_mesh() has it like this already, so
-/// that server and clients touch the same shape to the bit.
+/// Serialises a mesh's shape for the disk cache and for clients. Little-endian, versioned, packed. Distances near the
+/// surface are within a thirty-second of the tolerance of the measured ones (1 µm by default), points within a 512th of
+/// the spacing along each axis, normals within 0.1°. The result of make_contact_mesh() is quantised in the same way, so
+/// that server and clients have identical shapes to the bit.
 ///
-/// In      packing_level  of zstd; 0: not packed
+/// In      packing_level  level of zstd; 0: not packed
 std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int packing_level = kPackingLevel);
-/// Null for bytes that are not a whole asset of this version, or for a shape of more than `limit_bytes` of memory; safe
-/// for hostile bytes: reading takes four times `limit_bytes` at most, and the time to fill it.
+/// Null for bytes that are not a whole asset of this version, or for a shape of more than `limit_bytes` of memory. Safe
+/// for hostile bytes: reading takes at most four times `limit_bytes`, and the time to fill it.
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes,
                                                        std::size_t limit_bytes = kMaxShapeBytes);
-/// All that the bytes of a mesh's asset depend on, so that a hash of it can be the key of a cache: the mesh, the options and the version.
+/// Serialises the inputs of a mesh's asset (mesh, options and version). A hash of these bytes can be the key of a
+/// cache.
 std::vector<std::uint8_t> contact_asset_origin(const geometry::ContactMesh& mesh, const ContactShapeOptions& options);
-/// Changes whenever the same mesh would give other bytes.
+/// Incremented whenever the same mesh would give different bytes.
 inline constexpr std::uint32_t kContactAssetVersion = 10;
 
 }  // namespace tandem::contact

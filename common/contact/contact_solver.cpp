@@ -1,8 +1,8 @@
-// One step in five parts: load() checks what the caller gives and turns it into bodies, couplings and patches with
-// rows; find_islands() groups what touches, for only that must be solved together; solve_island() minimises the
-// potential of each (ContactIsland: Newton's method), or leaves it in free flight where the numbers allow no solution;
-// solve_unyielding() evaluates contacts between bodies that no force moves; finish() gives velocities, wrenches and
-// bristles back.
+// One step has five parts. load() checks the input and converts it to bodies, couplings and patches with rows.
+// find_islands() groups bodies that touch, since only these must be solved together. solve_island() minimises the
+// potential of an island (ContactIsland: Newton's method), or leaves it in free flight where the numbers allow no
+// solution. solve_unyielding() evaluates contacts between bodies that no force moves. finish() returns velocities,
+// wrenches and bristles.
 #include "common/contact/contact_solver.hpp"
 
 #include <Eigen/Cholesky>
@@ -33,7 +33,7 @@ bool is_usable(const SolverCoupling& coupling) {
   return coupling.law != nullptr && is_finite(coupling.X_WH) && is_finite(coupling.V_WH) && is_finite(coupling.X_WT);
 }
 
-/// Not moving when its numbers are of no body.
+/// Returns a body that does not move if the input is invalid.
 IslandBody loaded(const SolverBody& in, double step_s) {
   IslandBody body;
   if (in.is_prescribed) {
@@ -78,7 +78,7 @@ struct ContactSolver::Impl {
   void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
               std::span<Wrench> tool_wrenches_W) const noexcept;
 
-  /// Null: static.
+  /// Null: static, or not used.
   IslandBody* body_of(int index) {
     if (index < 0 || index >= body_count) return nullptr;
     IslandBody& body = bodies[static_cast<std::size_t>(index)];
@@ -92,7 +92,7 @@ struct ContactSolver::Impl {
   int body_count = 0;
   std::vector<IslandPatch> patches;
   std::vector<IslandCoupling> couplings;
-  std::vector<IslandBody*> members;  ///< of the island that is solved
+  std::vector<IslandBody*> members;  ///< bodies of the island that is solved
   double step_s = 0;
   SolverReport report;
 };
@@ -150,7 +150,7 @@ void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) n
   }
 }
 
-// An island is called by the lowest index of its bodies that move.
+// The id of an island is the lowest index of its moving bodies.
 void ContactSolver::Impl::find_islands() noexcept {
   for (const IslandPatch& patch : patches) {
     if (!patch.moves_a() || !patch.moves_b() || patch.terms.first == patch.terms.end) continue;
@@ -208,7 +208,7 @@ void ContactSolver::Impl::use_free_flight(std::span<IslandPatch> touched, std::s
   for (IslandCoupling& coupling : coupled) coupling.is_void = true;
 }
 
-/// A prescribed body against what does not move: velocities are given, the forces follow.
+/// Contacts of prescribed bodies with bodies that do not move: the given velocities determine the forces.
 void ContactSolver::Impl::solve_unyielding() noexcept {
   for (IslandPatch& patch : of_island(patches, kUnyielding)) {
     patch.on_a_W = rows.evaluate(patch.terms, relative_twist(patch), FrictionLimit::kFollows);

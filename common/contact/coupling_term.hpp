@@ -1,4 +1,4 @@
-// A user's coupling as the contact solver sees it: taken at the end of the step, where the body will be.
+// A user's coupling in the contact solver: evaluated implicitly, at the body's pose at the end of the step.
 #pragma once
 
 #include "common/contact/block_cholesky.hpp"
@@ -8,25 +8,25 @@ namespace tandem::contact {
 
 /// The coupling of one step as a function of the body's twist.
 ///
-/// Model   The tool T is fixed to the body: at the end of the step r' = exp(h ω) r, p_WT = p_WC + h v + r',
-///         v_WT = v + ω × r'. Its wrench (f, τ) about T is (f, τ + r' × f) about C. The handle is where it was last
-///         seen and keeps its velocity there: what it does during the step is not known yet. The derivative is −Tᵀ (h
-///         K_d + B_v) T with T = [1, −[r']×], and −(h K_θ + B_ω) of the rotation. Left out, because no symmetric
-///         positive matrix holds it: the turning of the lever r' and of the rotation vector. The wrench is exact all
-///         the same. Where that does not converge, as when a hand's pose jumps by a radian, linearise() puts wrench and
-///         derivative in the place of the law for the rest of the step.
+/// Model   The tool T is fixed to the body: at the end of the step r' = exp(h ω) r, p_WT = p_WC + h v + r', v_WT = v +
+///         ω × r'. Its wrench (f, τ) about T is (f, τ + r' × f) about C. The handle keeps its last received pose and
+///         velocity, since its motion during the step is not known yet. The derivative is −Tᵀ (h K_d + B_v) T with T =
+///         [1, −[r']×], and −(h K_θ + B_ω) of the rotation. It omits the rotation of the lever r' and of the rotation
+///         vector, because no symmetric positive matrix contains them; the wrench is exact nevertheless. Where that
+///         does not converge, as when a hand's pose jumps by a radian, linearise() replaces the law by wrench and
+///         derivative for the rest of the step.
 class CouplingTerm {
  public:
   CouplingTerm() = default;
   CouplingTerm(const SolverCoupling& coupling, const SolverBody& body, double step_s);
 
-  /// On the body, about its centre of mass at the end of the step.
+  /// Wrench on the body, about its centre of mass at the end of the step.
   Wrench evaluate(const Twist& V_WC) noexcept;
-  /// −∂wrench/∂V_WC where evaluate() was last asked.
+  /// −∂wrench/∂V_WC at the twist of the last evaluate().
   Mat6 derivative() const noexcept;
-  /// From now on the wrench is linear in the twist, as it is now at `V_WC`.
+  /// Replaces the law by its linearisation at `V_WC` for all later evaluations.
   void linearise(const Twist& V_WC) noexcept;
-  /// As last evaluated, about the tool's origin.
+  /// Wrench of the last evaluation, about the tool's origin.
   const Wrench& on_tool_W() const { return on_tool_W_; }
 
  private:
@@ -50,7 +50,7 @@ class CouplingTerm {
   Mat6 derivative_ = Mat6::Zero();
 };
 
-/// What turns b into a × b.
+/// Matrix that maps b to a × b.
 Eigen::Matrix3d cross_matrix(const Vec3& a);
 
 }  // namespace tandem::contact

@@ -1,4 +1,5 @@
-// The one question that contact asks of a shape: how far is this point from your surface, and which way is out?
+// Signed distance of a point to a shape's surface, and the outward direction: the only query that contact makes to a
+// shape.
 #pragma once
 
 #include <array>
@@ -11,11 +12,12 @@
 namespace tandem::contact {
 
 struct DistanceSample {
-  double distance_m = 0;          ///< negative inside
-  Vec3 gradient = Vec3::UnitZ();  ///< of the distance: out of the shape; length about 1, less on a crease, never 0
+  double distance_m = 0;  ///< negative inside
+  /// gradient of the distance, out of the shape; length about 1, less on a crease, never 0
+  Vec3 gradient = Vec3::UnitZ();
 };
 
-/// A place, or a sample, in each row, so that what is done with all of them is done with vectors.
+/// One place, or one sample, in each row, so that operations on all of them are vectorised.
 inline constexpr std::size_t kEight = 8;
 using EightNumbers = std::array<double, kEight>;
 using EightPlaces = Eigen::Array<double, kEight, 3>;
@@ -30,17 +32,17 @@ inline void set_sample(EightSamples& samples, std::size_t i, const DistanceSampl
 
 struct OrientedBox;
 
-/// A part of a surface is flat: distance = normal·p + offset.
+/// Flat part of a surface: distance = normal·p + offset.
 struct FieldPlane {
   Vec3 normal = Vec3::UnitZ();  ///< unit, out of the shape
   double offset_m = 0;
 
   double distance_m(const Vec3& p) const { return normal.dot(p) + offset_m; }
 };
-/// Of a field's planes, a bit each.
+/// Set of a field's planes, one bit each.
 using PlaneSet = std::uint64_t;
 inline constexpr std::size_t kMaxPlanes = 64;
-/// A surface whose normal is as near to a plane's lies along it.
+/// Least cosine between the normal of a surface and that of a plane for the surface to count as part of the plane.
 inline constexpr double kOnPlaneCosine = 0.999;
 
 /// Signed distance to the surface of a shape, in the frame of the shape S.
@@ -50,40 +52,41 @@ class DistanceField {
  public:
   virtual ~DistanceField() = default;
 
-  /// Right to `error_m()` where |distance| ≤ `band_m()`. Beyond, of the right sign and never farther from zero than the
-  /// true distance plus `error_m()`: good for culling.
+  /// Accurate to `error_m()` where |distance| ≤ `band_m()`. Beyond, the sign is right and the magnitude is at most the
+  /// true distance plus `error_m()`, which suffices for culling.
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
   /// The same distance with its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
-  /// sample() of `count` places; faster together.
+  /// sample() of `count` places; faster in one call.
   ///
-  /// In      p_S      a place in each row
-  /// Out     samples  likewise: distance, gradient; of other rows anything
+  /// In      p_S      one place in each row
+  /// Out     samples  distance and gradient in each row; rows from `count` on are undefined
   virtual void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
     for (std::size_t i = 0; i < count; ++i) set_sample(samples, i, sample(place_at(p_S, i)));
   }
 
-  /// distance_m() of `count` places; faster together.
+  /// distance_m() of `count` places; faster in one call.
   ///
-  /// In      p_S          a place in each row
-  /// Out     distances_m  of other rows anything
+  /// In      p_S          one place in each row
+  /// Out     distances_m  entries from `count` on are undefined
   virtual void distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept {
     for (std::size_t i = 0; i < count; ++i) distances_m[i] = distance_m(place_at(p_S, i));
   }
 
-  /// The planes of its flat parts, kMaxPlanes at most; they live as long as the field.
+  /// Planes of the shape's flat parts, kMaxPlanes at most; they live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
-  /// Those whose largest distance is the field's all over a box, where it is not positive: a face, or where faces meet
-  /// at a convex edge or corner. Where it is positive, so is the field's, and not less. Within what samples are rounded
-  /// to. Six at most; none: it is not so, or not known.
+  /// Planes whose largest distance equals the field's distance everywhere in a box where it is not positive: a face, or
+  /// faces that meet at a convex edge or corner. Where the largest distance is positive, the field's distance is
+  /// positive too, and not less. Both hold within the rounding of samples. At most six planes; none: no such planes
+  /// exist, or it is unknown.
   ///
-  /// Out     looks  more by as many places as it looked at
+  /// Out     looks  incremented by the number of places read
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept {
     ++looks;
     return 0;
   }
 
-  /// The same at one place; faster.
+  /// planes_over() at one place; faster.
   virtual PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept { return 0; }
 
   virtual double error_m() const noexcept = 0;

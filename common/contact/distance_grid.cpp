@@ -16,7 +16,7 @@ namespace {
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
 
-/// Of a grid, what its cells are found by.
+/// Parameters for locating the cells of a grid.
 struct GridCells {
   Vec3 origin_S;
   double bricks_per_m, quantum_m;
@@ -28,7 +28,8 @@ struct GridCells {
 }  // namespace
 }  // namespace tandem::contact
 
-static_assert(std::endian::native == std::endian::little);  // of two samples at once, the lower half is the first
+// two samples are loaded at once, the first in the lower half
+static_assert(std::endian::native == std::endian::little);
 #define TANDEM_KERNEL "common/contact/lanes/grid_cells.inc"
 #include "common/contact/lanes/twice.inc"
 
@@ -55,7 +56,7 @@ double value(const Cell<T>& cell) {
   return mix(along_y(cell.at), along_y(cell.at + cell.plane), cell.z);
 }
 
-/// Single numbers: loading them as a vector right after they were stored one by one would stall.
+/// Scalars, since loading them as a vector right after storing them one by one would stall.
 struct Slope {
   double value, x, y, z;
 };
@@ -83,7 +84,7 @@ Slope value_and_slope(const Cell<T>& cell) {
   return {v0 + z * dz, dx0 + z * (dx1 - dx0), dy0 + z * (dy1 - dy0), dz};
 }
 
-/// The cell of a brick of `cells`³ that a place in the brick is in.
+/// Cell that contains a place in a brick of `cells`³ cells.
 Cell<std::int16_t> cell_of(const std::int16_t* samples, std::int32_t cells, const Vec3& in_brick) {
   // A place just below 1 may be rounded up to it by the scaling: it belongs to the last cell.
   const auto whole = [cells](double scaled) { return std::min(static_cast<std::int32_t>(scaled), cells - 1); };
@@ -190,7 +191,7 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double x = slope.x * per_cell;
   const double y = slope.y * per_cell;
   const double z = slope.z * per_cell;
-  // Where two sides are equally far the slope vanishes; the neighbourhood at large still knows a way out.
+  // The slope vanishes where two sides are equally far; the coarse lattice still has an outward direction.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};
@@ -202,7 +203,7 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
   return sample_brick(place, ref_at(place));
 }
 
-// What is NaN is to be asked alone.
+// Places with a NaN distance must be sampled one by one.
 void DistanceGrid::sample_cells(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept {
   const auto along = [this](std::size_t axis) { return static_cast<std::int32_t>(bricks_[axis]); };
   const GridCells cells{origin_S_,    bricks_per_m_,  quantum_m_, {along(0), along(1), along(2)},
@@ -227,7 +228,7 @@ void DistanceGrid::distances_m(const EightPlaces& p_S, std::size_t count, EightN
 }
 
 DistanceSample DistanceGrid::sample_outside(const Vec3& p_S) const noexcept {
-  // A place that is not a number is near nothing, and in no brick.
+  // A NaN place is in no brick; it gets a large distance.
   if (p_S.hasNaN()) return {kFarthest, Vec3::UnitZ()};
   const Vec3 p = p_S.cwiseMax(-kFarthestPlace_m).cwiseMin(kFarthestPlace_m);
   Place place;

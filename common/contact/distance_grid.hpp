@@ -1,4 +1,4 @@
-// The distance to a mesh, sampled so finely that interpolation is as good as the mesh, and only near its surface.
+// Sampled distance to a mesh: near the surface the samples are so fine that interpolation is as accurate as the mesh.
 #pragma once
 
 #include <array>
@@ -20,15 +20,15 @@ namespace tandem::contact {
 struct ContactShapeOptions;
 class BrickLattice;
 
-/// Signed distance in bricks of 4³, 8³ or 16³ cells where the surface is near, and on a coarse lattice elsewhere.
+/// Signed distance in bricks of 4³, 8³ or 16³ cells near the surface, and on a coarse lattice elsewhere.
 ///
-/// Model   trilinear interpolation of exact samples; the gradient is that of the interpolant, so that force is the
+/// Model   Trilinear interpolation of exact samples. The gradient is that of the interpolant, so that force is the
 ///         gradient of one potential. Where bricks of different resolution meet, the finer one's border follows the
-///         coarser's interpolation: the distance is continuous wherever there are bricks, so in the whole band.
-///         Beyond the band, distance_m() gives a lower bound that no interpolation error can make too large, while
-///         sample() gives the interpolated distance itself: it has a slope to look ahead along. So there |distance_m()|
-///         ≤ |sample().distance_m|. Outside of the lattice, sample() measures to the surface point that the lattice's
-///         border points at.
+///         coarser's interpolation: the distance is continuous wherever there are bricks, so in the whole band. Beyond
+///         the band, distance_m() returns a lower bound that accounts for the interpolation error. sample() returns the
+///         interpolated distance there, whose slope is useful for looking ahead, so that |distance_m()| ≤
+///         |sample().distance_m|. Outside of the lattice, sample() measures the distance to the surface point that the
+///         nearest border point of the lattice refers to.
 /// Source  Frisken, Perry, Rockwood, Jones, "Adaptively sampled distance fields", SIGGRAPH 2000, for the refinement by
 ///         interpolation error
 class DistanceGrid final : public DistanceField {
@@ -49,23 +49,23 @@ class DistanceGrid final : public DistanceField {
     return planes_.planes_over(box_S, looks);
   }
   PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
-  /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
-  /// is inside of sharp convex edges and beneath them, where the distance itself has a crease.
+  /// Largest error at the points tested during construction: middles of cells, where interpolation is worst. Most of
+  /// the error is inside of sharp convex edges and beneath them, where the distance itself has a crease.
   double error_m() const noexcept override { return error_m_; }
   double band_m() const noexcept override { return band_m_; }
 
-  /// Finds out where the distance is that to one of these planes, about: each is fitted to the samples near it.
+  /// Finds where the distance is that to a plane, starting from these guesses: each is fitted to the samples near it.
   void find_planes(std::vector<FieldPlane> guesses);
 
   double finest_cell_m() const { return cell_m(finest_); }
-  double coarsest_cell_m() const { return cell_m(coarsest_); }  ///< of the cells near the surface
-  std::size_t brick_count(int cells) const;                     ///< of those with `cells`³ cells
+  double coarsest_cell_m() const { return cell_m(coarsest_); }  ///< coarsest cells near the surface
+  std::size_t brick_count(int cells) const;                     ///< number of bricks with `cells`³ cells
   std::size_t memory_bytes() const;
 
-  /// Appends to `bytes`, exactly and packed: build() has left nothing that is not coded.
+  /// Appends the grid to `bytes`, exactly and packed: build() has rounded all values to coded ones.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
-  /// Reads what write() wrote and moves `bytes` past it. Null for anything else, or for more memory than `limit_bytes`:
-  /// every count, index and number of a hostile file is checked.
+  /// Reads bytes that write() wrote and removes them from `bytes`. Null for anything else, or for more memory than
+  /// `limit_bytes`: every count, index and number of a hostile file is checked.
   static std::unique_ptr<DistanceGrid> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 
  private:
@@ -87,7 +87,7 @@ class DistanceGrid final : public DistanceField {
 
   DistanceGrid() = default;
   double cell_m(std::uint32_t level) const { return brick_m_ / cells_of(level); }
-  /// What a sample at a corner of the lattice is predicted to be.
+  /// Predicted value of a sample at a corner of the lattice, in quanta.
   int corner_quanta(std::size_t corner) const;
   BrickLattice lattice() const;
   bool take_lattice(const BrickLattice& lattice);
@@ -99,8 +99,8 @@ class DistanceGrid final : public DistanceField {
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
-  /// Where the interpolated distance may err to beyond the band. Half a cell's diagonal for the samples of each lattice
-  /// from the coarsest on: as distances change by no more than the way, interpolation errs by less.
+  /// Bound of the interpolation error beyond the band: half a cell's diagonal for the samples of each lattice from the
+  /// coarsest on. Interpolation errs by less, since a distance has the Lipschitz constant 1.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));
@@ -115,19 +115,19 @@ class DistanceGrid final : public DistanceField {
   double distance_to_bounds_m(const Vec3& p_S) const noexcept;
 
   Vec3 origin_S_ = Vec3::Zero();                     ///< low corner of the lattice
-  std::array<std::uint32_t, 3> bricks_ = {1, 1, 1};  ///< along x, y, z
+  std::array<std::uint32_t, 3> bricks_ = {1, 1, 1};  ///< number of bricks along x, y, z
   double brick_m_ = 1;                               ///< edge of a brick
   double bricks_per_m_ = 1;
-  double quantum_m_ = 1;           ///< of the samples
-  double corner_quantum_m_ = 1;    ///< of the distances at corners
+  double quantum_m_ = 1;           ///< quantum of the samples
+  double corner_quantum_m_ = 1;    ///< quantum of the distances at corners
   std::uint16_t sample_step_ = 1;  ///< SampleCoding::step
   double band_m_ = 0;
   double error_m_ = 0;
-  Vec3 low_S_ = Vec3::Zero();  ///< box around all that is nearer than 0
+  Vec3 low_S_ = Vec3::Zero();  ///< box around all places with a negative distance
   Vec3 high_S_ = Vec3::Zero();
   std::uint32_t finest_ = 0;
   std::uint32_t coarsest_ = 0;
-  /// For each brick, x fastest: 0 without samples, else first sample · 4 + level + 1.
+  /// Reference of each brick, x fastest: 0 without samples, else first sample · 4 + level + 1.
   std::vector<std::uint32_t> refs_;
   std::vector<float> corners_m_;  ///< distances at the corners of all bricks
   std::vector<std::int16_t> samples_;

@@ -1,5 +1,5 @@
-// Sampling the distance to a mesh: which bricks, how finely, and how their borders are made to agree. Every brick is
-// sampled on its own, so threads share nothing and their number does not show in the result.
+// Sampling of the distance to a mesh: choice of bricks, their resolution, and matching of their borders. Each brick is
+// sampled on its own, so threads share nothing and their number does not affect the result.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -18,15 +18,16 @@
 namespace tandem::contact {
 namespace {
 
-/// Of the tolerance: how coarsely distances near the surface are coded.
+/// Coding step of distances near the surface, as a share of the tolerance.
 constexpr double kCodingShare = 1.0 / 16;
-/// So many bricks say how much all of a grid need; where that is too much, cells are widened for somewhat more.
+/// Number of bricks from which the memory of a grid is estimated, and the margin by which cells are widened if it is
+/// too much.
 constexpr std::size_t kBricksToExpectBy = 500;
 constexpr double kWidenFor = 1.05;
-/// Of a brick: how coarsely the distances at its corners, for what is far, are coded.
+/// Coding steps in a brick's edge for the distances at its corners.
 constexpr double kCornerSteps = 512;
 
-/// Signed for a solid, to the plate around a sheet; of both the nearer. Refers to the trees.
+/// Distance to a mesh: signed for a solid, to the plate around a sheet, or the nearer of both. Refers to the trees.
 ///
 /// In      sheet  beside a solid; null: none
 ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind,
@@ -38,7 +39,7 @@ ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::Surfa
     if (!is_solid) return closest.distance_m - half_thickness_m;
     const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;
     const double distance_m = is_inside ? -closest.distance_m : closest.distance_m;
-    // A plate may only be nearer than that within so much of its middle.
+    // A plate can be nearer only within this distance of its middle.
     const double reach_m = distance_m + half_thickness_m;
     if (sheet == nullptr || reach_m <= 0) return distance_m;
     return std::min(distance_m, sheet->closest(p_S, reach_m).distance_m - half_thickness_m);
@@ -59,7 +60,7 @@ class DistanceGridBuilder {
     lay_lattice(mesh);
   }
 
-  /// Which bricks there are. Out: how much memory the grid will need [bytes], as a few of them say.
+  /// Finds the bricks. Returns the memory that the grid will need [bytes], estimated from some of them.
   double lay_out(bool is_solid) {
     measure_corners();
     if (is_solid)
@@ -88,7 +89,7 @@ class DistanceGridBuilder {
   void code_corners();
   void measure_error();
   void collect();
-  /// Calls work(i) for all i below `count`, on all threads, and tells progress.
+  /// Calls work(i) for all i below `count`, on all threads, and reports progress.
   template <typename Work>
   void in_parallel(std::size_t count, double progress_from, double progress_to, const Work& work) const {
     parallel_for(options_.threads, count, work, [&](std::size_t i) {
@@ -131,7 +132,7 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   grid.band_m_ = options_.band_m;
   // The farthest sample is half a brick's diagonal beyond the farthest middle of a brick.
   grid.quantum_m_ = (grid.band_m_ + grid.brick_m_ * std::sqrt(3.0)) / kSampleSteps;
-  // Around it, as much space as the band takes, and a brick more: the border is outside and not near.
+  // Margin: the band and one more brick, so that the border is outside and not near.
   const double margin = grid.band_m_ + grid.brick_m_;
   const Vec3 size = grid.high_S_ - grid.low_S_ + Vec3::Constant(2 * margin);
   const Vec3 counts = (size * grid.bricks_per_m_).array().ceil();
@@ -213,7 +214,7 @@ void DistanceGridBuilder::sample_bricks() {
   in_parallel(lattice_.bricks.size(), 0.2, 0.97, [&](std::size_t i) { sample(lattice_.bricks[i]); });
 }
 
-/// From here on the samples are what they are at all who get them.
+/// Rounds the samples to their coded values, which every receiver gets.
 void DistanceGridBuilder::code_samples() {
   const SampleCoding coding{grid_->sample_step_};
   lattice_.code(
@@ -252,7 +253,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& m
     const double excess =
         builder.lay_out(mesh.kind == geometry::SurfaceKind::kSolid) / static_cast<double>(options.max_grid_bytes);
     if (excess > 1) {
-      // A surface has as many bricks as its area has squares of them.
+      // The number of bricks is proportional to the area over the square of their edge.
       const double wider = std::sqrt(kWidenFor * excess);
       fitting.cell_m *= wider;
       fitting.tolerance_m *= wider;

@@ -8,10 +8,10 @@
 namespace tandem::contact {
 namespace {
 
-// Where a ball is moved to the point farthest from its centre, by 1/2, 1/3, …: the radius is then within a few per cent
+// Rounds of moving a ball's centre towards the farthest point, by 1/2, 1/3, …: the radius is then within a few per cent
 // of the smallest (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
 constexpr int kBallRounds = 8;
-// Points that lie this near to a plane are as good as their mean.
+// Points this near to a plane may be represented by their mean.
 constexpr double kFlatBulge_m = 1e-5;
 
 struct Ball {
@@ -43,8 +43,8 @@ Ball small_ball(std::span<const ShellPoint> points, const Vec3& start) {
   return best;
 }
 
-/// `mean` where the points are flat. Where they are not it is off the surface: around the edge of a hole it is in the
-/// air, and would press on a peg that does not touch. There it is the point nearest to it.
+/// Returns `mean` for flat points, else the point nearest to it. The mean of other points is off the surface: around
+/// the edge of a hole it would press on a peg that does not touch.
 Eigen::Vector3f on_surface(std::span<const ShellPoint> points, const Vec3& mean, const Vec3& normal) {
   double bulge_m = 0;
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -69,14 +69,14 @@ ShellPoint merged(std::span<const ShellPoint> points) {
     normal += point.area_m2 * point.normal_S.cast<double>();
   }
   if (!(area > 0)) return points.front();
-  // Of points that face all ways, the first speaks for all.
+  // If the normals cancel, the first one is used.
   const bool has_direction = normal.norm() > 1e-6 * area;
   const Eigen::Vector3f direction =
       has_direction ? Eigen::Vector3f(normal.normalized().cast<float>()) : points.front().normal_S;
   return {on_surface(points, position / area, direction.cast<double>()), direction, static_cast<float>(area)};
 }
 
-/// Halves, but at borders of flat parts where there are some.
+/// Builds the tree by halving, at borders of flat parts where there are any.
 class TreeBuilder {
  public:
   explicit TreeBuilder(PointShell& shell) : shell_(shell), borders_(borders_of_parts(shell.points)) {}
@@ -104,7 +104,7 @@ class TreeBuilder {
     const Ball ball = small_ball(points, middle);
     ShellNode node;
     node.centre_S = ball.centre.cast<float>();
-    // The centre is rounded to single precision: every point is still inside.
+    // The radius covers the rounding of the centre to single precision.
     const double rounding = (node.centre_S.cast<double>() - ball.centre).norm();
     node.radius_m = std::nextafter(static_cast<float>((ball.radius_m + rounding) * (1 + 1e-6)),
                                    std::numeric_limits<float>::infinity());
@@ -115,7 +115,7 @@ class TreeBuilder {
     return node;
   }
 
-  // The border that is nearest to the middle.
+  // The border nearest to the middle.
   std::uint32_t middle_of(std::uint32_t first, std::uint32_t count) const {
     const std::uint32_t half = first + count / 2;
     const auto above = std::ranges::lower_bound(borders_, half);

@@ -1,4 +1,4 @@
-// A surface as points: what is asked of the other shape's distance field.
+// A surface as points, which are sampled in the other shape's distance field.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ namespace tandem::contact {
 struct ShellPoint {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();  ///< out of the shape, unit
-  float area_m2 = 0;                                   ///< its share of the surface; all shares sum to the surface
+  /// area of surface that the point represents; all areas sum to the surface
+  float area_m2 = 0;
 };
 
 /// A ball around points first .. first + count − 1, and around all nodes below it.
@@ -26,41 +27,41 @@ struct ShellNode {
   float radius_m = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  std::uint32_t next = 0;  ///< index of the node to go on with when this one is left out; node + 1 is its first child
+  std::uint32_t next = 0;         ///< index of the next node when this subtree is skipped; node + 1 is the first child
   std::uint32_t flat = kNotFlat;  ///< index in PointShell::flat_nodes
   bool is_leaf = false;
-  /// All its points as one, on the surface as they are: used where work must be bounded.
+  /// Mean of all points of the node, with their total area: used where work must be bounded.
   ShellPoint mean;
 
   static constexpr std::uint32_t kNotFlat = 0xffffffff;
 };
 
-/// The most points below a leaf.
+/// Largest number of points in a leaf.
 inline constexpr std::uint32_t kShellLeafPoints = 8;
 
-/// Points in the order of the tree over them (depth first), so that neighbours in space are neighbours in memory.
+/// Points in depth-first order of the tree over them, so that neighbours in space are neighbours in memory.
 struct PointShell {
   std::vector<ShellPoint> points;
   std::vector<ShellNode> nodes;  ///< node 0 is the root; empty without points
   std::vector<FlatNode> flat_nodes;
   double spacing_m = 0;  ///< no point of the surface is farther than this from a shell point
 
-  /// Builds the tree over `points`, which it puts in order.
+  /// Builds the tree over `points`, which it sorts.
   static PointShell of(std::vector<ShellPoint> points, double spacing_m);
 
-  /// The same of points that are in that order already.
+  /// Builds the same tree over points that are in its order already.
   static PointShell in_order(std::vector<ShellPoint> points, double spacing_m);
 
   double area_m2() const;
   std::size_t memory_bytes() const;
-  /// The points, as coarsely as contact_asset_bytes() says; the tree follows from them.
+  /// Writes the points with the resolution of contact_asset_bytes(); the tree follows from them.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
-  /// Nothing for anything that write() did not write, or for more memory than `limit_bytes`: counts and numbers are
+  /// Nothing for bytes that write() did not produce, or for more memory than `limit_bytes`: counts and numbers are
   /// checked.
   static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 };
 
-/// Both shells of a surface.
+/// Both shells of a shape's surface.
 struct PointShells {
   PointShell surface;   ///< everything, features included
   PointShell features;  ///< sharp edges, corners and small bumps alone; may be empty
@@ -71,7 +72,8 @@ struct ContactShapeOptions;
 /// Deterministic: the same mesh gives the same points.
 PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
                            const std::function<void(double)>& progress);
-/// Of a primitive: `outline` is its tessellation, `field` its exact distance, on whose surface the points are put.
+/// Shells of a primitive. `outline` is its tessellation, `field` its exact distance; points are projected onto the
+/// field's surface.
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
                            const ContactShapeOptions& options);
 

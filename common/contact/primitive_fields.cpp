@@ -14,23 +14,23 @@ Vec3 direction_or(const Vec3& a, const Vec3& otherwise) {
   return length > 0 ? Vec3(a / length) : otherwise;
 }
 
-/// Half-plane coordinates of a point around z: its distance from the axis, and the direction in which that grows.
+/// Cylindrical coordinates of a point: its distance from the z axis, and the direction in which that grows.
 struct Radial {
   explicit Radial(const Vec3& p) : radius_m(std::hypot(p.x(), p.y())) {
     if (radius_m > 0) outward = Vec3(p.x() / radius_m, p.y() / radius_m, 0);
   }
   double radius_m;
-  Vec3 outward = Vec3::UnitX();  ///< on the axis every direction is as good
+  Vec3 outward = Vec3::UnitX();  ///< arbitrary on the axis
 };
 
-/// Distance to what is bounded by planes (or a tube) from the signed distances to each: of a corner when outside
-/// several, of the nearest when inside all.
+/// Distance to the intersection of two regions from the signed distances to both: that to the corner outside both, else
+/// the larger one.
 double distance_to_corner(double a, double b) {
   if (a > 0 && b > 0) return std::hypot(a, b);
   return std::max(a, b);
 }
 
-/// Whether holds(p) for all corners of a box; where that bounds a convex region, then for all of the box.
+/// Whether holds(p) is true for all corners of a box; if it defines a convex region, it is then true in all of the box.
 template <typename Holds>
 bool all_corners(const OrientedBox& box, const Holds& holds) {
   for (unsigned i = 0; i < 8; ++i) {

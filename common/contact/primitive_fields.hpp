@@ -1,4 +1,4 @@
-// Exact distances of the shapes that have a formula.
+// Exact distance fields of primitives, by formula.
 #pragma once
 
 #include <memory>
@@ -7,21 +7,21 @@
 
 namespace tandem::contact {
 
-/// What they have in common: exact everywhere, and convex.
+/// Common base of the primitives' fields: exact everywhere, and convex.
 class ExactField : public DistanceField {
  public:
   double error_m() const noexcept override { return 0; }
   double band_m() const noexcept override;
 };
 
-/// All that is below z = 0.
+/// The half-space z ≤ 0.
 std::unique_ptr<ExactField> half_space_field();
 std::unique_ptr<ExactField> sphere_field(double radius_m);
 /// In      size_m  full edge lengths
 std::unique_ptr<ExactField> box_field(const Vec3& size_m);
-/// Axis z, centred.
+/// Centred, axis along z.
 std::unique_ptr<ExactField> cylinder_field(double radius_m, double length_m);
-/// Axis z, centred; `length_m` of the straight part.
+/// Centred, axis along z; `length_m` is that of the straight part.
 std::unique_ptr<ExactField> capsule_field(double radius_m, double length_m);
 
 }  // namespace tandem::contact

@@ -39,7 +39,7 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   while (index < shell.nodes.size()) {
     const ShellNode& node = shell.nodes[index];
     const double depth = -field.distance_m(X_FS * node.centre_S.cast<double>());
-    // The ball is around points: where its centre is deeper than its radius, so are they.
+    // The ball contains the points: if its centre is deeper than `depth_m` by more than its radius, so are all of them.
     if (depth > depth_m + node.radius_m) return true;
     const bool may_be_deeper = depth + node.radius_m > depth_m;
     if (may_be_deeper && node.is_leaf) {
@@ -52,7 +52,7 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   return false;
 }
 
-/// From a point of one surface to the nearest of the other, and back: closes in on the gap between two samples.
+/// Gap between the surfaces near a sample, by alternating projections.
 double refined(const Nearest& from, const DistanceField& own, const DistanceField& other, const Pose& X_OS) noexcept {
   constexpr int kRounds = 8;
   const Pose X_SO = X_OS.inverse();
@@ -69,7 +69,7 @@ double refined(const Nearest& from, const DistanceField& own, const DistanceFiel
   return nearest;
 }
 
-/// B's box, turned into A's axes, against A's box.
+/// Compares B's box, rotated into A's axes, with A's box.
 bool is_apart(const ContactShape& a, const ContactShape& b, const Pose& X_AB, double gap_m) noexcept {
   const Vec3 centre_a = (a.low_S + a.high_S) / 2;
   const Vec3 centre_b = X_AB * Vec3((b.low_S + b.high_S) / 2);
@@ -95,7 +95,7 @@ bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape&
 
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept {
-  // A little farther, for the samples lie beside the nearest points of the surfaces.
+  // Samples lie beside the nearest points of the surfaces, so the search reaches a little farther.
   const double reach = limit_m + a.shells.surface.spacing_m + b.shells.surface.spacing_m;
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_BA.inverse();

@@ -1,4 +1,4 @@
-// How far apart two shapes are: for grabs, and to see when two bodies have come apart.
+// Distance between two shapes, for grabbing and for detecting that two bodies have separated.
 #pragma once
 
 #include "common/contact/contact_shape.hpp"
@@ -7,14 +7,15 @@ namespace tandem::contact {
 
 /// Gap between the surfaces, negative when they overlap; infinite when it is more than `limit_m`.
 ///
-/// Model   smallest distance of a point of either shell in the other's field, found by branch and bound over
-///         the shells' trees, then refined by projecting to and fro between the surfaces (von Neumann's
-///         alternating projections); overlap is right to the spacing of the shells' points
+/// Model   Smallest distance of a point of either shell in the other's field, found by branch and bound over the
+///         shells' trees. It is refined by alternating projections between the surfaces (von Neumann). Overlap is
+///         accurate to the spacing of the shells' points
 /// Thread  any; no allocation
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept;
 
 /// Whether a point of either shell is deeper than `depth_m` in the other's field.
+///
 /// Cost    ends at the first such point: much less than shape_distance_m() for shapes that are deep in each other
 bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
               double depth_m) noexcept;

@@ -14,23 +14,23 @@
 namespace tandem::contact {
 namespace {
 
-// Until where motion is added up, since the cut keeps distances in single precision.
+// Limit of the accumulated motion, since the cut stores distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// So many times the looks that a step may take can be too many for one only; a coarser level that begins needs more, the first cut
-// most; and twice as many who looks far ahead.
+// Limits of a walk's queries as multiples of most_looks(): usual, first step at a coarser level, first cut. Wide bands
+// double them.
 constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
-// A part is looked over after this much motion, some of them earlier and one a step: small nodes next to a groove that was
-// passed by may be one large one above planes again. Where nothing came of it, after twice as much; where its questions were
-// too many for a step and it moves fast, after the most.
+// Motion of a part until it is checked again for halves to join, spread by share_of(), one part a step: small nodes
+// that have passed a groove may fit one large node above planes again. The motion doubles after a check without
+// success. It is the maximum where the queries were too many for a step and the part moves fast.
 constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
-// In a step.
+// Largest motion in a step that counts as slow.
 constexpr double kSlow_m = 2e-5;
-// Where a level has lasted for so many steps and more than this share of the room for the cut is in use, two nodes are one again as soon
-// as both are known for so much longer.
+// Conditions for join_far(): this many steps at a level, and more than this share of the room for the cut in use. It
+// joins two nodes if both bounds exceed the band by kJoinBeyond_m.
 constexpr std::uint32_t kStepsToJoin = 100;
 constexpr double kJoinFarAbove = 0.45, kJoinBeyond_m = 3e-4;
 
-// About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
+// Radius about the middle of the box. The surface bulges out of the box around its points by less than the spacing.
 double radius_of(const ContactShape& shape) {
   return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
 }
@@ -41,21 +41,21 @@ double chord(const Quat& a, const Quat& b) {
 
 }  // namespace
 
-/// A part of the shell, and its piece of the cut: small, so that it moves little when the shape turns.
+/// A small subtree of the shell and its piece of the cut. Its points move little when the shape turns.
 struct ShellCandidates::Part {
-  std::uint32_t node = 0;  ///< the root of its tree
+  std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double gone_m = 0;               ///< a sum over steps: none of its points has come nearer by more
-  double moved_m = 0;              ///< of that, in the last step
-  double asked_again_at_m = 0;     ///< the least of its nodes'
-  double looked_over_at_m = 0;     ///< whether halves in it are one above planes again
-  double looked_over_after_m = 0;  ///< and after so much motion the next time
-  bool has_open_question = false;  ///< whether some node of it is above planes: its cut begins anew
-  bool waits_for_rest = false;     ///< with that, until it moves slowly or has moved far
-  bool has_sampled = false;        ///< there may be nodes of which eight points stand for all
+  double gone_m = 0;               ///< accumulated motion: bounds the approach of each of its points
+  double moved_m = 0;              ///< share of the last step in gone_m
+  double asked_again_at_m = 0;     ///< least value of its nodes
+  double looked_over_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
+  double looked_over_after_m = 0;  ///< motion between that check and the one after
+  bool has_open_question = false;  ///< some node was not queried for planes: the next check rebuilds its cut
+  bool waits_for_rest = false;     ///< that check waits until the part is slow or has moved far
+  bool has_sampled = false;        ///< there may be sampled nodes: eight points represent all
 };
 
-/// What a level found, as in the members that keep_found() names.
+/// Result of a level: the members that keep_found() stores.
 struct ShellCandidates::Found {
   std::tuple<int, std::vector<Part>, std::vector<CutNode>, std::size_t, std::uint32_t, bool> all;
 };
@@ -67,7 +67,8 @@ ShellCandidates::ShellCandidates(std::uint32_t capacity)
     : largest_capacity_(capacity), capacity_(capacity), before_(std::make_unique<Found>()) {
   for (auto* parts : {&parts_, &std::get<std::vector<Part>>(before_->all)}) parts->reserve(kParts + 1);
   candidates_.reserve(capacity + kShellLeafPoints);
-  std::get<std::vector<CutNode>>(before_->all).reserve(cut_limit() / 2);  // finer levels are tried where there is room
+  // finer levels are tried only where there is room
+  std::get<std::vector<CutNode>>(before_->all).reserve(cut_limit() / 2);
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
   answers_.resize(kAnswers);
@@ -94,7 +95,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   is_try_ = tries_when_divided_ = has_rested_ = false;
   steps_to_divide_ = kStepsToDivide;
   divided_up_to_ = 0;
-  // At the coarsest level a part that is not divided is two candidates.
+  // At the coarsest level, a part that is not divided gives two candidates.
   divide(std::clamp<std::size_t>(capacity_ / 4, 1, kParts));
   std::ranges::fill(answers_, CutNode{});
   std::uint32_t most_points = 0;
@@ -105,12 +106,12 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   begin_cut();
 }
 
-// There may be nodes of which eight points stand for all.
+// Whether there may be nodes that are represented by eight of their points.
 bool ShellCandidates::has_sampled() const {
   return std::ranges::any_of(parts_, &Part::has_sampled);
 }
 
-// Cuts the tree into subtrees, the largest first.
+// Divides the tree into subtrees, splitting the largest first.
 void ShellCandidates::divide(std::size_t parts) noexcept {
   parts_.clear();
   if (shell_ == nullptr || shell_->nodes.empty()) return;
@@ -135,7 +136,7 @@ void ShellCandidates::divide(std::size_t parts) noexcept {
   std::sort(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) { return a.node < b.node; });
 }
 
-// Of which nothing is known.
+// Starts with one unknown node a part.
 void ShellCandidates::begin_cut() noexcept {
   cut_.clear();
   for (Part& part : parts_) {
@@ -157,7 +158,7 @@ void ShellCandidates::set_level(int level) noexcept {
   dense_steps_ = 0;
 }
 
-// What the cut knows of what is far stays true; who moves far in a step has no use for it.
+// Bounds of far nodes stay valid at the new level; with a wide band, few would last.
 void ShellCandidates::change_level(int level) noexcept {
   const bool is_finer = level < level_;
   set_level(level);
@@ -181,7 +182,7 @@ void ShellCandidates::change_level(int level) noexcept {
   }
 }
 
-// As one with its neighbour, where both are small enough for a leaf and some of it is near.
+// Appends an entry, joined with its neighbour where the parent is small enough for a leaf and one of both is near.
 void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
@@ -205,7 +206,8 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
   cut_.push_back(entry);
 }
 
-// Halves of what was divided, as one again: of all at once, some points of a part would stand for it. False: there are none.
+// Joins pairs of divided nodes by one level of the tree; joining more would leave a few points for a whole part. False:
+// no such pair.
 bool ShellCandidates::join_pairs() noexcept {
   const auto& nodes = shell_->nodes;
   set_level(level_);
@@ -234,7 +236,7 @@ bool ShellCandidates::join_pairs() noexcept {
   return has_divided_;
 }
 
-// False: it is too much.
+// False: the cut is too large to be stored.
 bool ShellCandidates::keep_found() noexcept {
   if (cut_.size() > std::get<std::vector<CutNode>>(before_->all).capacity()) return false;
   before_->all = std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_);
@@ -246,7 +248,7 @@ void ShellCandidates::take_back_found() noexcept {
   std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_) = before_->all;
 }
 
-// Far apart, one look at the poses is enough.
+// For shapes that are far apart, comparing poses is enough.
 bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
   if (gap_m_ < 0) return false;
   const double motion =
@@ -256,14 +258,15 @@ bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept 
 
 void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   gap_m_ = -1;
-  // Of a larger node not all points are known.
+  // In a larger node not all points were sampled.
   if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
   for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.asked_again_at_m - part.gone_m);
   X_FP_gap_ = X_FP;
 }
 
-// What is known of points is said for the least band: for a lesser one, steep fields may have come nearer than that.
+// Bounds of points were computed for the least band so far. In a steep field they may fail for a smaller band; the
+// difference is accounted for as motion.
 void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
@@ -273,8 +276,8 @@ void ShellCandidates::allow_band(double band_m) noexcept {
   least_band_m_ = band_m;
 }
 
-// Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of both: a
-// small tool may turn above a large table.
+// Relative to the field the points moved; relative to the points the solid did. The smaller of both motions bounds the
+// change of distances: a small tool may turn above a large table.
 void ShellCandidates::move(const Pose& X_FP) noexcept {
   const Eigen::Matrix3d R_before = R_FP_;
   const Vec3 p_before = p_FP_;
@@ -301,7 +304,7 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   if (!do_answers_hold) std::ranges::fill(answers_, CutNode{});
 }
 
-// Single precision is kept that way.
+// Resets the accumulated motion, which keeps single precision sufficient.
 void ShellCandidates::start_again_from_0(Part& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
     entry.asked_again_at_m = rounded_down(entry.asked_again_at_m - part.gone_m);
@@ -311,8 +314,8 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
   part.gone_m = 0;
 }
 
-// What is far for now, as few nodes: a shell that has moved past many things leaves a cut of small ones, which nobody asks again,
-// and no room for others.
+// Joins far nodes. A shell that has moved past many obstacles leaves a cut of small far nodes, which are not queried
+// again and occupy the room of others.
 void ShellCandidates::join_far() noexcept {
   const auto& nodes = shell_->nodes;
   std::size_t size = 0;
@@ -341,7 +344,7 @@ void ShellCandidates::join_far() noexcept {
   old_cut_.resize(size);
 }
 
-// False: there are more than there is room for.
+// False: more nodes or candidates than there is room for.
 bool ShellCandidates::walk(double band_m) noexcept {
   divide_looks_ = looks_to_divide();
   divide_points_ = 0;
@@ -376,14 +379,13 @@ bool ShellCandidates::walk(double band_m) noexcept {
   return true;
 }
 
-/// How far away those nodes of the cut are that are asked next, eight at a time: what each of them waits for is on its way
-/// while the others are asked.
+/// Batches the distance queries of the next nodes of the cut by eight, so that their memory accesses overlap.
 class ShellCandidates::Ahead {
  public:
   Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double gone_m, double band_m)
       : search_(search), entries_(entries), gone_m_(gone_m), band_m_(band_m) {}
 
-  /// Of entries that are asked, no leaves, one after the other.
+  /// Next distance; called once for each inner node that needs a query, in order.
   double next_nearest_m() noexcept {
     if (at_ == count_) ask();
     return nearest_m_[at_++];
@@ -415,7 +417,7 @@ class ShellCandidates::Ahead {
   EightNumbers nearest_m_;
 };
 
-// From a part on that the walk did not end, the cut is what it was.
+// Restores the cut from the part on where the walk ended early.
 void ShellCandidates::keep_rest(std::size_t part) noexcept {
   cut_.resize(part == 0 ? 0 : parts_[part - 1].begin + parts_[part - 1].count);
   for (; part < parts_.size(); ++part) {
@@ -441,7 +443,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.gone_m, band_m)) return false;
     Ahead ahead(*this, entries, part.gone_m, band_m);
-    bool was_asked = false;  // the entry before
+    bool was_asked = false;  // the previous entry
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       if (!was_asked && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.gone_m, band_m);
       if (i == entries.size()) break;
@@ -453,7 +455,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
         has_room = open_children(entry.node, part.gone_m, band_m);
         if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
       } else if (!is_known) {
-        // What is asked next is on its way while this is asked.
+        // Prefetches the next leaf while this entry is queried.
         if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
           LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
         }
@@ -472,7 +474,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.has_open_question = true;
       part.looked_over_at_m = part.gone_m;
     } else if (is_due && is_question_open_) {
-      // What answers a slow motion leaves true add up; with a fast one there would be no end.
+      // In slow motion, valid results accumulate from step to step; in fast motion the check would never complete.
       part.waits_for_rest = !is_slow;
       part.looked_over_at_m = part.gone_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
     } else if (is_due) {

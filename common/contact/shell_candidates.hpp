@@ -1,6 +1,6 @@
-// Which points of a shell are near the surface of another shape, or inside it, at this pose. A walk of the tree over the
-// shell costs much more than a step may; so the cut through the tree that the last step ended at is kept, and only what
-// may have come near since is asked again.
+// Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. Walking the whole
+// tree over the shell costs much more than a step allows. The search therefore keeps the cut through the tree where the
+// last step ended and queries only the nodes that may have come near since.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ namespace tandem::contact {
 
 struct ContactShape;
 
-/// What a search had to do.
+/// Work that a search did.
 struct ContactWork {
   std::uint32_t nodes = 0;
   std::uint32_t points = 0;
-  bool is_coarse = false;     ///< the budget was reached: points stand for several
-  bool is_refreshed = false;  ///< something was asked of the field
+  bool is_coarse = false;     ///< the budget was reached: points are merged
+  bool is_refreshed = false;  ///< the field was queried
 
   std::uint32_t looks() const { return nodes + points; }
   ContactWork& operator+=(const ContactWork& other);
@@ -29,36 +29,36 @@ struct ContactWork {
 
 /// The points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
-/// Model   a cut through the tree: of each of its nodes is known how far away its points are at least, and until part of
-///         the shell and field have moved by that against each other, it is not asked. Of a node, no point is nearer than
-///         distance(centre) − radius; a leaf has its points asked. Where more are near than there is room for, the points
-///         of a leaf that press are one candidate, with their force and the moment of it, and those that do not press
-///         yet another; and where that is too much, larger nodes are leaves, with as many of their points: first those that
-///         cannot press, then what may
-/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: motion that is allowed for;
-///         the cut, the bound of the motion and the larger leaves are ours
-/// Thread  one at a time; after construction no allocation
+/// Model   A cut through the tree. Each of its nodes has a lower bound of the distance of its points. A node is queried
+///         again only when its part of the shell and the field have moved by that bound against each other. No point of
+///         a node is nearer than distance(centre) − radius; a leaf has its points sampled. Where more points are near
+///         than there is room for, the pressing points of a leaf are merged into one candidate with their force and
+///         moment. The other near points are a second candidate. If these still are too many, larger nodes become
+///         leaves, with as many sampled points: first nodes that cannot press, then those that may
+/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: allowance for motion; the
+///         cut, the bound of the motion and the larger leaves are ours
+/// Thread  one at a time; no allocation after construction
 class ShellCandidates {
  public:
-  /// In      capacity  most candidates
+  /// In      capacity  largest number of candidates
   explicit ShellCandidates(std::uint32_t capacity);
   ShellCandidates(ShellCandidates&& other) noexcept;
   ~ShellCandidates();
 
-  /// In      shell  of `points`; may be empty
-  ///         solid  whose field it is
+  /// In      shell  shell of `points`; may be empty
+  ///         solid  shape that owns the field
   void bind(const PointShell& shell, const ContactShape& points, const ContactShape& solid,
             std::uint32_t capacity) noexcept;
 
-  /// Finds what is nearer than `band_m` at this pose.
+  /// Finds all points nearer than `band_m` at this pose.
   ContactWork refresh(const Pose& X_FP, double band_m) noexcept;
 
-  /// In the order of the shell; no point of the shell is in two of them.
+  /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return candidates_; }
   const PointShell& shell() const { return *shell_; }
-  /// For more contacts than least_contacts_of() each node, and one for each other candidate.
+  /// Number of contacts that may be added beyond least_contacts_of() for each node and one for each other candidate.
   std::size_t room() const { return capacity_ - contacts_; }
-  /// So many more the nodes should have, for all planes below them.
+  /// Number of additional contacts needed to represent every plane below the nodes.
   std::size_t more_contacts() const { return more_contacts_; }
 
  private:
@@ -112,7 +112,7 @@ class ShellCandidates {
   std::size_t put_known(std::span<const CutNode> entries, double gone_m, double band_m) noexcept;
   double nearest_m(const ShellNode& node) const;
   double nearest_m(const ShellNode& node, double distance_m) const;
-  /// So few points make a node so far away a leaf.
+  /// Largest number of points of a node at this distance that is treated as a leaf.
   std::uint32_t leaf_points(double nearest_m) const;
   CutNode planes_below(std::uint32_t index, double gone_m) noexcept;
   bool join_above_planes(double gone_m, double band_m) noexcept;
@@ -122,9 +122,9 @@ class ShellCandidates {
 
   const PointShell* shell_ = nullptr;
   const DistanceField* field_ = nullptr;
-  Vec3 points_centre_P_ = Vec3::Zero();  ///< of a ball around the shell's points
+  Vec3 points_centre_P_ = Vec3::Zero();  ///< centre of a ball around the shell's points
   double points_radius_m_ = 0;
-  Vec3 solid_centre_F_ = Vec3::Zero();  ///< of one around what `field_` is the distance to
+  Vec3 solid_centre_F_ = Vec3::Zero();  ///< centre of a ball around the solid of `field_`
   double solid_radius_m_ = 0;
   double rigid_depth_m_ = 0;
   std::uint32_t largest_capacity_ = 0;
@@ -134,49 +134,49 @@ class ShellCandidates {
   std::vector<CutNode> cut_;
   std::vector<CutNode> old_cut_;
   std::vector<ShellCandidate> candidates_;
-  std::vector<CutNode> answers_;    ///< of nodes that were asked for planes; each has one place
-  std::size_t contacts_ = 0;        ///< that must find room
-  std::size_t more_contacts_ = 0;   ///< that should
-  std::size_t near_count_ = 0;      ///< as many candidates there would be if each were a point
-  int level_ = kFine;               ///< kFine, or as leaf_points() says nodes are leaves, at most two candidates each
-  int coarsest_level_ = 0;          ///< where each part is a leaf until it is divided
-  std::uint32_t steps_to_try_ = 0;  ///< a finer level
+  std::vector<CutNode> answers_;    ///< cached results of plane queries; each node maps to one slot
+  std::size_t contacts_ = 0;        ///< contacts that must find room
+  std::size_t more_contacts_ = 0;   ///< additional contacts that should find room
+  std::size_t near_count_ = 0;      ///< number of near points, counted one by one
+  int level_ = kFine;               ///< kFine, or leaf_points() sets the leaf size, at most two candidates a leaf
+  int coarsest_level_ = 0;          ///< level where each part is a leaf until it is divided
+  std::uint32_t steps_to_try_ = 0;  ///< steps until a finer level is tried
   std::uint32_t steps_per_try_ = 0, steps_at_level_ = 0;
-  bool is_try_ = false;                             ///< this level was tried
-  std::size_t divided_up_to_ = 0;                   ///< the part where the next step goes on to divide nodes
-  std::uint32_t steps_to_divide_ = kStepsToDivide;  ///< at a level, until that begins
-  std::uint32_t steps_of_join_ = 0;                 ///< at this level, when what is far was joined in a full cut
-  bool tries_when_divided_ = false;                 ///< a finer level had no room before
-  bool has_rested_ = false;                         ///< the last step was like the one before
-  std::unique_ptr<Found> before_;                   ///< what the level before had, while it is
-  std::uint32_t walk_points_ = 0;                   ///< that the last walk asked
-  std::uint32_t dense_steps_ = 0;                   ///< that asked too many
-  double gap_m_ = 0;                                ///< motion until which there is nothing to do
+  bool is_try_ = false;                             ///< this level began as a trial
+  std::size_t divided_up_to_ = 0;                   ///< part where the next step continues to divide nodes
+  std::uint32_t steps_to_divide_ = kStepsToDivide;  ///< steps at a level until dividing begins
+  std::uint32_t steps_of_join_ = 0;                 ///< value of steps_at_level_ when join_far() last ran
+  bool tries_when_divided_ = false;                 ///< the last trial of a finer level had no room
+  bool has_rested_ = false;                         ///< the last step had the same pose as the one before
+  std::unique_ptr<Found> before_;                   ///< result of the previous level during a trial
+  std::uint32_t walk_points_ = 0;                   ///< points that the last walk queried
+  std::uint32_t dense_steps_ = 0;                   ///< consecutive steps with too many queries
+  double gap_m_ = 0;                                ///< motion below which no point can be near
   Pose X_FP_gap_;
-  double band_m_ = 0;        ///< of the last step, as its pose
-  double least_band_m_ = 0;  ///< of all steps
+  double band_m_ = 0;        ///< band of the last step
+  double least_band_m_ = 0;  ///< least band of all steps
   Pose X_FP_before_;
   bool has_walked_ = false;
 
-  // Of the step that goes on.
+  // State of the current walk.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
-  std::uint32_t root_ = 0;           ///< of the part that is walked
-  float first_at_m_ = 0;             ///< of the nodes that it keeps, when the first is asked again
-  std::size_t plane_looks_ = 0;      ///< of the field, for nodes that were newly asked for planes
-  bool is_question_open_ = false;    ///< in the part that is walked: some node was not asked
-  std::uint32_t looks_end_ = 0;      ///< of the walk
-  std::uint32_t divide_looks_ = 0;   ///< left to divide nodes of which eight points stand for all
-  std::uint32_t divide_points_ = 0;  ///< that were asked for that
-  bool divides_part_ = false;        ///< the one that is walked
-  bool has_divided_ = false;         ///< at this level
-  bool has_sampled_ = false;         ///< some node that the part keeps
-  bool may_look_over_ = false;       ///< a part, for halves that are one above planes
+  std::uint32_t root_ = 0;           ///< root of the part that is walked
+  float first_at_m_ = 0;             ///< least motion at which a kept node is queried again
+  std::size_t plane_looks_ = 0;      ///< places of the field read by new plane queries
+  bool is_question_open_ = false;    ///< some node of the walked part was not queried for planes
+  std::uint32_t looks_end_ = 0;      ///< limit of the walk's queries
+  std::uint32_t divide_looks_ = 0;   ///< remaining queries for dividing sampled nodes
+  std::uint32_t divide_points_ = 0;  ///< points queried by dividing
+  bool divides_part_ = false;        ///< sampled nodes of the walked part are divided
+  bool has_divided_ = false;         ///< nodes were divided at this level
+  bool has_sampled_ = false;         ///< the walked part keeps a sampled node
+  bool may_look_over_ = false;       ///< a part may be checked for halves to join above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;
-  static constexpr double kMayPress_m = 2e-4;                            ///< nearer than this
-  static constexpr std::uint32_t kStepsPerTry = 64, kStepsToDivide = 4;  ///< at first
+  static constexpr double kMayPress_m = 2e-4;                            ///< nodes nearer than this may press
+  static constexpr std::uint32_t kStepsPerTry = 64, kStepsToDivide = 4;  ///< initial values
 };
 
 }  // namespace tandem::contact

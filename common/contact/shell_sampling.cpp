@@ -11,22 +11,24 @@
 namespace tandem::contact {
 namespace {
 
-// The nearer to 1, the fewer the samples and the longer the search for the last gaps.
+// Least separation of samples in spacings. Nearer to 1 there are fewer samples, and the last gaps take longer to find.
 constexpr double kSeparation = 0.9;
-// Samples of a maximal spread a square of that separation: 0.70, the density at which random discs jam.
+// Largest number of samples in a square of that separation: a maximal spread has 0.70, the density at which random
+// discs jam.
 constexpr double kSamplesPerSquare = 0.75;
-// In spacings: pieces up to this are compared with one set of samples. Their corners are within 2/3 of it from their
-// centroid, for no median is longer than the longest side.
+// Longest side of a patch in spacings; its pieces are compared with one set of samples. The corners of a patch are
+// within 2/3 of that side from its centroid, since no median is longer than the longest side.
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
 // Rounding of the single-precision coordinates must not open a gap.
 constexpr double kReachRounding = 1 - 1e-4;
 
-// A piece of a patch halved this often is narrower than 1/30 of a spacing, and covered, unless single precision cannot
-// divide it: then it counts as covered. For halving the longest side n times leaves at most √3 · 2^(−n/2) of it.
+// Largest number of halvings. A piece of a patch is then narrower than 1/30 of a spacing, and covered unless single
+// precision cannot divide it; then it counts as covered. Halving the longest side n times leaves at most √3 · 2^(−n/2)
+// of it.
 constexpr int kMaxHalvings = 14;
 
-// Below, no spacing could be wide enough for the corners of a simple body.
+// Least limit of points: below it, no spacing would be wide enough for the corners of a simple body.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;
@@ -75,8 +77,8 @@ bool is_compatible(const geometry::SurfaceSample& sample, const Eigen::Vector3f&
   return sample.normal_S.dot(normal) > 0;
 }
 
-/// Cuts a triangle that is long and narrow across, into pieces about as long as `longest` or as they are wide: halving
-/// would keep them as narrow as the triangle.
+/// Cuts a long and narrow triangle across, into pieces whose length is about the larger of `longest` and their width.
+/// Halving would keep them as narrow as the triangle.
 void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pieces) {
   const float length = std::sqrt(triangle.longest_squared);
   const float height = 2 * triangle.area() / length;
@@ -105,7 +107,7 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // As of kMaxHalvings: more would not make the piece any shorter.
+  // More halvings than these would not shorten the piece, see kMaxHalvings.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -144,8 +146,8 @@ class Spreader {
     return true;
   }
 
-  /// Adds what stands out by more than `height_m`: vertices, and points of long edges. The highest first, no more than
-  /// fit, and none nearer than `apart_m` to one that reaches as far.
+  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. The highest come first,
+  /// as many as fit, and none nearer than `apart_m` to a feature that protrudes as far.
   void add_bumps(std::size_t sharp_count, double height_m, double apart_m) {
     sharp_count_ = sharp_count;
     smooth_end_ = grid_.samples().size();
@@ -208,7 +210,7 @@ class Spreader {
     for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
       look_at(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
     }
-    // Between its ends a long edge stands out by no more than the gap between samples times the sine of half its fold.
+    // Between its ends a long edge protrudes by no more than the gap between samples times the sine of half its fold.
     const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
     for (const geometry::MeshEdge& edge : surface_.edges) {
       const Vec3 along = surface_.vertex(edge.b) - surface_.vertex(edge.a);
@@ -220,8 +222,9 @@ class Spreader {
     return bumps;
   }
 
-  /// How far a point stands out, seen along its normal: above all samples within reach, which a flat body would miss;
-  /// or above most of those about one spacing away, between whose like on another body it would slip.
+  /// Height of a point along its normal: the larger of two values. The first is that above all samples within reach; a
+  /// flat body would miss such a point. The second is that above most samples about one spacing away; the point would
+  /// slip between such samples of another body.
   float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
     const float ring_outside = 1.25F * reach_;
@@ -273,18 +276,18 @@ class Spreader {
   std::size_t max_samples_;
   geometry::SampleGrid grid_;
   std::vector<Piece> stack_;
-  std::vector<Eigen::Vector3f> near_;  // what can cover the patch at hand
+  std::vector<Eigen::Vector3f> near_;  // samples that can cover the current patch
   std::vector<float> ring_drops_;
-  std::size_t sharp_count_ = 0;     // features come before the other samples,
-  std::size_t smooth_end_ = 0;      // and after them
-  Random random_{0x7368656C6CULL};  // any seed: the spread only has to be the same each time
+  std::size_t sharp_count_ = 0;     // end of the sharp features, the first samples
+  std::size_t smooth_end_ = 0;      // start of the bumps, the last samples
+  Random random_{0x7368656C6CULL};  // any seed, but a constant one
 };
 
-/// Divides a covered surface among its samples: each piece goes to the nearest that faces the same way. Samples for the
-/// faces beside sharp ones come after them.
+/// Divides a covered surface among its samples: each piece goes to the nearest sample that faces the same way. Samples
+/// for the faces beside sharp samples are appended.
 class Shares {
  public:
-  /// In      sharp_count  the first of `samples` are of sharp edges and corners
+  /// In      sharp_count  number of leading `samples` on sharp edges and corners
   Shares(const geometry::SurfaceTopology& surface, std::span<const geometry::SurfaceSample> samples,
          std::size_t sharp_count, double spacing_m)
       : surface_(surface),
@@ -308,26 +311,27 @@ class Shares {
   }
 
  private:
-  // In spacings: pieces up to this have one owner.
+  // Size in spacings up to which a piece has one owner.
   static constexpr float kGrain = 0.25F;
-  // What of its share a sharp sample keeps: with this a box on its edge presses as a foundation of its faces does.
+  // Share of its area that a sharp sample keeps: a box on its edge then presses like an elastic foundation of its
+  // faces.
   static constexpr double kEdgeShare = 0.15;
   static constexpr float kSameSide = 0.98F,
-                         kSharp = 0.5F;  ///< of normals; of those of a flatter fold both sides are alike
+                         kSharp = 0.5F;  ///< cosines of normals; flatter folds are not sharp
 
   struct Owner {
     Eigen::Vector3f p_S;
     std::uint32_t index;
   };
-  /// Of a sharp sample's share, what faces one way.
+  /// Part of a sharp sample's area that faces one way.
   struct Side {
     Eigen::Vector3f normal_S;
     double area_m2 = 0;
-    Vec3 moment = Vec3::Zero();  ///< of the area
+    Vec3 moment = Vec3::Zero();  ///< first moment of the area
   };
 
-  /// All of the share at the edge itself would press where one face alone does, and at an edge that leans, too early: most
-  /// of it goes to a sample in the middle of each side.
+  /// Moves most of a sharp sample's area to a sample in the middle of each side. At the edge, all of it would press
+  /// where only one face does, and too early at a tilted edge.
   void add_sides(std::size_t index, SpreadSamples& spread) {
     if (!is_sharp(sides_[index])) return;
     double all_m2 = 0;
@@ -388,7 +392,7 @@ class Shares {
     side->moment += piece.area() * piece.centroid().cast<double>();
   }
 
-  /// A sample whose share is too small to be seen takes half of its nearest neighbour's: none is without a force.
+  /// A sample with an area of 0 gets half of its nearest neighbour's, so that each sample has a force.
   void give_to_the_empty() {
     const auto samples = grid_.samples();
     for (std::size_t i = 0; i < areas_.size(); ++i) {
@@ -410,7 +414,7 @@ class Shares {
   float spacing_;
   geometry::SampleGrid grid_;
   std::vector<double> areas_;
-  std::vector<std::vector<Side>> sides_;  ///< of sharp samples
+  std::vector<std::vector<Side>> sides_;  ///< sides of the sharp samples
   std::vector<Piece> stack_;
   std::vector<Owner> owners_;
 };

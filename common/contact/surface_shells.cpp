@@ -1,5 +1,5 @@
-// From spread samples to the shells of a shape: a solid's as they are, a sheet's on both of its sides and around its
-// rim, a primitive's on its exact surface.
+// Converts spread samples to the shells of a shape. A solid's samples are used directly. A sheet gets points on both
+// sides and around its rim, a primitive on its exact surface.
 #include <numbers>
 
 #include "common/contact/contact_shape.hpp"
@@ -11,14 +11,15 @@
 namespace tandem::contact {
 namespace {
 
-// Primitives are made when a scene is loaded: with this many points, of a table 0.5 m wide, it takes 0.3 s.
+// Limit of a primitive's points. Primitives are made when a scene is loaded: a table 0.5 m wide with this many takes
+// 0.3 s.
 constexpr std::size_t kPrimitivePoints = 20'000;
-// A tessellation is a little smaller than the round shape in it: points moved out to the surface move apart as much.
+// A tessellation is slightly smaller than its round shape: points that are moved out to the surface also move apart.
 constexpr double kOutlineMargin = 0.998;
 // The outer side of a bent sheet is wider than its middle: samples of the middle are this much denser.
 constexpr double kSheetDensity = 0.8;
 
-/// A point on its way into the shells.
+/// A point for the shells.
 struct Candidate {
   ShellPoint point;
   bool is_feature = false;
@@ -92,7 +93,7 @@ class PlateSampler {
     }
   }
 
-  /// Without the points that are inside another part of the plate.
+  /// Candidates without those inside another part of the plate.
   std::vector<Candidate> visible() const {
     const geometry::TriangleTree tree(sheet_.mesh);
     std::vector<Candidate> visible;
@@ -163,7 +164,7 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   return shells_of(plate.visible(), spread.spacing_m / kSheetDensity);
 }
 
-/// Moves a point to the surface; an edge's by way of outside, from where the edge is nearest.
+/// Moves a point to the surface. A feature's point is first moved outside, from where the edge is the nearest place.
 void put_on_surface(const DistanceField& field, double out_m, Candidate& candidate) {
   ShellPoint& point = candidate.point;
   Vec3 p = point.p_S.cast<double>();
@@ -189,7 +190,8 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
-  // A primitive has none. Where its points are far apart its outline's corners would all be some: of a ball of 10 m that took 10 s.
+  // A primitive has no bumps. With wide spacing all corners of its outline would count as bumps; a ball of 10 m took 10
+  // s.
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);

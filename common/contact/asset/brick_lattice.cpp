@@ -6,9 +6,9 @@
 namespace tandem::contact {
 namespace {
 
-constexpr int kCorners = kBrickHalves;  ///< between the corners of a brick, in halves
+constexpr int kCorners = kBrickHalves;  ///< distance of a brick's corners, in halves
 
-/// Of the two, four or eight samples around a place that is in the middle between them.
+/// Mean of the two, four or eight samples around a place in the middle between them.
 int predicted_at(const Brick& brick, const Halves& at, int half_step) {
   std::array<int, 3> reach{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -19,7 +19,7 @@ int predicted_at(const Brick& brick, const Halves& at, int half_step) {
     const auto along = [&](std::size_t axis) { return (i >> axis & 1) != 0 ? reach[axis] : -reach[axis]; };
     sum += brick.samples[brick.offset(at[0] + along(0), at[1] + along(1), at[2] + along(2))];
   }
-  // Of an edge's middle each of the two came four times.
+  // The sum has eight terms: at the middle of an edge, each of the two samples counts four times.
   return (sum + 4) >> 3;
 }
 
@@ -104,7 +104,7 @@ void BrickLattice::match_border(Brick& brick) {
   }
 }
 
-/// The owner of a place on the border of `brick`, and where in the owner that is.
+/// Finds the owner of a place on the border of `brick`, and the place relative to the owner.
 const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const {
   const auto position = position_of(brick.index);
   const Brick* owner = &brick;

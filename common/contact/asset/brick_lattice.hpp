@@ -1,5 +1,5 @@
-// The bricks of a distance grid side by side: what they share, and their samples as few small numbers. Private to the
-// building, writing and reading of grids.
+// Bricks of a distance grid with shared borders, and the coding of their samples as few small numbers. Private to
+// construction, writing and reading of grids.
 #pragma once
 
 #include <algorithm>
@@ -13,18 +13,18 @@
 
 namespace tandem::contact {
 
-/// How samples are coded: each as what it is beyond the mean of its coarser neighbours, in steps.
+/// Coding of samples: each as its difference from the mean of its coarser neighbours, in steps.
 ///
-/// Model   r = round((s − p) / d), s' = p + r d; d = max(step, |p| / 128): near the surface within step/2 of the truth,
-///         far from it within 0.4 % of the distance. p is of samples that have been coded before, s', so errors do not
-///         add up; and what has been coded once stays as it is.
-/// Source  after the lifting scheme: Sweldens, "The lifting scheme: a construction of second generation wavelets", 1998,
-///         with linear prediction and without update
+/// Model   r = round((s − p) / d), s' = p + r d; d = max(step, |p| / 128): near the surface within step/2 of the exact
+///         value, far from it within 0.4 % of the distance. p is computed from coded samples s', so errors do not
+///         accumulate, and coding a second time changes nothing.
+/// Source  after the lifting scheme: Sweldens, "The lifting scheme: a construction of second generation wavelets",
+///         1998, with linear prediction and without update
 struct SampleCoding {
   int step = 1;  ///< quanta
 
   int step_at(int predicted) const { return std::max(step, std::abs(predicted) >> 7); }
-  /// r.
+  /// The number r of a sample.
   int steps_to(int sample, int predicted) const {
     const int step_here = step_at(predicted);
     const int beyond = sample - predicted;
@@ -32,11 +32,11 @@ struct SampleCoding {
   }
 };
 
-/// What a coder does with a sample: gives r, of one that is known or that it reads.
+/// Codes or decodes one sample: returns r, computed from the sample or read.
 ///
 /// In      depth      0 for the corners of a brick, 1 for the middles between them, …
 ///         predicted  in quanta
-///         sample     as it is; unspecified to one that reads
+///         sample     value before coding; unspecified when decoding
 using CodeSample = std::function<int(int depth, int predicted, int sample)>;
 
 class BrickLattice {
@@ -50,12 +50,12 @@ class BrickLattice {
   std::uint32_t index_of(const std::array<std::uint32_t, 3>& position) const {
     return (position[2] * along_[1] + position[1]) * along_[0] + position[0];
   }
-  /// In the order of their indices.
+  /// Appends a brick; bricks must be added in the order of their indices.
   void add(Brick&& brick);
 
-  /// Makes all samples what coding leaves of them, the coarsest bricks first. A place that several bricks share is
-  /// owned by the coarsest of them, of those the first; the others have there what the owner interpolates to, and code
-  /// nothing.
+  /// Replaces all samples by their coded values, the coarsest bricks first. A place that several bricks share is owned
+  /// by the coarsest of them, or by the first of equally coarse ones. The others interpolate from the owner there and
+  /// code nothing.
   ///
   /// In      corner_quanta  predicted sample at a corner of the lattice
   void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
@@ -66,14 +66,14 @@ class BrickLattice {
  private:
   void code_brick(Brick& brick, const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
                   const CodeSample& code_sample);
-  /// Marks in `is_known_` what others own.
+  /// Marks samples with another owner in `is_known_`.
   void match_border(Brick& brick);
   const Brick* owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const;
   std::size_t corner_of(const Brick& brick, const Halves& at) const;
 
   std::array<std::uint32_t, 3> along_ = {0, 0, 0};
-  std::vector<std::int32_t> brick_at_;  ///< for each place, its index in bricks or −1
-  std::vector<std::uint8_t> is_known_;  ///< of the brick that is coded
+  std::vector<std::int32_t> brick_at_;  ///< index in bricks of each place, or −1
+  std::vector<std::uint8_t> is_known_;  ///< for each sample of the current brick
 };
 
 }  // namespace tandem::contact

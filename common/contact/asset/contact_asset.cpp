@@ -1,4 +1,4 @@
-// The shape of a mesh as bytes: a grid, and two shells of points.
+// Serialised shape of a mesh: a grid, and two shells of points.
 #include <memory>
 #include <span>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// A grid as bytes: levels, corners and samples, each as few small numbers, packed. All that is read is checked.
+// Serialised grid: levels, corners and samples, coded as small numbers and packed. Everything read is checked.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,12 +13,12 @@
 namespace tandem::contact {
 namespace {
 
-/// Bounds of what is read from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
+/// Bounds of values from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
 constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
-constexpr int kDepths = 5;  ///< of SampleCoding: the corners of a brick, and four times the middles between
+constexpr int kDepths = 5;  ///< depths of SampleCoding: a brick's corners, then four levels of middles
 constexpr double kMaxCorner = 1 << 28;
 
 bool is_between(double value, double low, double high) {
@@ -29,7 +29,7 @@ bool is_in_world(const Vec3& p) {
   return p.cwiseAbs().maxCoeff() <= kWorld && p.allFinite();
 }
 
-/// Of seven neighbours that came before, on a lattice: what would continue them trilinearly.
+/// Predicts a corner by trilinear extrapolation from its seven preceding neighbours on a lattice.
 class CornerPredictor {
  public:
   explicit CornerPredictor(const std::array<std::uint32_t, 3>& bricks)
@@ -55,7 +55,7 @@ int DistanceGrid::corner_quanta(std::size_t corner) const {
   return static_cast<int>(std::clamp(quanta, -kSampleSteps, kSampleSteps));
 }
 
-/// Bricks with their levels and samples; without samples, of a grid that is being read, with room for them.
+/// Bricks with their levels and samples; for a grid that is being read, with space for samples.
 BrickLattice DistanceGrid::lattice() const {
   BrickLattice lattice(bricks_);
   for (std::size_t i = 0; i < refs_.size(); ++i) {
@@ -125,7 +125,7 @@ bool DistanceGrid::read_header(ByteReader& reader) {
   for (double* value : {&brick_m_, &quantum_m_, &corner_quantum_m_, &band_m_, &error_m_}) *value = reader.f64();
   sample_step_ = reader.number<std::uint16_t>();
   if (!reader.ok() || sample_step_ < 1) return false;
-  // Of counts up to 2¹⁶ the products do not overflow.
+  // The products of counts up to 2¹⁶ do not overflow.
   const bool has_counts = std::all_of(bricks_.begin(), bricks_.end(),
                                       [](std::uint32_t count) { return count >= 1 && count <= kMaxBricksAlong; });
   if (!has_counts || brick_total() > kMaxBricks) return false;
@@ -189,7 +189,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // More bytes than that no writer needs: most of the numbers take one.
+  // Upper bounds of a valid file: most of the numbers take one byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;
   const bool is_read = grid->set_levels(*levels, sample_count) &&

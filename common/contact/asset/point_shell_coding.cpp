@@ -1,4 +1,4 @@
-// A shell as bytes: what each point is beyond the one before it, in whole steps. The tree follows from the points' order.
+// Serialised shell: differences of consecutive points in whole steps. The tree follows from the points' order.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,10 +14,10 @@ namespace {
 
 constexpr double kMaxCoordinate = 1e4;
 constexpr double kMaxArea_m2 = 1e8;
-// In a spacing, and in its square.
+// Steps in a spacing, and in its square.
 constexpr double kPlaceSteps = 256;
 constexpr double kAreaSteps = 1024;
-// Along half an edge of the octahedron: an eleventh of a degree at most from step to step.
+// Steps along half an edge of the octahedron: consecutive directions differ by an eleventh of a degree at most.
 constexpr int kNormalSteps = 1024;
 constexpr std::size_t kNumbers = 6;
 
@@ -39,7 +39,7 @@ Eigen::Vector3f normal_of(std::int32_t u, std::int32_t v) {
       .cast<float>();
 }
 
-/// Points into steps, one after the other; what rounding takes from one area the next gets.
+/// Converts points to steps, in order; the rounding error of an area is carried to the next one.
 class Coder {
  public:
   explicit Coder(double spacing_m) : place_m_(spacing_m / kPlaceSteps), area_m2_(spacing_m * spacing_m / kAreaSteps) {}
@@ -54,7 +54,7 @@ class Coder {
     steps[3] = u;
     steps[4] = v;
     const double area = static_cast<double>(point.area_m2) / area_m2_ + carried_;
-    // None is without a force.
+    // Each point keeps a force.
     steps[5] = std::max(1, static_cast<std::int32_t>(std::lround(area)));
     carried_ = std::clamp(area - steps[5], -1.0, 1.0);
     return steps;
@@ -75,7 +75,7 @@ class Coder {
   double carried_ = 0;
 };
 
-/// Sum, or none where it is out of range.
+/// Adds in place. False: the sum is out of range.
 bool add(std::int32_t& value, std::int32_t more) {
   return !__builtin_add_overflow(value, more, &value);
 }

@@ -12,24 +12,25 @@
 namespace tandem::contact {
 namespace {
 
-// Shares of the depth, from the deepest point. With the first, the moment of friction about the normal is exact.
+// Ends of slices as shares of the depth, from the deepest point. The first makes the moment of friction about the
+// normal exact.
 constexpr double kInner = 0.14288946;
 constexpr double kMiddle = 0.65;
-// As of flat nodes: ends of slices.
+// Depth of the first slice beyond contact, and ratio of the next ones, as for flat nodes.
 constexpr double kFirstSlice_m = 1.6e-5;
 constexpr double kNextSlice = 4;
 constexpr int kGapSlices = 4;
-// In a gap, the one that is four contacts, where pairs will press.
+// Index of the slice that is four contacts in a gap, where pairs will press.
 constexpr int kWideSlice = 2;
-// Of the radius; deeper, the formula's plane may be thinner than the ball.
+// Largest depth as a share of the radius; deeper, the solid below the plane may be thinner than the ball.
 constexpr double kMaxDepth = 0.5;
 
-/// How far above the lowest point of a ball the cap ends that is nearer than the band.
+/// Height above the lowest point of a ball up to which the ball is nearer than the band.
 double cap_height_m(double radius_m, double depth_m, double band_m) {
   return std::min(depth_m + band_m, radius_m);
 }
 
-/// Two axes across a normal that depend on nothing else.
+/// Two tangents that depend on the normal only.
 std::array<Vec3, 2> tangents_of(const Vec3& normal) {
   int least = 0;
   normal.cwiseAbs().minCoeff(&least);
@@ -58,8 +59,8 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
   box.centre = centre_F - (radius_m - cap_m / 2) * nearest->normal;
   const double half_m = std::sqrt(cap_m * (2 * radius_m - cap_m));
   box.half_m = Vec3(half_m, half_m, cap_m / 2);
-  // A field that does not know its distance exactly lets balls through that are clear, beside an edge: over the cap
-  // another plane may then be the largest than at the centre.
+  // In an inexact field a ball that is clear may pass the tests above beside an edge: over the cap, another plane may
+  // be larger than the one at the centre.
   const PlaneSet nearest_alone = PlaneSet{1} << static_cast<unsigned>(nearest - all.data());
   return largest_over(all, planes, box) == nearest_alone ? nearest : nullptr;
 }
@@ -74,7 +75,7 @@ void add_ball_on_plane(const FieldPlane& plane, const Pose& X_WF, const Vec3& ce
   const Vec3 normal_W = R_WF * plane.normal;
   const Vec3 centre_W = R_WF * centre_F + X_WF.p;
   std::uint32_t id = ContactPoint::kClosedForm;
-  // `share` of what is between two distances from the lowest point.
+  // Adds the area between two distances from the lowest point, times `share`.
   const auto add = [&](double begin_m, double end_m, double share, const Vec3& aside_W) {
     const std::uint32_t own_id = id++;
     if (!(end_m > begin_m)) return;

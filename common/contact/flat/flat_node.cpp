@@ -15,18 +15,18 @@
 namespace tandem::contact {
 namespace {
 
-// No shape that was sampled here has more; what bytes from elsewhere can ask for is bounded.
+// Limit of points, above all shapes sampled here: it bounds the work that foreign bytes can cause.
 constexpr std::size_t kMaxPoints = 600'000;
-// Fewer points of a plane have the sides of its part.
+// Least number of points of a node that may have axes other than its part's.
 constexpr std::uint32_t kMinPart = 128;
 
-// Of the eigenvalues of a covariance the smallest is at least the determinant over the square of half the trace.
+// The smallest eigenvalue of a covariance is at least its determinant over the square of half its trace.
 bool is_surely_bent(const Moments& moments) {
   const double half_trace = moments.covariance.trace() / 2;
   return moments.covariance.determinant() > kFlat_m * kFlat_m * half_trace * half_trace;
 }
 
-/// In      of_part  axes of the flat part that it is in; null: not found yet, and found here
+/// In      of_part  axes of the flat part that contains the node; if empty, they are determined here
 std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const ShellNode& node,
                                      std::optional<Eigen::Matrix3d>& of_part) {
   const Moments moments = moments_of(points);
@@ -38,7 +38,7 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
     of_part = axes_of_rectangle(points, moments.covariance);
   }
   if (auto rectangle = rectangle_of(points, node, moments, box_along(points, *of_part))) return rectangle;
-  // What lies on one plane may be several parts.
+  // Points on one plane may belong to several parts.
   if (must_be && node.count >= kMinPart) {
     const Eigen::Matrix3d own = axes_of_rectangle(points, moments.covariance);
     if (auto rectangle = rectangle_of(points, node, moments, box_along(points, own))) {
@@ -99,7 +99,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node) {
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes) {
   std::vector<FlatNode> found;
   if (points.size() > kMaxPoints) return found;
-  std::size_t flat_end = 0;  // of the nodes below the last flat one
+  std::size_t flat_end = 0;  // end of the nodes below the last flat one
   std::optional<Eigen::Matrix3d> axes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     ShellNode& node = nodes[i];

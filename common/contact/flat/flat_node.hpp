@@ -1,4 +1,4 @@
-// Nodes of a shell whose points lie on one plane: where their depths are linear in their place, few points act as all.
+// Nodes of a shell whose points lie on one plane: depth is linear in the place, so few points represent all.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace tandem::contact {
 struct ShellNode;
 struct ShellPoint;
 
-/// A box at any angle.
+/// A box of any orientation.
 struct OrientedBox {
   Vec3 centre = Vec3::Zero();
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< unit columns
@@ -23,49 +23,52 @@ struct OrientedBox {
   OrientedBox moved(const Eigen::Matrix3d& R_FB, const Vec3& p_FB) const {
     return {R_FB * centre + p_FB, R_FB * axes, half_m};
   }
-  /// Of n·p over the box: from the middle to the most.
+  /// Largest n·p over the box less that at its centre.
   double reach_m(const Vec3& normal) const { return (axes.transpose() * normal).cwiseAbs().dot(half_m); }
 };
 
-/// The largest distance to some planes of a field; of none, minus infinity.
+/// Largest distance to the planes of a set; minus infinity for an empty set.
 double largest_m(std::span<const FieldPlane> planes, PlaneSet set, const Vec3& p);
 
-/// Of planes of a field those whose distance may be the largest somewhere in a box.
+/// Planes of a set whose distance may be the largest somewhere in a box.
 PlaneSet largest_over(std::span<const FieldPlane> planes, PlaneSet set, const OrientedBox& box);
 
-/// Of the polygon that a flat node is.
+/// Largest number of corners of a flat node's polygon.
 inline constexpr std::size_t kMaxFlatCorners = 8;
 
-/// The points of a node that lie within a few micrometres of a plane.
+/// Moments of a node's points that lie within a few micrometres of a plane, and their polygon.
 ///
-/// Model   area, mean and covariance of the points; four points, each with a quarter of the area, at mean ± deviations
-///         have the same, so that a force that is linear over the node has the same sum and moment. Or the convex polygon
-///         that they cover evenly, of which that is true of each part
+/// Model   Area, mean and covariance of the points. Four points at mean ± deviations, each with a quarter of the area,
+///         have the same moments. A force that is linear over the node thus has the same sum and moment. Where the
+///         points cover a convex polygon evenly, the same is true of each part of the polygon
 struct FlatNode {
   Eigen::Vector3f mean_S = Eigen::Vector3f::Zero();
-  /// Unit, in the plane: the axes of the covariance; of a polygon, along the smallest box.
+  /// Unit vectors in the plane: the axes of the covariance, or for a polygon the sides of the smallest box.
   Eigen::Vector3f along_S = Eigen::Vector3f::UnitX();
   Eigen::Vector3f across_S = Eigen::Vector3f::UnitY();
   float deviation_along_m = 0;
   float deviation_across_m = 0;
-  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();  ///< of the box around points and polygon, along these axes
+  /// centre of the box around points and polygon, along these axes
+  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f half_m = Eigen::Vector3f::Zero();
-  std::uint32_t corner_count = 0;  ///< 0: it is no polygon
-  /// Along and across from the mean, anticlockwise.
+  std::uint32_t corner_count = 0;  ///< 0: no polygon
+  /// Corners relative to the mean (along, across), anticlockwise.
   std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 
   bool is_polygon() const { return corner_count > 0; }
-  /// Whether the four points are in the box. Where a few points lie far from many, mean − deviation is beyond all of them.
+  /// Whether the four points are in the box. If a few points lie far from many others, mean − deviation is beyond all
+  /// points.
   bool has_four_inside() const;
   OrientedBox box_S() const;
 };
 
-/// The share of the four points: of the node's points in order, where the tree divides them and its halves. So each of
-/// the four stands for those that are nearest to it.
+/// Borders of four consecutive ranges of a node's points, one for each of its four points. The tree divides the node
+/// and its halves there, so that each of the four represents the points nearest to it.
 std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
-/// Of nodes with more points than a leaf, those that are flat, and all below them.
-/// Out     in `nodes`, ShellNode::flat
+/// Finds the flat nodes among those with more points than a leaf, and all nodes below them.
+///
+/// Out     nodes  ShellNode::flat
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes);
 
 }  // namespace tandem::contact

@@ -16,29 +16,31 @@
 namespace tandem::contact {
 namespace {
 
-// Of a place along a side, beyond the surface: samples of a field err at sharp edges by up to a tenth of a millimetre.
+// Tolerance for places outside the surface: samples of a field err by up to a tenth of a millimetre at sharp edges.
 constexpr double kBeyond_m = 1.1e-4;
-// Points that cover a polygon: fewer are looked at one by one. Of a rectangle's half sides and their deviations; of cells.
+// Criteria for even cover: least number of points (smaller nodes use single points), then the tolerances of half sides
+// and deviations of a rectangle, and of the areas of cells.
 constexpr std::size_t kMinPolygon = 33;
 constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// Of the way from point to point: what is so wide each way, and on the surface, has a point in it.
+// Size of parts, in spacings of points: each part of this size on the surface contains a point.
 constexpr double kPart = 2;
-// Of a part, in the polygon: as good as all of it.
+// Least share of a part inside the polygon for it to count as a whole part.
 constexpr double kWholePart = 0.8;
-// What a polygon may leave out of what is around its points, and how far its sides may be from there.
+// Tolerances of a polygon: omitted length around its points, and shift of its sides from their hull.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// What is as narrow is a line.
+// A narrower node is a line.
 constexpr double kMinDeviation_m = 5e-4;
-// Of a line, half of what it is wide, at least.
+// Least half width of a line.
 constexpr double kThinnest_m = 1e-7;
-// Of a box in single precision, 10 cm from the origin.
+// Rounding of a box in single precision, 10 cm from the origin.
 constexpr float kPointRounding_m = 2e-8F;
 
-/// Of so many cells along each side of a box, the one that a point is in; of a line, across it, the first.
+/// Index of the cell of a box that contains a point, for this number of cells along each side. A line has one cell
+/// across.
 std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen::Array2i& cells) {
   const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
   const auto cell = [&](int i) {
@@ -48,7 +50,7 @@ std::size_t cell_of(const ShellPoint& point, const OrientedBox& box, const Eigen
   return static_cast<std::size_t>(cell(1) * cells[0] + cell(0));
 }
 
-/// Of a polygon about the middle of a box, what is in each cell: visit(index, its share of the cell).
+/// Calls visit(index, share) for each cell of a box with the share of it inside a polygon about the box's middle.
 template <typename Visit>
 void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Array2i& cells, const Visit& visit) {
   const Eigen::Vector2d half_m = box.half_m.head<2>().cwiseMax(kThinnest_m);
@@ -68,14 +70,14 @@ void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Arra
   }
 }
 
-/// Whether each small part of a polygon has a point: what is missing, of a side or from a hole, has no such part in it.
+/// Whether each small part of a polygon has a point. Rejects polygons with a hole or a missing side.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
   if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // a line
   const auto count = static_cast<double>(points.size());
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // Narrow: there are fewer points.
+  // A narrow polygon has fewer points than parts.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
@@ -88,9 +90,9 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
 /// Whether each cell of a polygon has its share of the points' area.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
-  // Axes of another line in the plane may be those of another plane.
+  // Axes that were found for a line may not be those of the points' plane: the box is then too thick.
   if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
-  constexpr int kCells = 4;  // along each side; nothing in one of them is no polygon
+  constexpr int kCells = 4;  // along each side; an empty cell rejects the polygon
   Eigen::Array2i cells(kCells, kCells);
   for (int i = 0; i < 2; ++i) {
     if (box.half_m[i] <= kFlat_m) cells[i] = 1;
@@ -107,7 +109,7 @@ bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, 
   return is_even;
 }
 
-/// Whether they are those of a rectangle.
+/// Whether the moments are those of a rectangle.
 bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   const Vec3 way = (box.axes.transpose() * (moments.mean - box.centre)).cwiseAbs();
   const Eigen::Matrix3d covariance = box.axes.transpose() * moments.covariance * box.axes;
@@ -120,8 +122,8 @@ bool has_moments_of(const Moments& moments, const OrientedBox& box) {
   return true;
 }
 
-/// Whether one of some places of a polygon, along its sides or on the way from there to its mean, is outside of what has
-/// this field.
+/// Whether a polygon extends outside of the field's surface at one of some places, on its sides or between these and
+/// its mean.
 bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   constexpr double kStep_m = 1.5e-3;
   constexpr int kMinSteps = 4, kMaxSteps = 32, kRounds = 3;
@@ -142,7 +144,7 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   return false;
 }
 
-/// Of the ways to name and direct the axes, the one in which the four points are nearest to the means of the quarters.
+/// Chooses the order and signs of the axes for which the four points are nearest to the means of the quarters.
 void direct_axes(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments, Vec3& deviations,
                  Eigen::Matrix3d& axes) {
   const auto quarters = quarters_of(node);
@@ -215,7 +217,7 @@ FlatNode node_along(std::span<const ShellPoint> points, const ShellNode& node, c
 
 namespace {
 
-/// Corners in S; the box grows to have them.
+/// Sets corners given in S; the box grows to contain them.
 void set_corners(FlatNode& flat, std::span<const Vec3> corners_S) {
   const Eigen::Matrix3d axes = flat.box_S().axes;
   const Vec3 middle = axes.transpose() * (flat.centre_S - flat.mean_S).cast<double>();
@@ -232,7 +234,7 @@ void set_corners(FlatNode& flat, std::span<const Vec3> corners_S) {
   flat.half_m = ((high - low) / 2).cast<float>();
 }
 
-/// Whether each side of a polygon is where it was.
+/// Whether each side of a polygon is near its former place.
 bool has_sides_near(const Polygon& now, const Polygon& before) {
   const std::size_t count = now.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -277,7 +279,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
   const Eigen::Matrix2d turn = (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished();
   axes.leftCols<2>() = (axes.leftCols<2>() * turn).eval();
   for (Eigen::Vector2d& corner : polygon) corner = (turn.transpose() * corner).eval();
-  // With the points' own mean and covariance: about what lies between their outermost and the middle to the next ones.
+  // Adapts the polygon to the points' mean and covariance: its sides are then about halfway between the outermost
+  // points and the next ones.
   const AreaMoments sum = moments_of(polygon);
   const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();
   const Eigen::LLT<Eigen::Matrix2d> from(covariance_of(sum)), to(covariance);
@@ -312,7 +315,7 @@ void drop_polygons_off(const DistanceField& field, PointShell& shell) {
     if (!flat.is_polygon() || !reaches_beyond(flat, field)) continue;
     const auto points = std::span<const ShellPoint>(shell.points).subspan(node.first, node.count);
     const Moments moments = moments_of(points);
-    // Of a rectangle with a corner cut off, the points may be a polygon that leaves it out.
+    // If a corner of a rectangle is cut off, the points may be a polygon without that corner.
     const std::optional<FlatNode> polygon = polygon_of(points, node, moments);
     flat = polygon && !reaches_beyond(*polygon, field) ? *polygon : node_as_it_is(points, node, moments);
   }

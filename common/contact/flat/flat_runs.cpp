@@ -14,23 +14,24 @@
 namespace tandem::contact {
 namespace {
 
-// Fewer points of a part are no part of their own.
+// Least number of points of a flat part.
 constexpr std::size_t kMinRun = 16;
-// Cells of normals, no simple fraction: the normals of common angles are not at their borders.
+// Edge of the cells of normals. It is no simple fraction, so that normals at common angles are not at cell borders.
 constexpr float kNormalCell = 0.0137F;
-// Points of one plane, from one to the next along its normal.
+// Largest step between consecutive points of one plane along its normal.
 constexpr double kOnePlane_m = 1e-5;
-// Normals of one part: as far apart as coding leaves them.
+// Least cosine between normals of one part: they differ only by coding.
 constexpr float kSameNormalCosine = 1 - 4e-6F;
-// From one point of a part to the next, along a normal that is rounded by 0.1°.
+// Largest step between consecutive points of a part along a normal that is rounded by 0.1°.
 constexpr float kNextPlane_m = 1e-4F;
-// Of a quarter of a turn: first tries for the sides of a rectangle; then as often a third nearer.
+// Number of first angles in a quarter turn for the sides of a rectangle, and of refinements, each with a step a third
+// smaller.
 constexpr int kAngles = 24;
 constexpr int kNearer = 14;
 
 using Points = std::span<ShellPoint>;
 
-/// Halves, and halves of halves, along the longest of three axes.
+/// Orders points by recursive halving along the longest of three axes.
 void order_by_halves(Points points, const Eigen::Matrix3f& axes) {
   if (points.size() <= kShellLeafPoints) return;
   Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity());
@@ -61,7 +62,7 @@ struct Part {
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
 };
 
-/// Of points with normals of one cell, the parts.
+/// Appends the flat parts among points whose normals are in one cell.
 void add_parts(std::span<const ShellPoint> points, std::span<std::uint32_t> alike, std::vector<Part>& parts) {
   const Vec3 normal = points[alike.front()].normal_S.cast<double>();
   const auto height = [&](std::uint32_t i) { return normal.dot(points[i].p_S.cast<double>()); };
@@ -168,7 +169,7 @@ Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eige
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   Eigen::Matrix3d axes = solver.eigenvectors().rowwise().reverse();
   axes.col(2) = axes.col(0).cross(axes.col(1));
-  // Of a line, any rectangle is as small.
+  // For points on a line, all such rectangles have the same area.
   if (solver.eigenvalues()[1] <= 1e-6 * solver.eigenvalues()[2]) return axes;
   std::vector<Eigen::Vector2d> places;
   places.reserve(points.size());

@@ -1,5 +1,5 @@
-// The order of a shell's points: those of one flat part of the surface, or of one straight edge, follow each other, so
-// that nodes of the tree over them are flat and are rectangles.
+// Order of a shell's points: those of one flat part of the surface, or of one straight edge, are consecutive. Nodes of
+// the tree over them are then flat rectangles.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@ namespace tandem::contact {
 
 struct ShellPoint;
 
-/// Puts points into the order of a tree: of what is not flat by halves along the axes of S, then of each flat part by
-/// halves along its own sides.
+/// Sorts points into the order of a tree: points that are not flat by halves along the axes of S, then the points of
+/// each flat part by halves along its own sides.
 void order_by_parts(std::vector<ShellPoint>& points);
 
-/// Where points of one flat part begin or end, of points in that order: indices that rise, without the first and the last.
+/// Borders of the flat parts among points in that order: ascending indices, without the first and the last.
 std::vector<std::uint32_t> borders_of_parts(std::span<const ShellPoint> points);
 
-/// The axes of the smallest rectangle around points, about: its sides, and the normal of the plane that fits them best.
+/// Approximate axes of the smallest rectangle around points: its sides, and the normal of the best-fitting plane.
 Eigen::Matrix3d axes_of_rectangle(std::span<const ShellPoint> points, const Eigen::Matrix3d& covariance);
 
 }  // namespace tandem::contact

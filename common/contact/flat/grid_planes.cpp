@@ -1,4 +1,4 @@
-// Which blocks of a grid hold the distance to a plane.
+// Finds the blocks of a grid that hold the distance to a plane.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
@@ -14,27 +14,27 @@
 namespace tandem::contact {
 namespace {
 
-// Of the steps that samples are rounded to near the surface: by how much they may miss a plane before it is fitted to
-// them, and after. Half of a step is rounding, and as much where a brick follows the border of a coarser one.
+// Tolerance of a sample against a plane before and after fitting, in the rounding steps of samples near the surface.
+// Half a step is rounding, and another half where a brick follows the border of a coarser one.
 constexpr double kGuessSteps = 3;
 constexpr double kFittedSteps = 1.25;
-// Of the distance: what samples are rounded to is 1/128 of it.
+// Tolerance as a share of the distance: the rounding of samples is 1/128 of it.
 constexpr double kGuessShare = 0.01;
 constexpr double kFittedShare = 0.005;
-// Fewer do not tell more than the points.
+// Least number of samples for a fit; with fewer, the plane of the points is as accurate.
 constexpr double kMinSamples = 64;
-// Along sharp edges samples err by so much, where bricks of different resolution meet: planes are nearer to the truth.
+// Error of samples along sharp edges where bricks of different resolution meet; the planes are more accurate there.
 constexpr double kEdge_m = 1e-4;
-// What a larger lattice would take: 12 bytes a brick, and the time to fill them.
+// Limit of bricks: planes need 12 bytes a brick, and the time to fill them.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
-// To planes, that are looked at: a few seconds. Blocks that come later have no planes.
+// Limit of computed distances to planes: a few seconds. Later blocks get no planes.
 constexpr std::int64_t kMaxDistances = 500'000'000;
-// Nothing that is nearer to a surface is far outside.
+// Least distance of a block that counts as outside.
 constexpr double kOutside_m = 3e-4;
-// Contact is rigid before it is as deep: what is below it is as good as any.
+// Depth from which any plane will do: contact becomes rigid before.
 constexpr double kInside_m = 2 * PlaneMap::kDeep_m;
 
-/// A plane that least squares fit to samples: n·p + c plus what is left.
+/// Least-squares fit of a plane to samples: correction of n·p + c by the residuals.
 struct Fit {
   Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
   Eigen::Vector4d rest = Eigen::Vector4d::Zero();
@@ -44,7 +44,7 @@ struct Fit {
     squares += a * a.transpose();
     rest += rest_m * a;
   }
-  /// Where `p` was measured from.
+  /// In      origin  reference point of the places given to add()
   FieldPlane corrected(const FieldPlane& plane, const Vec3& origin) const {
     const double count = squares(3, 3);
     if (count < kMinSamples) return plane;
@@ -58,7 +58,7 @@ struct Fit {
     fitted.offset_m = plane.offset_m + change[3] - change.head<3>().dot(origin);
     const double length = fitted.normal.norm();
     if (!(std::abs(length - 1) < 0.1)) return plane;
-    // The length is that of rounding: it turns about the surface, not about the origin.
+    // The length differs from 1 by rounding: division turns the plane about the surface, not about the origin.
     return {fitted.normal / length, fitted.offset_m / length};
   }
 };
@@ -70,7 +70,7 @@ class DistanceGrid::PlaneFinder {
   PlaneFinder(const DistanceGrid& grid, std::vector<FieldPlane> planes)
       : grid_(grid), step_m_(grid.sample_step_ * grid.quantum_m_), planes_(std::move(planes)) {}
 
-  /// So many blocks of a brick along each axis.
+  /// Range of blocks of a brick, with an equal number along each axis.
   struct Blocks {
     std::array<std::uint32_t, 3> first;
     std::uint32_t along;
@@ -109,7 +109,7 @@ class DistanceGrid::PlaneFinder {
 
   void add(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, std::size_t plane, Fit& fit) const {
     for_samples(low_S, ref, blocks, [&](const Vec3& p_S, double sample_m) {
-      // Nearest to the surface, where samples are finest.
+      // Only samples next to the surface, which are the finest.
       if (std::abs(sample_m) < grid_.brick_m_ / kBrickCells) {
         fit.add(p_S - grid_.origin_S_, sample_m - planes_[plane].distance_m(p_S));
       }
@@ -127,7 +127,7 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Those that may be near.
+  /// Calls visit for planes that may be near a brick.
   template <typename Visit>
   void for_planes(const Vec3& low_S, const Visit& visit) const {
     const Vec3 middle = low_S + Vec3::Constant(grid_.brick_m_ / 2);
@@ -146,8 +146,8 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Whether visit(p_S, sample) is true for all samples of some blocks, their sides included; where cells are larger
-  /// than blocks, of the cells around them.
+  /// Whether visit(p_S, sample) is true for all samples of some blocks, including their sides. Where cells are larger
+  /// than blocks, the samples of the surrounding cells are used.
   template <typename Visit>
   bool for_samples(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, const Visit& visit) const {
     const std::uint32_t cells = cells_of(level_of(ref));
@@ -179,7 +179,7 @@ class DistanceGrid::PlaneFinder {
     if (least_m >= kOutside_m) return PlaneMap::kOutside;
     return most_m <= -kInside_m ? PlaneMap::kInside : PlaneMap::kNone;
   }
-  /// Of a brick without samples.
+  /// Index for a brick without samples.
   std::uint8_t far_index(const Vec3& low_S) const {
     double least_m = std::numeric_limits<double>::infinity(), most_m = -least_m;
     for (const double z : {0.25, 0.75}) {
@@ -194,7 +194,7 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// What PlaneMap says of some blocks.
+  /// Index in PlaneMap for some blocks.
   std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
     if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;
@@ -202,7 +202,7 @@ class DistanceGrid::PlaneFinder {
       if (matches(set, p_S, sample_m)) return true;
       distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
-      PlaneSet beyond = set;  // outside of an edge it is farther than from each plane
+      PlaneSet beyond = set;  // outside of an edge, the distance is larger than to each plane
       for_planes(low_S, [&](std::size_t i) {
         const PlaneSet wider = set | PlaneSet{1} << i;
         if (planes_[i].distance_m(p_S) > 0) beyond |= PlaneSet{1} << i;
@@ -231,7 +231,7 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// The largest distance to the planes; outside of an edge the true one may be more.
+  /// Whether the sample is the largest distance to the planes; outside of an edge it may be more.
   bool matches(PlaneSet set, const Vec3& p_S, double sample_m) {
     distances_left_ -= 1 + std::popcount(set);
     const double largest = largest_m(planes_, set, p_S);

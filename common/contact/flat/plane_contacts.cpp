@@ -16,18 +16,18 @@
 namespace tandem::contact {
 namespace {
 
-// Of depth over points that act as one: a few times what points and distances are rounded to.
+// Range of depths of points that may be merged: a few times the rounding of points and distances.
 constexpr double kSpan_m = 5e-6;
-// More where all of them press, or none: this share of the least depth, or of the gap. Of those that press, never more
-// than `kMaxSpan_m`: of the deepest point, a few tenths of that are lost.
+// The range may be larger where all points press, or none, by this share of the least depth or gap. For pressing points
+// it is at most `kMaxSpan_m`: the contact hides a few tenths of that at the deepest point.
 constexpr double kSpanShare = 0.5;
 constexpr double kMaxSpan_m = 5e-5;
-// Of a node's area: less has no force.
+// Least share of a node's area; smaller parts get no contact.
 constexpr double kMinShare = 1e-9;
-// Of unit vectors that act as one, their product: they differ by 0.01 rad.
+// Least cosine of unit vectors that may be merged: they differ by 0.01 rad.
 constexpr double kAlikeCosine = 1 - 5e-5;
 
-/// Whether depths between these act as one.
+/// Whether points with depths in this range may be merged.
 bool is_alike(double low, double high, double rigid_depth_m) {
   const bool is_cut = low < 0 && high > 0;
   const bool is_half_rigid = low < rigid_depth_m && high > rigid_depth_m;
@@ -37,9 +37,9 @@ bool is_alike(double low, double high, double rigid_depth_m) {
   return high - low <= most;
 }
 
-/// Contacts as one: where they press, at the centre of their pressure.
+/// Mean of contacts; pressing ones are weighted by force.
 struct Mean {
-  double area = 0, depth = 0;  ///< the latter × area
+  double area = 0, depth = 0;  ///< depth: sum of depth × area
   double low = std::numeric_limits<double>::infinity(), high = -low;
   Vec3 p = Vec3::Zero(), normal = Vec3::Zero();
   Vec3 first_normal = Vec3::Zero();
@@ -69,7 +69,7 @@ struct Mean {
   }
 };
 
-/// Four points that have the sums of a group, each a quarter: at mean + s₁ ± s₂.
+/// Four points at mean + s₁ ± s₂, each with a quarter of the area, that have the moments of a group.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -79,7 +79,7 @@ struct Four {
     const double uu = std::max(0.0, moments(1, 1) / area - mean_u * mean_u);
     const double uv = moments(2, 1) / area - mean_u * mean_v;
     const double vv = std::max(0.0, moments(2, 2) / area - mean_v * mean_v);
-    // Cholesky's factor of the covariance: it turns with it, and never jumps.
+    // The Cholesky factor follows the covariance continuously.
     const double along = std::sqrt(uu);
     const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
     const double across = std::sqrt(std::max(0.0, vv - shear * shear));
@@ -91,7 +91,7 @@ struct Four {
   }
 };
 
-/// Planes below a node, seen from its points.
+/// A plane below a node, in the frame of the node's points.
 struct Below {
   Vec3 normal_W, normal_P;
   double offset_m;
@@ -100,10 +100,10 @@ struct Below {
 };
 using Planes = boost::container::static_vector<Below, PlaneMap::kMaxInBox>;
 
-/// Of a node: half a dozen slices of each plane are more than are ever met.
+/// Largest number of parts of a node: half a dozen slices of each plane are more than occur.
 constexpr std::size_t kMaxParts = 48;
 
-/// Of one node after the other.
+/// Contacts of nodes, one node at a time.
 class NodeContacts {
  public:
   NodeContacts(const PlaneContacts& search, PlaneSet planes, std::vector<ContactPoint>& contacts)
@@ -116,8 +116,9 @@ class NodeContacts {
     }
   }
 
-  /// From now on it is about what is in this box: the planes that matter there, the nearest to its middle first.
-  /// Out     at least and at most so deep
+  /// Selects the planes that matter in this box; the nearest to its middle comes first.
+  ///
+  /// Out     least and largest depth
   std::pair<double, double> look_at(const OrientedBox& box) {
     planes_ = all_;
     const auto first = std::ranges::max_element(planes_, std::less{},
@@ -143,7 +144,7 @@ class NodeContacts {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) add_point(i, i, i + 1, 1);
   }
 
-  /// So many of its points, evenly among them but for the deepest, which share out its area.
+  /// Adds `count` points, evenly spaced except for the deepest, which share the node's area.
   void add_some_points(const ShellNode& node, std::uint32_t count) {
     const auto index_of = [&](std::uint32_t k) {
       return node.first + static_cast<std::uint32_t>(std::uint64_t{k} * node.count / count);
@@ -158,7 +159,7 @@ class NodeContacts {
     for (std::uint32_t k = 0; k < count; ++k) add_point(chosen(k), index_of(k), index_of(k + 1), scale);
   }
 
-  /// All of it presses on one plane, or none.
+  /// Adds four contacts for a node that presses on one plane as a whole, or not at all.
   void add_whole(const ShellNode& node, const FlatNode& flat) {
     const auto quarters = quarters_of(node);
     const Vec3 mean = flat.mean_S.cast<double>();
@@ -170,11 +171,12 @@ class NodeContacts {
     }
   }
 
-  /// As a polygon: where each plane is the nearest, what presses and what does not.
+  /// Adds the parts of a polygon: for each plane the part where it is the nearest, divided into pressing and not
+  /// pressing.
   ///
-  /// In      is_sliced  what does not press, or is about to become rigid, in slices of depth, so that the nearest place
-  ///                    is not hidden; of all else four points say all
-  /// Out     false: there would be more of them than its points have names, or than there is room for
+  /// In      is_sliced  cut parts that do not press, or will soon be rigid, into slices of depth, so that the nearest
+  ///         place is not hidden; other parts are four contacts
+  /// Out     false: there would be more contacts than ids of points, or than there is room for
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
     const AreaMoments sum = moments_of(whole);
@@ -202,7 +204,7 @@ class NodeContacts {
         cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
         if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
-          // Beyond an edge there is nothing to press on.
+          // Beyond an edge there is no surface to press on.
           if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
         if (is_empty(polygon)) continue;
@@ -220,7 +222,7 @@ class NodeContacts {
   }
 
  private:
-  /// The plane that a point is the farthest above, or the least below, and how far.
+  /// The plane with the largest distance to a point, and that distance.
   std::pair<const Below*, double> largest_at(const Vec3& p_P) const {
     std::pair<const Below*, double> largest{nullptr, -std::numeric_limits<double>::infinity()};
     for (const Below& plane : planes_) {
@@ -242,13 +244,13 @@ class NodeContacts {
     return deepest;
   }
 
-  /// It stands for those from `first` to `end`, with so many times its own area.
+  /// Adds a point that represents those from `first` to `end`, with `scale` times its own area.
   void add_point(std::uint32_t i, std::uint32_t first, std::uint32_t end, double scale) {
     const ShellPoint& point = search_.shell.points[i];
     const Vec3 p_P = point.p_S.cast<double>();
     const auto [largest, largest_m] = largest_at(p_P);
     const auto is_above = [&p_P](const Below& plane) { return plane.distance_m(p_P) > 0; };
-    // Beyond an edge there is nothing to press on.
+    // Beyond an edge there is no surface to press on.
     if (largest_m <= 0 || std::ranges::count_if(planes_, is_above) < 2)
       add(*largest, p_P, largest_m, scale * point.area_m2, first, end);
   }
@@ -263,8 +265,8 @@ class NodeContacts {
     const Vec3 along = flat.along_S.cast<double>();
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
-    // Names that stay while slices come and go: the slices that press on the nearest plane have the first ones, all else
-    // the last; the largest slice has the rest.
+    // Ids stay constant while slices appear and vanish. Slices that press on the nearest plane have the first ids, all
+    // other parts the last; the largest slice has the rest.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto put = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
@@ -282,10 +284,10 @@ class NodeContacts {
     }
   }
 
-  // From the nearest place on: what four points in a slice hide of it is a fifth.
+  // Depth of the first slice from the nearest place: four points in it hide a fifth of it.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
-  // Of the depth that is rigid: what is less deep is linear after a step too.
+  // Share of the rigid depth below which force stays linear during a step.
   static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
@@ -325,14 +327,14 @@ class NodeContacts {
   Eigen::Matrix3d R_WP_;
   Planes all_, planes_;
   boost::container::static_vector<std::pair<const Below*, Four>, kMaxParts> parts_;
-  std::size_t first_slices_ = 0;  ///< of the parts, those that press on the nearest plane
+  std::size_t first_slices_ = 0;  ///< number of parts that press on the nearest plane
 };
 
-/// Makes one contact of those that press, and one of those that do not, if they act alike: with the force and the moment
-/// that all have, and the same stiffness but for turns about the contact.
+/// Merges pressing contacts into one, and the others into a second, if they act alike. The result has the force and
+/// moment of all, and the same stiffness except for rotations about the contact.
 ///
-/// In      begin  of neighbours in a shell, in their order
-///         must   even if they do not
+/// In      begin  first of the contacts to merge: neighbours in a shell, in their order
+///         must   merge even if they do not act alike
 void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
   if (contacts.size() < begin + 2) return;
   std::array<Mean, 2> sides;
@@ -340,7 +342,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // Beside more that presses, what does not press yet is little.
+  // Gap contacts on a smaller area than the pressing ones matter little.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -348,7 +350,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // Of both, the last point has the name of those that do not press.
+  // If there are both, the gap gets the id of the last point.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }
@@ -370,7 +372,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.look_at(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // All of it is this node's now, but for what those after it should have; what it does not take, they may have, too.
+    // This node may use all room except that reserved for later nodes; they may also use the room that it leaves.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

@@ -1,4 +1,4 @@
-// The contacts of flat nodes of a shell with planes of a field: few points that act as all of them.
+// Contacts of a shell's flat nodes with planes of a field: few contacts that represent all points.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,23 @@ struct ContactPoint;
 struct PointShell;
 struct ShellNode;
 
-/// Nodes of more points have four contacts that press on a plane and four that do not; smaller ones have one of each.
+/// Largest number of points of a small node, which has one contact that presses on a plane and one that does not.
+/// Larger nodes have four of each.
 inline constexpr std::uint32_t kSmallNode = 32;
 inline constexpr std::size_t kMaxNodeContacts = 8;
 inline constexpr std::size_t kLeafContacts = 2;
-/// What must be left for a node above planes.
+/// Number of contacts for which a node above planes needs room.
 std::size_t least_contacts_of(const ShellNode& node);
 
-/// Points of a shell (frame P) on planes of a field (frame F), of one node after the other.
+/// Contacts of a shell's points (frame P) with planes of a field (frame F), one node at a time.
 ///
-/// Model   a point's depth below a plane is −(n·p + c): linear over a node; below several, the least. Four contacts with a
-///         quarter of an area each, at its mean ± deviations, have the same force, moment and stiffness as all of the
-///         area. A node that covers a rectangle evenly is cut into the polygons where each plane is the nearest and
-///         presses, or does not yet: exact for any pose, and continuous. Of others the whole counts, where all of it
-///         presses or none, or where all depths are alike; else they are divided. What a node hides is how deep its
-///         deepest point is: where that is more than some micrometres, it is divided as long as there is room
+/// Model   The depth of a point below a plane is −(n·p + c), which is linear over a node; below several planes it is
+///         the least. Four contacts with a quarter of an area each, at its mean ± deviations, have the same force,
+///         moment and stiffness as the whole area. A node that covers a polygon evenly is cut into the polygons where
+///         each plane is the nearest and presses, or does not press yet: exact for any pose, and continuous. Other
+///         nodes count as a whole where all points press, or none, or where all depths are alike; else they are
+///         divided. The contacts of a node hide the depth of its deepest point. Where the difference exceeds some
+///         micrometres, the node is divided while there is room
 struct PlaneContacts {
   const PointShell& shell;
   std::span<const FieldPlane> planes_F;
@@ -37,13 +39,13 @@ struct PlaneContacts {
   Eigen::Matrix3d R_WF;
   double band_m = 0;
   double rigid_depth_m = 0;
-  double share = 1;  ///< of the points' area
-  double sign = 1;   ///< of the normals
+  double share = 1;  ///< share of the points' area
+  double sign = 1;   ///< sign of the normals
   std::uint32_t id_bits = 0;
-  std::size_t room = 0;  ///< for more contacts than least_contacts_of() each node that comes
-  std::size_t more = 0;  ///< that those nodes should have for all planes below them
+  std::size_t room = 0;  ///< contacts that may be added beyond least_contacts_of() for each later node
+  std::size_t more = 0;  ///< additional contacts needed for all planes below these nodes
 
-  /// Appends to `contacts`, in the order of the points; while it runs, up to kSmallNode more than it leaves.
+  /// Appends contacts in the order of the points. Needs room for kSmallNode more elements while it runs.
   void add(std::uint32_t node, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept;
 };
 

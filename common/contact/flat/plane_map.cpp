@@ -14,16 +14,17 @@ namespace tandem::contact {
 namespace {
 
 constexpr float kMinArea_m2 = 4e-6F;
-// Of flat nodes, the largest: what a shape can make its reader do is bounded.
+// Limit of flat nodes, the largest first: it bounds the work that a shape can cause to its reader.
 constexpr std::size_t kMaxNodes = 1024;
-// Nodes on one plane: how far the mean of the one may be from the plane of the other, and how much turned.
+// Nodes are on one plane if the mean of one is this near to the plane of the other, and the angle is this small.
 constexpr double kSamePlane_m = 5e-6;
 constexpr double kSameNormalSine = 1e-3;
-// Bricks of several sets: 32 MB.
+// Limit of bricks with several sets: 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
-// Bricks and blocks that a box may meet: what a walk of the tree may cost. Larger nodes are divided.
+// Limit of bricks and blocks that a query may read, which bounds the cost of a walk of the tree. Larger nodes are
+// divided.
 constexpr std::size_t kMaxLooks = 512;
-// Of the normals of a plane and of its points; and what is as narrow has no plane.
+// Least cosine between the normal of a plane and that of its points; least half width of a node that defines a plane.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
 
@@ -31,7 +32,7 @@ constexpr float kMinHalf_m = 5e-4F;
 struct OnePlane {
   double area_m2 = 0;
   Vec3 mean = Vec3::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< × area
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< covariance × area
   Vec3 normal = Vec3::Zero();
 
   bool has(const Vec3& other_mean, const Vec3& other_normal) const {
@@ -72,7 +73,7 @@ std::vector<FieldPlane> planes_of(const PointShell& surface) {
     const Vec3 out = node->mean.normal_S.cast<double>();
     Vec3 normal = flat.along_S.cast<double>().cross(flat.across_S.cast<double>());
     if (normal.dot(out) < 0) normal = -normal;
-    // Edges lie on planes too, but face elsewhere.
+    // Points of an edge lie on a plane, too, but face elsewhere.
     if (normal.dot(out) < kFacing || flat.half_m.head<2>().minCoeff() < kMinHalf_m) continue;
     const Vec3 mean = flat.mean_S.cast<double>();
     auto plane = std::ranges::find_if(planes, [&](const OnePlane& other) { return other.has(mean, normal); });
@@ -88,7 +89,7 @@ std::vector<FieldPlane> planes_of(const PointShell& surface) {
 
 namespace {
 
-/// Calls visit(p) for the corners of a box until it says false; whether it never did.
+/// Calls visit(p) for the corners of a box until it returns false. Returns whether it never did.
 template <typename Visit>
 bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Visit& visit) {
   for (const double z : {-1.0, 1.0}) {
@@ -107,10 +108,10 @@ bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Vi
 struct PlaneMap::Range {
   double edge_m;
   Vec3 origin;
-  Vec3 most;  ///< of the middles of cubes from the middle of the box, along its axes
+  Vec3 most;  ///< reach of cubes' centres from the centre of the box, along its axes
   std::array<std::int64_t, 3> begin, end;
 
-  /// Calls visit(x, y, z, middle) until it says false; whether it never did.
+  /// Calls visit(x, y, z, middle) until it returns false. Returns whether it never did.
   template <typename Visit>
   bool all_of(const OrientedBox& box, const Visit& visit) const {
     const Vec3 step = edge_m * box.axes.row(0).transpose();
@@ -119,7 +120,7 @@ struct PlaneMap::Range {
       for (std::int64_t y = begin[1]; y < end[1]; ++y) {
         const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
         const Vec3 at = box.axes.transpose() * (row - box.centre);
-        // Of the row, what |at + x · step| ≤ most leaves along each axis of the box.
+        // Range of the row with |at + x · step| ≤ most along each axis of the box.
         auto low = static_cast<double>(begin[0]), high = static_cast<double>(end[0] - 1);
         for (int i = 0; i < 3; ++i) {
           if (std::abs(step[i]) < 1e-9 * edge_m) {
@@ -192,7 +193,7 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
-// The same at a place, where that is cheap to say.
+// is_largest() at one place, for the cases that are cheap to check.
 bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
   if (index <= kInside || (all & ~sets_[index]) == 0) return true;
   return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSamePlane_m;
@@ -204,7 +205,7 @@ std::size_t PlaneMap::memory_bytes() const {
          harmless_.capacity() * sizeof(PlaneSet);
 }
 
-// Of what is beyond the lattice, the one cube at its border.
+// Includes only the border cube for the part of a box beyond the lattice.
 PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) const noexcept {
   Range range{edge_m, origin_S_, box_S.half_m + edge_m / 2 * box_S.axes.cwiseAbs().colwise().sum().transpose(), {}, {}};
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
@@ -237,8 +238,8 @@ std::uint8_t PlaneMap::at(const Vec3& p_S) const noexcept {
                 block(scaled[0] - static_cast<double>(x))];
 }
 
-/// Calls of_brick(brick) and, in mixed ones, of_block(index, middle) for those that meet a box until one says false;
-/// whether none did.
+/// Calls of_brick(brick) for uniform bricks that meet a box, and of_block(index, middle) for the blocks of mixed ones,
+/// until one returns false. Returns whether none did.
 template <typename OfBrick, typename OfBlock>
 bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, const OfBlock& of_block) const noexcept {
   const Range bricks = range_of(box_S, brick_m_);
@@ -260,8 +261,9 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Whether the largest distance is nowhere below 0 in a box along the axes. Between its corners it may be less than at each of
-// them, as in a wall that passes between: what counts is the least of one plane's, or of the mean of two.
+// Whether the largest distance is nowhere below 0 in a box along the axes. Between the corners it may be less than at
+// each of them, as for a wall that passes between. The test therefore uses the least value of one plane, or of the mean
+// of two.
 bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
   for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
@@ -276,7 +278,7 @@ bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_
   return false;
 }
 
-// Whether all of a cube is deeper than contact goes. The largest distance has its most at a corner.
+// Whether all of a cube is deeper than any contact. The largest distance has its maximum at a corner.
 bool PlaneMap::is_deep(PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   return for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(),
                      [&](const Vec3& p_S) { return largest_m(planes_, set, p_S) <= -kDeep_m; });
@@ -300,7 +302,7 @@ bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noe
   return true;
 }
 
-// None of the others is nearer than those of a set, all over a cube.
+// Whether some plane of a set has a larger distance than each of the others, all over a cube.
 bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   for (; others != 0; others &= others - 1) {
     const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];
@@ -328,7 +330,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // What ends at its corners fails there first, and where planes meet at a concave edge.
+  // Boxes that extend beyond the planes' region, or meet a concave edge, fail at their corners first.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
   const auto look_at_corner = [&](const Vec3& p_S) { return look_at(at_corners[corners++] = at(p_S)); };
@@ -336,8 +338,9 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
   corners = 1;
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
-  // Of several it is the largest, everywhere: also where blocks know only some of them. Those that are found on the way
-  // can only be above what is outside so far.
+  // Check that the largest distance of these planes is the field's everywhere, also in blocks with some of the planes
+  // only. A block outside of the shape may be above a plane that is found later, so it is checked again when the set
+  // has grown.
   bool is_below_outside = false;
   const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {
     if (is_largest(all, index, middle, edge_m)) return true;

@@ -1,4 +1,4 @@
-// Where a sampled distance field is the distance to a plane.
+// Regions where a sampled distance field equals the distance to planes.
 #pragma once
 
 #include <array>
@@ -13,34 +13,34 @@ namespace tandem::contact {
 
 struct PointShell;
 
-/// The planes that the largest flat parts of a surface lie on, kMaxPlanes at most.
+/// Planes of the largest flat parts of a surface, kMaxPlanes at most.
 std::vector<FieldPlane> planes_of(const PointShell& surface);
 
-/// For each block of a lattice, the planes whose largest distance the field in it is, if there are such. A brick of the
-/// lattice has eight blocks along each edge.
+/// Stores for each block of a lattice the planes whose largest distance equals the field in it, if there are any. A
+/// brick of the lattice has eight blocks along each edge.
 ///
 /// Thread  any, at the same time
 class PlaneMap {
  public:
-  static constexpr std::uint32_t kBlocks = 8;  ///< of a brick, along an edge
-  /// What a block is, or of which planes: an index of sets.
+  static constexpr std::uint32_t kBlocks = 8;  ///< blocks along an edge of a brick
+  /// Special values of a block; larger values are indices of sets of planes.
   static constexpr std::uint8_t kNone = 0;
   static constexpr std::uint8_t kOutside = 1;  ///< far outside of all surfaces
-  static constexpr std::uint8_t kInside = 2;   ///< deeper than contact goes
-  static constexpr double kDeep_m = 1e-3;      ///< contact is rigid long before
+  static constexpr std::uint8_t kInside = 2;   ///< deeper than any contact
+  static constexpr double kDeep_m = 1e-3;      ///< contact becomes rigid at a much smaller depth
   using Blocks = std::array<std::uint8_t, std::size_t{kBlocks} * kBlocks * kBlocks>;
-  /// That meet in one corner.
+  /// Largest number of planes of a block: those that meet in one corner.
   static constexpr int kMaxInBlock = 3;
-  /// All over a box: a face of four sides, and the one below.
+  /// Largest number of planes over a box: a face, its four sides, and the opposite face.
   static constexpr int kMaxInBox = 6;
 
   PlaneMap() = default;
   PlaneMap(std::vector<FieldPlane> planes, const Vec3& origin_S, const std::array<std::uint32_t, 3>& bricks,
            double brick_m);
 
-  /// kNone where there are too many.
+  /// Index of a set, which is added if it is new; kNone if there are too many sets.
   std::uint8_t index_of(PlaneSet set);
-  /// Once for each brick that is not kNone, in any order.
+  /// Stores the blocks of a brick. Call it once for each brick that is not kNone, in any order.
   void set(std::size_t brick, const Blocks& blocks);
 
   std::span<const FieldPlane> planes() const { return planes_; }
@@ -70,10 +70,10 @@ class PlaneMap {
   Vec3 origin_S_ = Vec3::Zero();
   std::array<std::uint32_t, 3> bricks_ = {0, 0, 0};
   double brick_m_ = 1;
-  /// For each brick: the index of all of it, or kFirstMixed + index in mixed_.
+  /// For each brick: the common index of its blocks, or kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For each brick that is not mixed: the planes that may be added to its set, as they are nowhere nearer; of one that
-  /// is far outside, those that all of it is above.
+  /// For each brick that is not mixed: the planes that may be added to its set, since their distance is nowhere the
+  /// largest. For a brick far outside: the planes that all of it is above.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;
   static constexpr std::uint32_t kFirstMixed = 256;

@@ -10,16 +10,16 @@
 namespace tandem::contact {
 namespace {
 
-// A corner that is so near to the line between its neighbours is none.
+// A corner this near to the line between its neighbours is removed.
 constexpr double kNoCorner_m = 2e-5;
 
-/// Twice the area of a triangle: above 0 if it goes round anticlockwise.
+/// Twice the area of a triangle; above 0 if it is anticlockwise.
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   const Eigen::Vector2d to_b = b - a, to_c = c - a;
   return to_b.x() * to_c.y() - to_b.y() * to_c.x();
 }
 
-/// How far b is outside of the line from a to c.
+/// Distance of b outside of the line from a to c.
 double height(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   const double length = (c - a).norm();
   return length > 0 ? -cross(a, c, b) / length : (b - a).norm();
@@ -37,20 +37,20 @@ std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
       while (hull.size() >= begin + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // it begins the other half
+    hull.pop_back();  // first corner of the other half
     std::ranges::reverse(sorted);
   }
   return hull;
 }
 
-/// A polygon with one corner less.
+/// Result of removing one corner.
 struct Simpler {
-  double change_m = std::numeric_limits<double>::infinity();  ///< of its outline
+  double change_m = std::numeric_limits<double>::infinity();  ///< change of the outline
   std::size_t gone = 0;
-  Eigen::Vector2d next;  ///< where the next corner is then
+  Eigen::Vector2d next;  ///< new position of the next corner
 };
 
-/// Without a corner, or without a side, whose neighbours then meet in one corner: the one that changes the least.
+/// Removes a corner, or a side so that its neighbours meet in one corner: the change with the least effect.
 Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
   Simpler best;
   const std::size_t count = corners.size();
@@ -60,7 +60,7 @@ Simpler simplest_change(const std::vector<Eigen::Vector2d>& corners) {
     if (const double change_m = height(before, here, next); change_m < best.change_m) best = {change_m, i, next};
     const Eigen::Vector2d side = here - before, other = after - next;
     const double turn = side.x() * other.y() - side.y() * other.x();
-    if (!(turn > 0)) continue;  // they meet on the other side, or nowhere
+    if (!(turn > 0)) continue;  // the neighbours meet on the other side, or nowhere
     const Eigen::Vector2d way = next - here;
     const Eigen::Vector2d meet = here + side * ((way.x() * other.y() - way.y() * other.x()) / turn);
     if (const double change_m = height(here, meet, next); change_m < best.change_m) best = {change_m, i, meet};
@@ -108,8 +108,8 @@ Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m
   return {left.begin(), left.end()};
 }
 
-// One of its sides is along a side of the polygon (Freeman & Shapira, "Determining the minimum-area encasing rectangle
-// for an arbitrary closed curve", 1975).
+// One side of the smallest rectangle is along a side of the polygon (Freeman & Shapira, "Determining the minimum-area
+// encasing rectangle for an arbitrary closed curve", 1975).
 Eigen::Vector2d axis_of_box(const Polygon& polygon) {
   Eigen::Vector2d best = Eigen::Vector2d::UnitX();
   double least = std::numeric_limits<double>::infinity();
@@ -139,7 +139,8 @@ void cut(Polygon& polygon, const DepthSlope& slope) {
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const std::size_t next = i + 1 == polygon.size() ? 0 : i + 1;
-    // Of a convex part one corner more is left at most; where rounding makes it another, what is lost is as small.
+    // A cut of a convex polygon adds one corner at most. If rounding makes it non-convex, the lost part is as small as
+    // rounding.
     if (left.size() + 2 > left.capacity()) break;
     if (above_m[i] <= 0) left.push_back(polygon[i]);
     if ((above_m[i] <= 0) == (above_m[next] <= 0)) continue;
@@ -164,7 +165,7 @@ AreaMoments moments_of(const Polygon& polygon) {
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Eigen::Vector2d& p = polygon[i];
     const Eigen::Vector2d& q = polygon[i + 1 == polygon.size() ? 0 : i + 1];
-    const double twice = p.x() * q.y() - q.x() * p.y();  // the area of the triangle with the middle
+    const double twice = p.x() * q.y() - q.x() * p.y();  // twice the area of the triangle with the origin
     sum(0, 0) += twice / 2;
     sum(1, 0) += twice * (p.x() + q.x()) / 6;
     sum(2, 0) += twice * (p.y() + q.y()) / 6;

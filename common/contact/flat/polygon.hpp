@@ -1,4 +1,4 @@
-// Convex polygons in a plane: what a linear distance leaves of them, and their moments.
+// Convex polygons in a plane: clipping by a linear distance, and moments.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,39 +12,39 @@
 
 namespace tandem::contact {
 
-/// Its corners, anticlockwise; fewer than three: it is empty. Each cut adds one at most.
+/// Corners of a polygon, anticlockwise; fewer than three: an empty polygon. Each cut adds at most one.
 using Polygon = boost::container::static_vector<Eigen::Vector2d, kMaxFlatCorners + PlaneMap::kMaxInBox + 6>;
 
 /// A distance that is linear over a plane: middle + u · along + v · across.
 using DepthSlope = Eigen::Vector3d;
 
-/// Of an area, the products of (1, u, v) with each other, summed up.
+/// Integrals of the products of (1, u, v) with each other over an area.
 using AreaMoments = Eigen::Matrix3d;
 
 inline double at(const DepthSlope& slope, const Eigen::Vector2d& p) {
   return slope[0] + slope[1] * p.x() + slope[2] * p.y();
 }
-/// What is below `distance_m`.
+/// The distance relative to `distance_m`: negative below it.
 inline DepthSlope below(const DepthSlope& slope, double distance_m) {
   return slope - distance_m * DepthSlope::UnitX();
 }
 
-/// The rectangle about (0, 0).
+/// Rectangle centred at (0, 0).
 Polygon rectangle(const Eigen::Vector2d& half_m);
-/// A flat node's, about its mean.
+/// Polygon of a flat node, about its mean.
 Polygon corners_of(const FlatNode& flat);
-/// A polygon in places, that are not on one line, beyond which none of them is by more than `lost_m`; empty, if it would
-/// need more than kMaxFlatCorners.
+/// Convex polygon with its corners at or near some of these places, which must not be on one line. No place is outside
+/// by more than `lost_m`. Empty if the polygon would need more than kMaxFlatCorners.
 Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);
-/// The smallest rectangle around it has a side along this unit vector.
+/// Unit vector along a side of the smallest rectangle around the polygon.
 Eigen::Vector2d axis_of_box(const Polygon& polygon);
 
 inline bool is_empty(const Polygon& polygon) {
   return polygon.size() < 3;
 }
-/// Leaves what is not above 0: mostly all of it, or nothing.
+/// Keeps the part where the distance is not above 0; in most calls that is all of the polygon, or nothing.
 void cut(Polygon& polygon, const DepthSlope& slope);
-/// The least and the most.
+/// Least and largest distance over the polygon.
 std::pair<double, double> range(const Polygon& polygon, const DepthSlope& slope);
 AreaMoments moments_of(const Polygon& polygon);
 Eigen::Vector2d mean_of(const AreaMoments& moments);

@@ -1,6 +1,6 @@
-// Four numbers side by side. A kernel of lanes is compiled twice from one text (twice.inc), for any processor and for
-// those with AVX2: the same operations in the same order, none of them contracted, so that results do not change with
-// the processor.
+// Vectors of four numbers. A kernel is compiled twice from one text (twice.inc), for any processor and for those with
+// AVX2. Both versions have the same operations in the same order, none of them contracted, so that results do not
+// depend on the processor.
 #pragma once
 
 #include <cmath>

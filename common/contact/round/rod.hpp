@@ -1,18 +1,18 @@
-// The size of a round primitive.
+// Size of a round primitive.
 #pragma once
 
 namespace tandem::contact {
 
 inline constexpr double kThinRod_m = 1e-3;
 
-/// A capsule or a cylinder along z about the origin of its shape; a ball where it has no length.
+/// A capsule or a cylinder along z about the origin of its shape; a ball if its length is zero.
 struct Rod {
   double radius_m = 0;  ///< 0: not a rod
   double half_length_m = 0;
   bool has_round_ends = true;
 
   bool is_there() const { return radius_m > 0; }
-  /// Contact with another one that is thin, too, is by formula (RodContacts). Thicker ones have points.
+  /// Contacts of two thin rods are computed by formula (RodContacts); thicker rods use points.
   bool is_thin() const { return is_there() && radius_m <= kThinRod_m; }
 };
 

@@ -12,25 +12,26 @@
 namespace tandem::contact {
 namespace {
 
-/// Of Gauss's rule on [−1, 1].
+/// Gauss-Legendre quadrature on [−1, 1].
 constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// Of a strip's width, its middle, with its mean depth and that of the rest, in the depth of the middle line.
+// Middle part of a strip as a share of its width. The mean depths of the middle and of the rest are in units of the
+// depth of the middle line.
 constexpr double kMiddle = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddle * kMiddle / 3;
 constexpr double kRestDepth = (2.0 / 3 - kMiddle * kMiddleDepth) / (1 - kMiddle);
 constexpr double kRestAside = (1 + kMiddle) / 2;
-// Of an end's depth, the slice that is the deepest.
+// Deepest slice of an end as a share of its depth.
 constexpr double kFirstSlice = 0.05;
 // A contact that does not press has the area of a slice of this depth.
 constexpr double kGapSlice_m = 1.6e-5;
-// Axes that are more parallel than this have no common normal to speak of.
+// Sine of the angle below which axes count as parallel, without a common normal.
 constexpr double kParallelSine = 1e-3;
-// Of the depth along parallel axes: 10 pm in 0.1 m, so that it always has roots.
+// Least curvature of the depth along parallel axes (10 pm in 0.1 m), so that it always has roots.
 constexpr double kMinBend_per_m = 1e-9;
-// Beyond a flat end, contact is with its edge from this slope of the normal on.
+// Slope of the normal beyond a flat end above which contact is with its edge.
 constexpr double kEdgeSlope = 0.1;
 
 /// 0 below `low`, 1 above `high`, linear in between.
@@ -49,9 +50,9 @@ struct PlacedRod {
 
   Vec3 at(double along_m) const { return centre_W + along_m * axis_W; }
   bool is_ball() const { return half_m == 0; }
-  /// Where this place's foot is on the axis.
+  /// Position of a place's foot on the axis.
   double foot_m(const Vec3& p_W) const { return std::clamp(axis_W.dot(p_W - centre_W), -half_m, half_m); }
-  /// Way from the axis at `along_m` out of the rod, over the nearer end; zero between the ends.
+  /// Direction out of the rod over the end at `along_m`; zero between the ends.
   Vec3 outward_W(double along_m) const {
     if (is_ball() || std::abs(along_m) < half_m) return Vec3::Zero();
     return along_m > 0 ? axis_W : Vec3(-axis_W);
@@ -62,7 +63,7 @@ struct PlacedRod {
   bool has_round_ends;
 };
 
-/// The nearest places of two axes.
+/// Nearest places of two axes.
 struct NearestOfAxes {
   NearestOfAxes(const PlacedRod& a, const PlacedRod& b) {
     const Vec3 apart = a.centre_W - b.centre_W;
@@ -80,11 +81,11 @@ struct NearestOfAxes {
   }
 
   double on_a_m = 0, on_b_m = 0;
-  Vec3 way_W = Vec3::Zero();     ///< from B's to A's
-  bool is_between_ends = false;  ///< of both; then it is along the common normal
+  Vec3 way_W = Vec3::Zero();     ///< from the place on B to the place on A
+  bool is_between_ends = false;  ///< both places are between the ends: way_W is along the common normal
 };
 
-/// What a round end of a rod meets of the other rod.
+/// Contact of a rod's round end with the other rod.
 struct End {
   End(const PlacedRod& own, double along_m, const PlacedRod& other) : outward_W(own.outward_W(along_m)) {
     const Vec3 p_W = own.at(along_m);
@@ -100,7 +101,8 @@ struct End {
     other_share = other.is_ball() ? 1 : round_share(other, beyond_m < 0 ? beyond_m : other.radius_m * slope);
   }
 
-  /// Share of the patch that is on the round end of a rod, whose middle is so far beyond where that begins.
+  /// Share of the patch that is on the round end of a rod. The middle of the patch is `beyond_m` past the start of that
+  /// end.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
     return ramp(beyond_m, -patch_m, patch_m);
@@ -108,8 +110,8 @@ struct End {
 
   Vec3 outward_W, out_of_other_W = Vec3::UnitZ(), place_W = Vec3::Zero();
   double depth_m = 0;
-  double own_share = 0;    ///< of the patch, on this round end
-  double other_share = 0;  ///< on a round end of the other rod
+  double own_share = 0;    ///< share of the patch on this round end
+  double other_share = 0;  ///< share of the patch on a round end of the other rod
 };
 
 /// Appends the contacts of two placed rods.
@@ -153,7 +155,7 @@ class RodWriter {
     }
   }
 
-  /// Of the rod's two ends; a ball has one.
+  /// Adds the contacts of the rod's two ends; a ball has one.
   void add_ends(bool is_a) {
     const PlacedRod& own = is_a ? a_ : b_;
     const PlacedRod& other = is_a ? b_ : a_;
@@ -166,13 +168,13 @@ class RodWriter {
       const Vec3 normal_W = is_a ? end.out_of_other_W : Vec3(-end.out_of_other_W);
       const Vec3 place_W = end.place_W + end.depth_m / 2 * end.out_of_other_W;
       if (end.depth_m <= 0) {
-        // A ball's is the nearest place.
+        // The gap contact of a ball is that of the nearest place.
         const bool is_near = !own.is_ball() && -end.depth_m < band_m_;
         if (is_near) add(place_W, normal_W, end.depth_m, gap_area_m2_);
         id_ += is_near ? 1 : 2;
         continue;
       }
-      // Two round ends on each other are counted with A's.
+      // Two round ends on each other are counted with A.
       const double share = (own.has_round_ends ? end.own_share : 0) * (is_a ? 1 : 1 - round_share_of(other, end));
       const double side_m = own.radius_m * std::sqrt(other.radius_m / sum_m_);
       const double ball_m = own.radius_m * other.radius_m / sum_m_;
@@ -199,15 +201,15 @@ class RodWriter {
             std::max(off1.squaredNorm() / (2 * sum_m_), kMinBend_per_m)};
   }
 
-  /// Half of the width of the strip with this depth.
+  /// Half width of the strip with this depth.
   double half_width_m(double depth_m) const {
     return std::sqrt(2 * a_.radius_m * b_.radius_m / sum_m_ * std::max(depth_m, 0.0));
   }
 
-  /// How far beyond B's ends the deepest strip reaches along B.
+  /// Length by which the deepest strip extends beyond B's ends along B.
   double overhang_m(double depth_m) const { return half_width_m(depth_m) * sine_; }
 
-  /// Of A's axis, from the nearest place, what presses and is beside B.
+  /// Range of A's axis, relative to the nearest place, that presses and is beside B.
   std::optional<std::array<double, 2>> pressing_range_m() {
     if (a_.is_ball() || b_.is_ball()) return std::nullopt;
     depth_ = depth_along_a();
@@ -229,7 +231,7 @@ class RodWriter {
       low_m = std::max(low_m, std::min(one_end_m, other_end_m));
       high_m = std::min(high_m, std::max(one_end_m, other_end_m));
     }
-    // Beyond a round end of A, the end takes over.
+    // Beyond a round end of A, the contact of the end replaces the strips.
     side_share_ = 1;
     if (std::abs(nearest_.on_a_m) == a_.half_m && a_.has_round_ends) {
       const double slope = -normal_W_.dot(a_.outward_W(nearest_.on_a_m));
@@ -253,7 +255,7 @@ class RodWriter {
     add(place_W + across_W, normal_W_, kRestDepth * depth_m, (1 - kMiddle) / 2 * area_m2);
   }
 
-  /// In      place_W  in the middle of the overlap
+  /// In      place_W  middle of the overlap
   void add(const Vec3& place_W, const Vec3& normal_W, double depth_m, double area_m2) {
     const std::uint32_t id = id_++;
     if (!(area_m2 > 0)) return;
@@ -273,18 +275,18 @@ class RodWriter {
   bool puts_on_a_;
   std::vector<ContactPoint>& contacts_;
   double sum_m_;
-  Vec3 aside_W_ = Vec3::Zero();  ///< how A's axis departs from B's, by length
+  Vec3 aside_W_ = Vec3::Zero();  ///< component of A's axis across B's
   double sine_ = 0;
   double gap_area_m2_ = 0;
-  Vec3 depth_ = Vec3::Zero();  ///< of depth_at()
+  Vec3 depth_ = Vec3::Zero();  ///< coefficients of depth_at()
   double overhang_m_ = 0;
   double side_share_ = 1;
   std::uint32_t id_ = ContactPoint::kClosedForm;
 };
 
-/// Whether a flat end of this rod, or its edge, is what the other one meets: contact is not with its side.
+/// Whether the other rod meets a flat end of this rod or its edge, so that contact is not with its side.
 ///
-/// In      along_m  of the nearest place on its axis
+/// In      along_m  nearest place on this rod's axis
 ///         out_W    unit, from there to the other rod
 bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, const PlacedRod& other,
                     double other_along_m, double depth_m) {
@@ -292,7 +294,7 @@ bool meets_flat_end(const PlacedRod& rod, double along_m, const Vec3& out_W, con
   const bool is_at_end = std::abs(along_m) == rod.half_m;
   if (is_at_end && std::abs(other_along_m) == other.half_m) return true;
   if (out_W.dot(rod.outward_W(along_m)) > kEdgeSlope) return true;
-  // Out along this axis may be a shorter way than out of the side.
+  // The way out along this axis may be shorter than the one out of the side.
   const double beside_m = std::abs(rod.foot_m(other.at(other.half_m)) - rod.foot_m(other.at(-other.half_m)));
   return std::max(rod.half_m - std::abs(along_m), beside_m) < depth_m;
 }
@@ -315,7 +317,7 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool was_there = side_W != Vec3::Zero();
     const double side = common_W.dot(was_there ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // Farther beyond the axis, it was put there and did not pass.
+    // If A is farther beyond B's axis, it was placed there and did not pass through B.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

@@ -1,4 +1,4 @@
-// How thin the rods of a mesh are: needles, wires and sutures, whose points and cells must be finer than those of a wall.
+// Radius of the thin rods of a mesh: needles, wires and sutures need finer points and cells than walls.
 #pragma once
 
 #include "common/geometry/triangle_mesh.hpp"
@@ -6,11 +6,12 @@
 
 namespace tandem::contact {
 
-/// Radius of the rods that a solid has; infinite: none is thinner than `limit_m`.
+/// Radius of the rods of a solid; infinite: no rod is thinner than `limit_m`.
 ///
-/// Model   at places spread evenly over the surface, the largest ball inside that touches it there. The place is on a rod
-///         where the solid is no wider than the ball's neighbourhood along some tangent, on both sides of it. The result
-///         is smaller than nine tenths of the radii of such places. Fewer than one place in 200 are taken for tips.
+/// Model   At places spread evenly over the surface, the largest inner ball that touches the surface there. The place
+///         is on a rod where the solid is no wider than the ball's neighbourhood along some tangent, on both sides of
+///         it. The result is smaller than nine tenths of the radii of such places. If fewer than one place in 200 is on
+///         a rod, these places are regarded as tips.
 /// Source  the ball: Ma, Bae & Choi, "3D medial axis point approximation using nearest neighbors and the normal field",
 ///         The Visual Computer 28, 2012; the test for rods is ours
 /// Cost    some 4,000 places, each ten queries of the tree at most

@@ -1,5 +1,4 @@
-// What becomes of a node of the cut when it is asked: its children, a leaf, or a node above planes; and when nodes are one
-// again.
+// Result of querying a node of the cut: its children, a leaf, or a node above planes. Also the joining of nodes.
 #include "common/contact/shell/cut_node.hpp"
 
 #include <algorithm>
@@ -11,19 +10,19 @@
 namespace tandem::contact {
 namespace {
 
-// Two nodes are one again when they may go so far, as a share of that one's radius: its ball is larger than theirs, and far
-// enough for it, too. The fuller the cut, the less; when it begins, as soon as both are known.
+// Two nodes are joined when their parent's bound allows a motion of this share of its radius: the parent's ball is
+// larger and must be far enough, too. The share falls as the cut fills; it is 0 for the first cut.
 constexpr float kJoinAt = 0.5F;
-// Nodes above planes are looked for again after this much motion, some of them earlier: not all in one step.
+// Motion after which nodes above planes are queried again, spread by share_of() over several steps.
 constexpr double kPlaneMotion_m = 2e-4;
-// A node that is not above planes is asked again after so much motion at most, or half of it.
+// Longest motion after which a node that is not above planes is queried again; the shortest is half of it.
 constexpr double kNoPlanes_m = 6e-4;
-// How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
-// own ball, points near it may be a little outside; of a tiny solid that would be much.
+// Bound of the sideways motion of points over the motion of their part against the field. Motion is measured at the
+// solid's ball, and near points may be a little outside; relative to a tiny solid that would be much.
 constexpr double kSideways = 1.5;
 constexpr double kMinSolid_m = 5e-3;
-// Nodes are newly asked for planes until the field has looked at so many places in a step, where a level begins, and where a
-// cut does: a grid needs up to some microseconds to answer.
+// Limits of the places of the field that new plane queries of a step may read: usual, at a new level, for a first cut.
+// A grid takes up to some microseconds a query.
 constexpr std::size_t kMaxPlaneLooks = 400, kMaxNewLevelPlaneLooks = 2500, kMaxFirstPlaneLooks = 50'000;
 
 }  // namespace
@@ -32,7 +31,7 @@ ShellCandidates::CutNode ShellCandidates::unknown(std::uint32_t node) {
   return {.node = node, .asked_again_at_m = -std::numeric_limits<float>::infinity()};
 }
 
-// All below a node. False: there is no room.
+// Queries all nodes below a node. False: there is no room.
 bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
@@ -42,7 +41,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double gon
     if (work_.looks() > looks_end_) return false;
     const double nearest = i == root ? root_nearest_m : nearest_m(node);
     const bool is_far = nearest > band_m, is_small = node.count <= leaf_points(nearest);
-    // A larger one has few contacts above planes, whatever the level.
+    // A larger flat node gives few contacts above planes, whatever the level.
     const bool may_be_flat = !is_far && node.count > std::min(leaf_points(nearest), kPlanesAbove);
     const CutNode above = may_be_flat ? planes_below(i, gone_m) : CutNode{};
     if (is_far) {
@@ -61,10 +60,10 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double gon
   return true;
 }
 
-// Of its points, those that may be near: of the others is known until when they are not.
+// Samples those points of a leaf that may be near; the bounds of the others still hold.
 bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // As long as none of a larger node's points can press, some of them are enough.
+  // Some points are enough as long as none of a larger node's points can press.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -92,7 +91,7 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
   return keep(asked, gone_m, band_m);
 }
 
-// In place of a node of which eight points stood for all. False: there is no room.
+// Replaces a sampled node by its children. False: there is no room.
 bool ShellCandidates::open_children(std::uint32_t root, double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t looks = work_.looks(), points = work_.points;
@@ -109,7 +108,7 @@ bool ShellCandidates::open_children(std::uint32_t root, double gone_m, double ba
   return has_room;
 }
 
-// Takes the place of its halves where that serves for some steps. False: there is no room.
+// Appends an entry, or its parent in place of both halves where that lasts for some steps. False: there is no room.
 bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const auto known_at_m = static_cast<float>(gone_m + band_m);
@@ -121,7 +120,7 @@ bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) n
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != root_) {
     const CutNode& before = cut_.back();
     if (!(before.asked_again_at_m > known_at_m) || before.planes != 0 || before.node <= root_) break;
-    // What is divided now stays so.
+    // A node that is being divided is not joined again.
     if (divides_part_ && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
@@ -135,7 +134,7 @@ bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) n
   return node == entry.node ? put(entry) : put({.node = node, .asked_again_at_m = at_m, .is_sampled = is_sampled});
 }
 
-// As they were: of what begins with them, those that are known and above no planes. How many they are.
+// Copies the leading entries whose distance bounds still hold and that are above no planes. Returns their number.
 std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double gone_m, double band_m) noexcept {
   const auto most = std::min(entries.size(), cut_limit() - cut_.size());
   std::size_t count = 0;
@@ -160,7 +159,7 @@ bool ShellCandidates::put(const CutNode& entry) noexcept {
   return true;
 }
 
-// The last two of the cut, if they are halves of a node above planes; and so on up. False: there is no room.
+// Joins the last two entries of the cut while they are halves of a node above planes, upwards. False: there is no room.
 bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {
@@ -190,17 +189,17 @@ bool ShellCandidates::join_above_planes(double gone_m, double band_m) noexcept {
   return true;
 }
 
-// For all places that the node may go to until it is asked again.
+// Planes below the node, for all places that it may reach until its next query.
 ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, double gone_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
   if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return {};
   CutNode& answer = answers_[index % kAnswers];
   if (answer.node == index && gone_m < answer.asked_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
-  // How far the shapes move is measured at the solid: what is farther out may move more.
+  // Motion is measured at the solid's ball: a node farther out may move more.
   const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
   if (is_beside) return {};
-  // What was above planes is asked in any case; what is not asked now, when its part is looked over.
+  // A node that was above planes is always queried. A new query over the limit is left to a later check of its part.
   const bool was_above = answer.node == index && answer.planes != 0;
   const bool is_new = !has_walked_ || is_band_wide();
   const std::size_t most = is_new ? kMaxFirstPlaneLooks : steps_at_level_ > 1 ? kMaxPlaneLooks : kMaxNewLevelPlaneLooks;
@@ -217,13 +216,13 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   return answer;
 }
 
-// For each plane but one.
+// Contacts for each plane except the first.
 std::size_t ShellCandidates::more_contacts_of(std::uint32_t index, PlaneSet planes) const {
   const auto count = static_cast<std::size_t>(std::popcount(planes));
   return count < 2 ? 0 : (count - 1) * least_contacts_of(shell_->nodes[index]);
 }
 
-// A node above planes. False: there is no room.
+// Adds a node above planes. False: there is no room.
 bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double band_m) noexcept {
   const OrientedBox box_F = shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(R_FP_, p_FP_);
   double nearest = -std::numeric_limits<double>::infinity();

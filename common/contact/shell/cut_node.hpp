@@ -1,4 +1,4 @@
-// What the cut through a shell's tree is made of.
+// Node of the cut through a shell's tree.
 #pragma once
 
 #include <algorithm>
@@ -10,28 +10,29 @@
 
 namespace tandem::contact {
 
-/// Flat nodes of more points are looked for planes below them at any level: a few of their points would hide too much.
+/// Flat nodes with more points than this are queried for planes at any level: a few of their points would hide too
+/// much.
 inline constexpr std::uint32_t kPlanesAbove = 256;
 
 /// A node of the cut.
 struct ShellCandidates::CutNode {
   std::uint32_t node = 0;
-  float asked_again_at_m = 0;  ///< when its part has gone that far, and the band is added
-  PlaneSet planes = 0;         ///< it is above these, until then; without the band
-  LeafLags lags = {};          ///< of a leaf's points that were asked: how much later each of them is asked again
-  bool is_leaf = false;        ///< whose points were asked
-  bool is_sampled = false;     ///< some of its points: what is known is enough at this level or a coarser one
+  float asked_again_at_m = 0;  ///< accumulated motion of its part, plus the band, at the next query
+  PlaneSet planes = 0;         ///< planes that the node is above, until then; the band does not count
+  LeafLags lags = {};          ///< for a sampled leaf: additional motion until each point is queried
+  bool is_leaf = false;        ///< its points were sampled
+  bool is_sampled = false;     ///< only some of its points were sampled: enough at this level or a coarser one
   bool is_known(double gone_m, double band_m) const { return gone_m + (planes != 0 ? 0 : band_m) < asked_again_at_m; }
 };
 
-/// Less by as much as rounding could make it more.
+/// Converts to single precision, reduced by the largest rounding error.
 inline float rounded_down(double a) {
   constexpr double kFar = 100;
   const double least = std::min(a, kFar);
   return static_cast<float>(least - std::numeric_limits<float>::epsilon() * std::abs(least));
 }
 
-/// 0.5 to 1, of each node another.
+/// Pseudo-random share of 0.5 to 1, constant for each node, which spreads queries over steps.
 inline double share_of(std::uint32_t node) {
   return 0.5 + 0x1.0p-33 * (node * 2654435769U);
 }

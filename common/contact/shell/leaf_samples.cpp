@@ -11,26 +11,26 @@ namespace {
 
 static_assert(kShellLeafPoints == kEight);
 
-/// Over points: of their areas, and of these or of their forces times something.
+/// Sums over points: areas, areas × distances, weights (areas or forces), and weighted places and gradients.
 struct MeanSums {
   double area = 0, distance = 0, weight = 0;
   Vec3 place = Vec3::Zero(), gradient = Vec3::Zero();
 };
 
-/// Of a leaf's points, what says when each is asked again.
+/// Parameters of ask_again(), common to all points of a leaf.
 struct AskedAgain {
   double gone_m, least_band_m, before_m, farthest_m, error_m;
 };
 
-// Points whose distances differ by less than this act as one: a few quanta of a distance grid.
+// Points whose distances differ by less than this are merged: a few quanta of a distance grid.
 constexpr double kAlike_m = 1e-6;
-// Of unit vectors that act as one: what is left of their sum.
+// Least length of the mean of unit gradients that may be merged.
 constexpr double kSameWay = 0.98;
-// A slope of less is that of a crease between samples. Beside a wall, so many errors of the field away, it is right, and its slope is
-// that much along the normal of what is in the wall.
+// A shorter slope than kCreaseSlope is that of a crease between samples. At kBesideErrors errors of the field beside a
+// wall the slope is accurate; it is at least kFacingWall along the normal of a point in the wall.
 constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
-// In errors of the field: a wall whose half is thicker has enough of it in its middle. Where it is not, so many times the depth
-// are taken for true, and what is somewhat more than rigid for enough.
+// Largest half thickness of a wall that needs the correction, in errors of the field. The corrected depth is limited to
+// kDeepened times the sampled depth and to kStopped times the rigid depth.
 constexpr double kThinHalfErrors = 1.5, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
@@ -47,7 +47,7 @@ void LeafSamples::prefetch(const PointShell& shell, const ShellNode& node) noexc
     for (std::size_t k = 0; k < size; ++k) __builtin_prefetch(&shell.points[first_of(node, size, k)]);
     return;
   }
-  // Side by side: once for each line of a cache.
+  // The points are contiguous: one prefetch for each cache line.
   constexpr std::size_t kLineBytes = 64;
   const auto* const begin = reinterpret_cast<const char*>(&shell.points[node.first]);
   for (std::size_t at = 0; at < size * sizeof(ShellPoint); at += kLineBytes) __builtin_prefetch(begin + at);
@@ -65,7 +65,7 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   for (std::size_t k = 0; k < size_; ++k) {
     points[asked_] = &shell_.points[first_of(k)];
     asked[asked_] = static_cast<std::uint8_t>(k);
-    asked_ += lags[k] <= up_to ? 1 : 0;  // no branch: which ones it are changes all the time
+    asked_ += lags[k] <= up_to ? 1 : 0;  // branch-free, since the pattern is unpredictable
   }
   samples_.col(0).setConstant(std::numeric_limits<double>::infinity());
   nearest_m_ = farthest_m_ = std::numeric_limits<double>::infinity();
@@ -84,8 +84,9 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   if (nearest_m_ < 0 && field.error_m() > 0) look_from_outside(R_FP, p_FP, rigid_depth_m);
 }
 
-// In the middle of a wall not much thicker than a cell is wide, interpolation is too shallow and knows no side. A point is on the side that it
-// faces away from, and as deep as that side says from outside, as far as it takes to be stopped.
+// Corrects points in a wall that is hardly thicker than a cell. In its middle, interpolation is too shallow and the
+// slope has no definite side. A point belongs to the side that it faces away from. Its depth is extrapolated from a
+// sample outside of that side, and limited to the depth that stops it.
 void LeafSamples::look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {
@@ -112,7 +113,7 @@ void LeafSamples::look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_F
   }
 }
 
-// Of points that stand for others.
+// Factor for the areas of sampled points that represent all points of a node.
 double LeafSamples::area_scale() const {
   double area = 0;
   for (std::size_t k = 0; k < size_; ++k) area += shell_.points[first_of(k)].area_m2;
@@ -164,7 +165,7 @@ void LeafSamples::add_points(double band_m, std::vector<ShellCandidate>& candida
   if (nearest_m_ >= band_m) return;
   if (size_ > 1 && !is_held_ && farthest_m_ - nearest_m_ <= kAlike_m && farthest_m_ < band_m) {
     const ShellCandidate mean = mean_of(nearest_m_, band_m);
-    // What lies around something round is not flat.
+    // Around a round obstacle the gradients differ, and the points are not merged.
     if (mean.area_m2 > 0 && mean.gradient_F.norm() > 1 - kAlike_m) return candidates.push_back(mean);
   }
   for (std::size_t k = 0; k < size_; ++k) {
@@ -193,7 +194,7 @@ void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
       return;
     }
   }
-  // Of both, the last point has the name of those that do not press.
+  // If there are both, the gap gets the id of the last point.
   if (presses) {
     press.distance_m *= coherence;
     if (press.gradient_F.isZero()) press.gradient_F = Vec3::UnitZ();

@@ -1,4 +1,4 @@
-// A step's search, and which level of a shell's tree the candidates are made at.
+// Search of a step, and the choice of the level of a shell's tree at which candidates are made.
 #include <algorithm>
 #include <utility>
 
@@ -7,23 +7,25 @@
 namespace tandem::contact {
 namespace {
 
-// Of the capacity, what may be in use when a finer level is tried, and how often it is tried. Where so little is near that
-// it surely fits, all is asked again soon.
+// Shares of the capacity that may be in use when a finer level is tried, and the limits of the interval of trials.
+// Where few points are near and the finest level surely fits, it is tried after kStepsToFinest steps.
 constexpr double kFinerBelow = 0.8;
 constexpr double kFinerLevelBelow = 0.4;
 constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
-// More looks for each candidate than this, in so many steps on end, are too many. Where few are near there may be more: so much
-// where a coarser level is as fine for what may press, or else.
+// Queries for each candidate that a walk may make; a coarser level begins after kMaxDenseSteps consecutive steps above
+// it. Where few points are near, the limit is higher by kMoreLooks if the coarser level is as fine for pressing points,
+// else by kMoreLooksElse.
 constexpr double kLooksPerCandidate = 1.3;
 constexpr std::uint32_t kMaxDenseSteps = 4;
 constexpr double kMoreLooks = 1.3, kMoreLooksElse = 2;
 constexpr double kWideBand_m = 1e-3;
-// Nodes of which eight points stand for all are divided while no more than these shares are in use: of the capacity, of the
-// room for the cut; and not soon after it was too much. For each point that the step before asked, so many looks less.
+// Sampled nodes are divided while no more than these shares of the capacity and of the room for the cut are in use.
+// After an overflow, dividing starts later. Each point that the last step queried leaves kLooksPerPoint fewer queries
+// for dividing.
 constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.45;
 constexpr std::uint32_t kLooksPerPoint = 2;
-// Where something may press, nodes are leaves as at a level finer by so much.
+// Number of levels by which leaves are finer where something may press.
 constexpr int kFinerWherePressed = 4;
 
 }  // namespace
@@ -36,7 +38,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (shell_ == nullptr || shell_->nodes.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   work_.is_coarse = level_ != kFine;
   const bool is_at_rest = has_walked_ && band_m == band_m_ && is_same(X_FP, X_FP_before_);
-  // The step after a motion says what is asked all the time.
+  // The first step at rest measures the queries that every step needs, so it is not skipped.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || level_ == kFine;
   if (is_at_rest && has_rested && !may_be_finer() && looks_to_divide() == 0) return work_;
   work_.is_refreshed = true;
@@ -54,17 +56,18 @@ void ShellCandidates::try_in(std::uint32_t steps) noexcept {
   steps_to_try_ = steps_per_try_;
 }
 
-// Of who moves so far in a step little stays known, and most of what is near does not press.
+// With such fast motion few bounds last, and most near points do not press.
 bool ShellCandidates::is_band_wide() const {
   return band_m_ > kWideBand_m;
 }
 
-// As level 0: of a narrow band all may press.
+// Whether the level acts as level 0: in a narrow band all points may press.
 bool ShellCandidates::is_as_fine(int level) const {
   return level > 0 && level <= kFinerWherePressed && band_m_ <= kMayPress_m;
 }
 
-// A level begins before the walk, by what the last one said: a step walks again where there was no room alone.
+// A level changes before the walk, from the measurements of the last one. A step walks twice only where there was no
+// room.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_put_off = false;
   const auto go_coarser = [&] {
@@ -81,7 +84,8 @@ void ShellCandidates::search(double band_m) noexcept {
   note_density();
 }
 
-// When a try did not last, the next comes later; where nodes were divided until it was too much, no sooner than it would have.
+// Doubles the interval after a trial that did not last. After an overflow caused by dividing, the interval stays, so
+// that the next trial is not earlier.
 void ShellCandidates::put_off_finer() noexcept {
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : has_divided_ ? steps_per_try_ : kStepsPerTry);
@@ -89,7 +93,7 @@ void ShellCandidates::put_off_finer() noexcept {
 
 void ShellCandidates::begin_coarser() noexcept {
   if (has_divided_) {
-    // What was divided is one again, and stays so for longer.
+    // Joins the divided nodes again, and postpones the next dividing.
     steps_to_divide_ = std::min(2 * steps_to_divide_, kMaxStepsPerTry);
     const bool is_a_little_too_much = dense_steps_ > kMaxDenseSteps;
     if (is_a_little_too_much && level_ == coarsest_level_ && join_pairs()) return;
@@ -99,17 +103,18 @@ void ShellCandidates::begin_coarser() noexcept {
   change_level(coarser_level(contacts_ > capacity_ && dense_steps_ == 0));
 }
 
-// From leaf to leaf twice as large at first, then faster. Joining a leaf's points saves no question, so where it is not
-// contacts that are too many, it is left out.
+// Doubles the leaf size at first, then grows it faster. Level 0 merges a leaf's points but saves no query, so it is
+// skipped unless there are too many contacts.
 int ShellCandidates::coarser_level(bool has_too_many) const {
   const int next = level_ == kFine && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
   return std::min(is_as_fine(next) ? kFinerWherePressed + 1 : next, coarsest_level_);
 }
 
-// Of larger nodes some points are asked for all: where few are near, only if it must be.
+// Counts consecutive steps with too many queries. Larger leaves sample only some of their points, so a coarser level
+// begins only if necessary where few points are near.
 void ShellCandidates::note_density() noexcept {
-  // Surfaces that follow each other just beyond the band have many points to ask and few that are near. Who may get far
-  // in a step looks far ahead: most of what is near then does not press, and what does shall be found.
+  // Surfaces that are parallel just beyond the band need many queries and have few near points. Fast motion looks far
+  // ahead: most near points then do not press, and those that do must be found.
   const bool is_near = near_count_ > capacity_ && !is_band_wide();
   const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kMoreLooks : kMoreLooksElse;
   const bool is_over = walk_points_ > more * most_looks();
@@ -117,7 +122,7 @@ void ShellCandidates::note_density() noexcept {
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
 }
 
-// At least; of its ball.
+// Lower bound of the distance of the node's ball.
 double ShellCandidates::nearest_m(const ShellNode& node) const {
   return nearest_m(node, field_->distance_m(R_FP_ * node.centre_S.cast<double>() + p_FP_));
 }
@@ -136,19 +141,20 @@ std::uint32_t ShellCandidates::most_looks() const {
   return static_cast<std::uint32_t>(kLooksPerCandidate * capacity_);
 }
 
-// When all is divided, a finer level has little to ask: it need not wait.
+// When all nodes are divided, a finer level needs few queries, so its trial does not wait.
 void ShellCandidates::end_dividing() noexcept {
   if (divide_looks_ == 0 || has_sampled()) return;
   steps_to_divide_ = kStepsToDivide;
   if (std::exchange(tries_when_divided_, false)) steps_to_try_ = 0;
 }
 
-// Where nothing can be joined any more.
+// Whether no nodes can be joined any more.
 bool ShellCandidates::is_coarsest() const {
   return level_ == coarsest_level_ && !has_divided_;
 }
 
-// What is near of a large shell may be too much to be asked in one step at a finer level, though it would fit.
+// Queries that this step may use for dividing. The near part of a large shell may need too many queries for one step at
+// a finer level, though its contacts would fit.
 std::uint32_t ShellCandidates::looks_to_divide() const {
   if (level_ == kFine || !has_walked_ || steps_at_level_ < steps_to_divide_) return 0;
   const auto is_below = [](auto used, double share, auto limit) {
@@ -160,7 +166,7 @@ std::uint32_t ShellCandidates::looks_to_divide() const {
 }
 
 bool ShellCandidates::may_be_finer() const {
-  // What is left to be divided would be asked at once.
+  // A finer level would query all remaining sampled nodes at once.
   if (level_ == kFine || looks_to_divide() > 0) return false;
   const auto is_below = [&](std::size_t used, double share) { return static_cast<double>(used) <= share * capacity_; };
   const bool has_failed = steps_per_try_ > kStepsPerTry;
@@ -171,7 +177,7 @@ bool ShellCandidates::may_be_finer() const {
   return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
 }
 
-// A level that has no room costs its one walk: then the one before goes on.
+// Tries a finer level. A failed trial costs one walk, and the previous level is restored.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_found();
   const int next = is_as_fine(level_) ? kFine : is_as_fine(level_ - 1) ? 0 : level_ - 1;

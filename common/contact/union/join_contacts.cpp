@@ -9,7 +9,7 @@ namespace {
 // A contact with less than this share of its area is dropped.
 constexpr double kMinShare = 1e-3;
 
-/// Of the points that a contact stands for; of a ball on a plane, what faces the plane.
+/// Mean normal of the points that a contact represents; `otherwise_W` for a contact without points.
 Vec3 normal_of(std::span<const ShellPoint> points, const Pose& X_WS, const Vec3& otherwise_W) {
   Vec3 sum = Vec3::Zero();
   for (const ShellPoint& point : points) sum += point.normal_S.cast<double>();
@@ -31,7 +31,7 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
     const bool is_of_a = is_ball ? ball_ == a_ : this->is_of_a(contact);
     const ShapeUnion& own = is_of_a ? union_a : union_b;
     const ShapeUnion& other = is_of_a ? union_b : union_a;
-    // Out of the shape whose field gave the depth.
+    // Direction out of the shape whose field gave the depth.
     const Vec3 out_W = is_of_a ? contact.normal_W : Vec3(-contact.normal_W);
     const double area_m2 = contact.area_m2;
     if (own.has_others()) {

@@ -10,15 +10,15 @@
 namespace tandem::contact {
 namespace {
 
-// Length over which a surface is between covered and free; in errors of the fields where that is more.
+// Length of the transition between covered and free: the larger of a length and a multiple of the fields' errors.
 constexpr double kBlend_m = 2e-5, kBlendErrors = 2;
-// From a covered face so far inwards until another face is the nearest one: the shortest first, where fields are exact.
-// Grids round off their edges by up to a cell: the middle first.
+// Distances inward from a covered face at which another face may be the nearest one. The shortest comes first where
+// fields are exact. Grids round off their edges by up to a cell, so their first distance is a middle one.
 constexpr std::array<double, 5> kExactWays_m = {6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3};
 constexpr std::array<double, 5> kGridWays_m = {5e-4, 2.5e-4, 1e-3, 1.2e-4, 6e-5};
-// Covered faces that a way out may avoid, one after the other.
+// Largest number of covered faces that the search for a way out avoids in succession.
 constexpr int kMaxTurns = 4;
-// Contacts inside of two shapes share their area until both are so deep.
+// Contacts inside of two shapes share their area until both are this deep.
 constexpr double kShared_m = 1e-5;
 
 /// 0 below `low`, 1 above `high`, linear in between.
@@ -33,7 +33,7 @@ struct Look {
   double error_m = 0;
 };
 
-/// The planes of a sampled field are exact where samples round off its edges.
+/// Samples a shape. The planes of a sampled field are exact where its samples round off edges.
 Look look(const PlacedShape& placed, const Vec3& p_W) {
   const DistanceField& field = *placed.shape->field;
   const Vec3 p_S = placed.X_WS.inverse() * p_W;
@@ -57,7 +57,7 @@ double blend_m(const PlacedShape& a, const PlacedShape& b, const Vec3& p_W) {
   return std::max(kBlend_m, kBlendErrors * (look(a, p_W).error_m + look(b, p_W).error_m));
 }
 
-/// Share in which `other` covers a place q of a surface with this normal.
+/// Share to which `other` covers a place q of a surface with this normal.
 double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, double blend) {
   const double at = distance_m(other, q_W) / blend;
   if (at >= 1) return 0;
@@ -67,7 +67,7 @@ double exit_cover(const PlacedShape& other, const Vec3& q_W, const Vec3& out_W, 
 
 }  // namespace
 
-/// The covering shape with the largest share of a place, and this share.
+/// The shape that covers the largest share of a place, and this share.
 struct ShapeUnion::Cover {
   double share = 0;
   const PlacedShape* by = nullptr;
@@ -104,7 +104,7 @@ ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q
   return most;
 }
 
-// Depth below the face that is found is linear in the place, so that it may be measured from p.
+// The depth below the face that is found is linear in the place, so it can be measured from p.
 std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_W, Vec3 inward_W) const noexcept {
   const auto& ways_m = shape.shape->field->error_m() > 0 ? kGridWays_m : kExactWays_m;
   Vec3 from_W = p_W;
@@ -121,12 +121,12 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
       Vec3 out_W = depth_m * inside.gradient_W;
       const Look beyond = look(shape, p_W + out_W);
       if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
-      // At a corner of several covered faces, none of them covers what is beside it: farther inside, they do.
+      // At a corner of several covered faces, none of them covers the area beside it; farther inside, they do.
       const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
       if (cover_of(shape, foot_W, inside.gradient_W).share < 0.5 &&
           cover_of(shape, p_W + out_W, inside.gradient_W).share < 0.5)
         return out_W;
-      // The next turn begins where covered faces are the farthest.
+      // The next turn begins at the place farthest from covered faces.
       if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
         continue;
       deepest_m = -inside.distance_m;
@@ -164,7 +164,7 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
       }
     }
   }
-  // Inside of several shapes at once, each of which has a contact there.
+  // The point is inside of several shapes at once, each of which has a contact there.
   const double own = std::min(way_W.norm(), kShared_m);
   double all = own;
   for (const PlacedShape& other : others_) all += std::clamp(-distance_m(other, p_W), 0.0, kShared_m);

@@ -1,4 +1,4 @@
-// Contact with the union of shapes: a surface that another shape covers is no surface.
+// Contact with the union of shapes: a surface that another shape covers gives no contact.
 #pragma once
 
 #include <optional>
@@ -13,19 +13,20 @@ struct ContactPoint;
 /// Shapes farther than this from a contact do not change it: twice the largest rigid depth.
 inline constexpr double kUnionReach_m = 2 * kMaxRigidDepth;
 
-/// A shape where it is in the world.
+/// A shape with its pose in the world.
 struct PlacedShape {
   const ContactShape* shape = nullptr;
   Pose X_WS;
 };
 
-/// One shape of a pair and the shapes beside it that the other one is near, too.
+/// One shape of a pair, and the shapes beside it that are near the other shape of the pair.
 ///
-/// Model   A pressing contact pushes its point p by depth × normal to a place q of the shape's surface. If another shape
-///         covers q, that surface is inside the union. The contact is then resolved along the shorter of two ways: out of the same
-///         shape through another face, or through q and out of the covering shape. Both ways are found from samples
-///         farther inside, where the covered face is not the nearest one, and are exact for flat faces. Over a distance of
-///         2e-5 m (more for meshes) between covered and free, both answers are mixed, so that forces do not jump.
+/// Model   A pressing contact pushes its point p by depth × normal to a place q of the shape's surface. If another
+///         shape covers q, that surface is inside the union. The contact is then resolved along the shorter of two
+///         ways: out of the same shape through another face, or through q and out of the covering shape. Both ways are
+///         found from samples farther inside, where the covered face is not the nearest one, and are exact for flat
+///         faces. Over a distance of 2e-5 m (more for meshes) between covered and free, both answers are mixed, so that
+///         forces do not jump.
 /// Thread  any; no allocation
 class ShapeUnion {
  public:
