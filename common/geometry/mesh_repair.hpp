@@ -19,7 +19,7 @@ struct PartReport {
   SurfaceKind kind = SurfaceKind::kSolid;
   std::size_t triangles = 0;
   std::size_t parts = 1;  ///< number of parts with this classification
-  double volume_m3 = 0;   ///< of a solid; else 0
+  double volume_m3 = 0;   ///< volume of a solid; else 0
   std::size_t holes = 0;  ///< number of closed holes of a solid, or of open borders of a sheet
   std::string why;        ///< reason, for users
 };

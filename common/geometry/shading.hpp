@@ -30,7 +30,7 @@ ShadedMesh shaded(const TriangleMesh& mesh);
 ///         dropped
 /// Source  Lindstrom, "Out-of-core simplification of large polygonal models", SIGGRAPH 2000, §3; here the cells are
 ///         widened until few enough triangles are left
-/// In      mesh  as TriangleMesh specifies; most  some hundred or more
+/// In      mesh  valid indices; most  some hundred or more
 /// Out     parts smaller than a cell lose triangles or disappear
 TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most);
 

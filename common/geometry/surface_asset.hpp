@@ -14,7 +14,7 @@ namespace tandem::geometry {
 /// Kind of this asset in the asset list that a server sends.
 inline constexpr const char* kSurfaceAssetKind = "surface";
 inline constexpr std::uint32_t kSurfaceAssetVersion = 1;
-/// Limits, equal to those of a mesh file. A welded mesh has fewer vertices.
+/// Limits of a mesh, the same as for mesh files. A welded mesh has fewer vertices than its file.
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 inline constexpr std::size_t kMaxSurfaceVertices = 1'000'000;
 /// Limit of each coordinate; beyond it, single precision is coarser than 0.1 mm.
