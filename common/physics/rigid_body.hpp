@@ -23,7 +23,7 @@ class RigidBody {
   const MassProperties& mass() const { return mass_; }
   const BodyTraits& traits() const { return traits_; }
   double friction() const { return traits_.friction; }
-  double radius_m() const { return radius_m_; }  ///< of the ball about C that contains the body
+  double radius_m() const { return radius_m_; }  ///< radius of the ball about C that contains the body
 
   RigidState state() const;
   const Pose& pose() const { return X_WB_; }  ///< pose of B
