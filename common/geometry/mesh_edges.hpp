@@ -61,8 +61,8 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
 /// Returns the connected regions of the selected triangles, ordered by their first triangle. Two triangles are
-/// connected by an edge that no third triangle uses and that they traverse in opposite directions, so that they face
-/// the same way.
+/// connected by an edge that no third triangle uses. They must traverse it in opposite directions, and so face the same
+/// way.
 ///
 /// In      edges  edge numbers of each triangle, from its first corner on; the numbering is arbitrary
 std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,

@@ -25,9 +25,9 @@ constexpr double kMaxCoordinate_m = 1e12;
 // A part with borders is a solid with holes if closing them adds less than this share of its surface. The share is 1/3
 // to 1/2 for a cup, 1/10 for a cut pipe ten times as long as wide, and 1/1000 for a scan.
 constexpr double kHoleShare = 0.05;
-// Thickness below which a part has no room inside, relative to its size. kRoomShare is 0.25 µm for an object the size
-// of a hand, the rounding of a surface that lies on itself. Where edges are unpaired, kUnpairedRoomShare allows for a
-// plate of 10 µm.
+// Ratio of volume to area^1.5 below which a part has no room inside. For an object the size of a hand, kRoomShare is a
+// thickness of 0.25 µm, the rounding of a surface that lies on itself. Where edges are unpaired, kUnpairedRoomShare
+// allows for a plate of 10 µm.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
 // Limit of closed parts: all pairs are compared, which takes two seconds if each contains the next.
@@ -107,8 +107,8 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // A jagged border is long, and so is a slit's. The area bound is a disk for the first and almost nothing for the
-    // second.
+    // A jagged border is long, and so is that of a slit. The area that closes it is at most that of a disc of this
+    // length, and at most that of the triangles to its centre.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -145,7 +145,7 @@ class Nesting {
     return turned;
   }
 
-  /// Whether the outermost part around it, or it itself, is inside out.
+  /// Whether its outermost container is inside out; without a container, the part itself.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
   /// Number of parts with the same orientation as the part around them: material inside material.
@@ -313,7 +313,7 @@ std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& pa
   return solids;
 }
 
-/// Volume that parts enclose together which are no solids by themselves.
+/// Classification of the parts that are no solids by themselves, taken together.
 struct Enclosed {
   TriangleMesh whole;  ///< the parts, one after the other
   std::vector<Side> sides;
@@ -336,8 +336,8 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   return enclosed;
 }
 
-/// Whether each part of the surface encloses nothing, although its triangles were classified as borders: its inside has
-/// an open mouth, or it has no room inside.
+/// For each part of the surface, whether it encloses nothing although its triangles are borders. Its inside then has an
+/// open mouth, or has no room.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;

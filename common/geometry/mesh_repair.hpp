@@ -41,7 +41,7 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Repairs a mesh. Where edges are unpaired, the winding number decides what is inside: walls inside are removed and
+/// Repairs a mesh. Where edges are unpaired, the winding number classifies the sides: walls inside are removed and
 /// flipped triangles turned. Triangles with the outside on both sides, and enclosures with an open mouth, become
 /// sheets.
 ///

@@ -19,7 +19,7 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr std::size_t kMaxSlabs = 256;
-constexpr double kMaxEdges = 300;  ///< limit of Σ edge² in squared diagonals; longer triangles are all near
+constexpr double kMaxEdges = 300;  ///< limit of Σ edge² [diagonal²]; beyond, the winding number is slow
 
 /// A part of a mesh: bounding box, enclosed volume and triangles.
 struct Piece {

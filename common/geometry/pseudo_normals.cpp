@@ -24,7 +24,7 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // An edge is searched among those with the same smaller vertex: about three, whatever the size of the mesh.
+  // An edge is searched among those with the same smaller vertex: about three, independent of the size of the mesh.
   struct Edge {
     std::uint32_t larger_vertex;
     std::uint32_t next;  ///< next edge with the same smaller vertex

@@ -10,7 +10,7 @@
 
 namespace tandem::geometry {
 
-/// A surface sample on its way into a shell.
+/// A candidate sample of a point shell.
 struct SurfaceSample {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();
@@ -68,7 +68,7 @@ class SampleGrid {
 
   static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
     const std::size_t mask = slots.size() - 1;
-    // The high half of the product depends on all bits of the key; folded, so do its low bits.
+    // The high half of the product depends on all bits of the key. Folding makes its low bits depend on them too.
     const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
     std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
     while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;

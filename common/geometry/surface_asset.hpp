@@ -24,8 +24,8 @@ inline constexpr double kMaxSurfaceReach_m = 1000;
 ///
 /// Model   little-endian: "TSRF", version, counts of vertices and triangles; x y z of each vertex as float32 [m]; three
 ///         indices of each triangle, counter-clockwise seen from outside; a checksum of all that
-/// Fails   std::invalid_argument: more than the limits above, none, an index out of range, a coordinate that is not
-///         finite or too far
+/// Fails   std::invalid_argument: no triangle, more triangles or vertices than the limits above, an index out of range,
+///         or a coordinate that is not finite or too far
 std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh);
 
 /// Decodes an asset. Returns none unless the bytes are exactly one asset of this version. Safe for hostile bytes:

@@ -26,8 +26,9 @@ struct SurfaceTopology {
   double fold_rad(const MeshEdge& edge) const;
 };
 
-/// Returns samples on convex edges that are folded by more than `angle_rad`: every `spacing_m` along each line of edges
-/// and at its ends, junctions and turns. Concave edges are left out because they cannot touch anything first.
+/// Returns samples on convex edges that are folded by more than `angle_rad`. Samples are `spacing_m` apart along each
+/// line of edges, and at its ends, junctions and turns. Concave edges are left out because they cannot touch anything
+/// first.
 ///
 /// Out     two samples that face the same way are at least 0.4 spacings apart
 std::vector<SurfaceSample> sharp_samples(const SurfaceTopology& surface, double angle_rad, double spacing_m);

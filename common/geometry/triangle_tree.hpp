@@ -44,7 +44,7 @@ class TriangleTree {
   /// Returns the closest point with a normal that points out of the solid. Overlapping closed parts are treated as
   /// their union: among the parts that contain `p_S`, the result is on the part in which it is deepest. An inside-out
   /// part is a cavity of the smallest part around it. Where a part crosses itself or edges are unpaired, the winding
-  /// number decides what is inside, and triangles with the inside on both sides are ignored. For a tree not built by
+  /// number classifies the sides. Triangles with the inside on both sides are ignored. For a tree not built by
   /// of_solid() the result is that of closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;

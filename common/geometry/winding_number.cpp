@@ -195,7 +195,7 @@ void WindingNumber::add_moments(Node& node, const Node& child) {
   cubic[9] += 2 * (e.x() * q(1, 2) + e.y() * q(0, 2) + e.z() * q(0, 1));
 }
 
-/// Adds the exact moments of a triangle with corners d₀, d₁, d₂ from the node's middle: ∫ d dA = A c, ∫ d dᵀ dA = A (Σ
+/// Adds the exact moments of a triangle. With corners d₀, d₁, d₂ from the node's middle: ∫ d dA = A c, ∫ d dᵀ dA = A (Σ
 /// dᵢ dᵢᵀ + 9 c cᵀ) / 12.
 void WindingNumber::add_moments(Node& node, const Piece& piece) {
   const Vec3 area = area_normal(piece.first);

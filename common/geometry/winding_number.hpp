@@ -11,15 +11,13 @@
 
 namespace tandem::geometry {
 
-/// Generalised winding number of triangles that mostly face outwards: 1 inside a closed surface, 0 outside, values in
-/// between
-/// near a hole, larger values where solids overlap.
+/// Generalised winding number of triangles that mostly face outwards. It is 1 inside a closed surface, 0 outside,
+/// between them near a hole, and larger where solids overlap.
 ///
 /// Model   w(p) = Σ Ω(p) / 4π, where Ω is the solid angle of each triangle. A group of triangles farther than kFar
-///         times its radius is
-///         approximated. With r from p to the group's centre c, d from c to a point of the group and normal n there,
-///         Ω = ∫ F·n dA, where F = (r + d) / |r + d|³ is a series in d up to the second order. Its coefficients are the
-///         moments ∫ n dA, ∫ n d dA and ∫ n d d dA of each node
+///         times its radius is approximated. Let r go from p to the group's centre c, d from c to a point of the group,
+///         and n be the normal there. Then Ω = ∫ F·n dA, with F = (r + d) / |r + d|³ as a series in d up to the second
+///         order. Its coefficients are the moments ∫ n dA, ∫ n d dA and ∫ n d d dA of each node
 /// Source  Jacobson, Kavan & Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
 ///         2013; Barill et al., "Fast winding numbers for soups and clouds", 2018, eq. 8 to 14; solid angle: Van
 ///         Oosterom & Strackee, "The solid angle of a plane triangle", 1983
@@ -40,7 +38,7 @@ class WindingNumber {
   ///
   /// In      without  a triangle that is excluded, with p in its plane, or −1. At the middle of a triangle this gives
   ///         the winding number of the others
-  /// Out     lies_on  whether p lies on another triangle, or within about a thousandth of its piece's size; the
+  /// Out     lies_on  whether p lies on another triangle, or within about a thousandth of its piece's size. The
   ///         contribution of that triangle then depends on rounding
   double at(const Vec3& p_S, int without = -1, bool* lies_on = nullptr) const noexcept;
 

@@ -15,9 +15,10 @@ double soft_limit(double magnitude, double limit);
 /// Share s(E) of a pair's force and torque that is felt. It depends on the pair's energy only, so the field stays
 /// conservative.
 ///
-/// Model   s = z · 1/√(1 + x²). z is 0 up to E_min + n kT and rises to 1 over one more kT as 3u² − 2u³ (1 without a
-///         zero area); x = (E − E_knee)/w above the knee, 0 below. w lets a repulsion r^−12, whose force grows with its
-///         energy, come to about a quarter of the force limit: felt energy grows as the logarithm of overlap
+/// Model   s = z · 1/√(1 + x²). z is 0 up to E_min + n kT and rises to 1 over one more kT as 3u² − 2u³; without a zero
+///         area it is 1. x = (E − E_knee)/w above the knee, 0 below. With this w, a repulsion r^−12, whose force grows
+///         with its energy, approaches about a quarter of the force limit. The felt energy then grows as the logarithm
+///         of overlap
 /// Source  ours; a scale that depends on the pose in any other way creates energy on closed paths
 double felt_share(const WorldDescription& world, double energy_kcal_per_mol);
 /// Integral ∫ s dE. It is 0 where the molecules are apart, if neither the zero area nor the knee includes that energy.

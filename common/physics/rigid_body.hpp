@@ -53,9 +53,9 @@ class RigidBody {
   Wrench weight_W(const Vec3& gravity_m_per_s2) const;
   /// Moves the body for a step with the centre's velocity `V_WC` from the solver, and clears the applied wrenches.
   ///
-  /// Model   the angular momentum of `V_WC.w` in the present attitude is constant over the step; the attitude follows
-  ///         Euler's equations by the implicit midpoint rule, in substeps of 0.02 rad at most. The new velocity
-  ///         has the same momentum in the new attitude, so a free top precesses and keeps its energy.
+  /// Model   the angular momentum of `V_WC.w` in the present attitude is constant over the step. The attitude follows
+  ///         Euler's equations by the implicit midpoint rule, in substeps of 0.02 rad at most. The new velocity has the
+  ///         same momentum in the new attitude, so a free top precesses and keeps its energy.
   /// Source  our derivation
   void advance(const Twist& V_WC, double step_s);
   /// Moves the body for a step with exactly this velocity, and clears the applied wrenches. For prescribed motion.

@@ -44,7 +44,7 @@ struct TouchSummary {
 ///
 /// Each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. With other laws
 /// (ToolDynamics) it is massless and at the equilibrium of coupling and contact, or it is placed at the handle. While a
-/// tool holds a body, the two move as one: the coupling acts on the body at the tool's grip, and the tool neither
+/// tool holds a body, the two move as one. The coupling then acts on the body at the tool's grip, and the tool neither
 /// collides nor adds mass. Several tools may hold the same body. A tool that releases a body from inside passes through
 /// it until they have separated. A body that a tool of the scene holds from the start is kept there at rest until any
 /// tool takes or touches it.
@@ -84,8 +84,8 @@ class World {
   /// Attaches a body at the grip `X_BT`, wherever the tool is, as decided outside this world. A body held before is
   /// released. Ignored for an unknown or static body and for an inactive tool.
   void hold(std::size_t tool, BodyId body, const Pose& X_BT);
-  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad for each metre of that (50 mrad for
-  /// 5 mm). This merges the local grip with the one decided outside without a jerk.
+  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad for each metre of it. This merges
+  /// the local grip with the one decided outside without a jerk.
   void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
   void release(std::size_t tool);
 
@@ -138,8 +138,8 @@ class World {
   /// influence of other load.
   Duration quickest_step() noexcept;
 
-  /// Bodies that the last step returned to their starts, at rest: on request, because their state was not finite, or
-  /// because they were beyond limits.bounds_m and not held.
+  /// Bodies that the last step returned to their starts, at rest. Causes: a request, a state that is not finite, or a
+  /// position beyond limits.bounds_m while no tool holds the body.
   std::span<const BodyId> put_back() const noexcept;
   /// Requests that the next step returns each moving body to its start, at rest. Tools release their bodies, except a
   /// body that the tool holds from the start.
@@ -167,9 +167,9 @@ class World {
   /// Molecular energy of the whole scene at the start of the last step; 0 without molecules.
   double field_energy_kj_per_mol() const;
   double field_energy_j() const;  ///< the felt share of it, in the world's joules
-  /// Energy stored in the world [J]: kinetic and gravitational energy of the moving bodies and tools, the energy of
-  /// anchors and couplings as in force, and the felt molecular energy without its bound. The energy of contacts is not
-  /// included.
+  /// Energy stored in the world [J]. It includes the kinetic and gravitational energy of moving bodies and tools, the
+  /// energy of anchors and couplings as in force, and the felt molecular energy. The molecular part ignores the bound
+  /// of the force, and the energy of contacts is not included.
   /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Energy stored in a tool's coupling [J].

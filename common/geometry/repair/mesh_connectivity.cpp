@@ -12,8 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// Angle below which triangles at an edge are coincident: the rotation by single-precision rounding of a triangle a
-// hundredth as high as the mesh is large.
+// Angle below which triangles at an edge are coincident. Single-precision rounding rotates a triangle by up to this
+// angle if its height is a hundredth of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
 /// Number of a half-edge: 3 · triangle + side.
@@ -184,8 +184,8 @@ class Connector {
   }
 
   /// Pairs the triangles around an edge. Viewed along the edge, material lies anticlockwise of triangles that run
-  /// against it and clockwise of those that run along it. Each triangle of the first kind is joined with the next one
-  /// around, which must be of the second kind.
+  /// against it, and clockwise of triangles that run along it. Each triangle of the first kind is joined with the next
+  /// one around. That one must be of the second kind.
   bool pair_around(std::span<const HalfEdge> uses) {
     const int a = start_of(mesh_, uses[0]);
     const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];

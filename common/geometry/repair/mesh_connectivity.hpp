@@ -20,8 +20,8 @@ inline bool is_closed(const MeshPart& part) {
   return part.borders.empty() && !part.is_unpaired && part.is_orientable;
 }
 
-/// Makes `mesh` a manifold. At an edge of more than two triangles, those that enclose material between them are joined;
-/// where they do not pair up, each triangle ends at the edge. Parts that touch only at an edge or a vertex get vertices
+/// Makes `mesh` a manifold. At an edge of more than two triangles, those that enclose material between them are joined.
+/// Where they do not pair up, each triangle ends at the edge. Parts that touch only at an edge or a vertex get vertices
 /// of their own. The triangles of each part are oriented alike, as the majority is.
 ///
 /// In      mesh  welded

@@ -22,8 +22,8 @@ constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
-// Step to both sides of a triangle, as a share of the diagonal: 20 times the gap that single precision leaves between
-// coplanar triangles, and a tenth of a thin wall.
+// Step to both sides of a triangle, as a share of the diagonal. It is 20 times the gap that single precision leaves
+// between coplanar triangles, and a tenth of a thin wall.
 constexpr double kStepShare = 2e-6;
 
 // Tolerance of a winding number from the exact value of a border, of the inside or of the outside.
@@ -39,8 +39,8 @@ Side side_of(double half_way, double jump = 1) {
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Whether a winding number is close to that of a border, of the inside or of the outside. Beside a wall of which only
-/// the faces of one side count, it lies in between.
+/// Whether a winding number is close to that of a border, of the inside or of the outside. Beside a wall that has the
+/// faces of one side only, it lies in between.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;

@@ -12,8 +12,9 @@ namespace tandem::geometry {
 /// remain.
 ///
 /// Model   A patch is a set of triangles connected by edges that have exactly two triangles and do not fold back. Two
-///         patches are twins when their borders are the same edges and they lie close to each other (twisted polygons
-///         of up to 64 corners), or when they have the same area and each covers the other, flat piece by flat piece
+///         patches are twins in two cases. First, their borders are the same edges and they lie close to each other
+///         (twisted polygons of up to 64 corners). Second, they have the same area and each covers the other, flat
+///         piece by flat piece
 /// In      mesh         welded, without triangles of the same three corners
 ///         tolerance_m  tolerance of the welding
 /// Out     number of triangles removed

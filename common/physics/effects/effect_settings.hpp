@@ -83,8 +83,8 @@ struct EffectSettings {
 
 /// Checks `settings` for values that the arithmetic cannot handle, and for contradictions.
 ///
-/// Out     the first problem, "magnet.range_m is 0; it must be more than 0 and finite", its field named as in scene
-///         files; empty when there is none
+/// Out     the first problem, as in "magnet.range_m is 0; it must be more than 0 and finite", with the field's name in
+///         scene files; empty if there is none
 std::string find_problem(const EffectSettings& settings);
 
 }  // namespace tandem::physics

@@ -1,5 +1,5 @@
-// One step: predict each thing's reach, find the near pairs and their contacts, solve for all contacts and couplings
-// together, and distribute the result to things and hands.
+// One step: predicts each thing's reach, finds the near pairs and their contacts, and solves for all contacts and
+// couplings together. The result goes to things and hands.
 #include "common/physics/touch/touch_stage.hpp"
 
 #include <algorithm>
@@ -11,8 +11,8 @@ namespace {
 /// Capacity of the solver: contacts of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// Predicted reach of a thing in the next step: a factor on the last one, plus the effect of a hand that pushes with
-/// this acceleration. If a thing moves farther, its contacts are searched again.
+/// Predicted reach of a thing in the next step: a factor on the last reach, plus the effect of a push with this
+/// acceleration. If a thing moves farther, its contacts are searched again.
 constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
 /// Wrench of a law on the frame X_WT of `rigid` now, about the centre of mass.

@@ -29,7 +29,7 @@ struct TouchDrag {
 
 /// One rigid thing of the world in this step.
 struct TouchThing {
-  /// kAbsent: not in the world. kImplicit: moved by this stage only. kExternal: one of the FreeBodies; when an implicit
+  /// kAbsent: not in the world. kImplicit: moved by this stage only. kExternal: one of the FreeBodies. When an implicit
   /// thing first touches it, the stage includes its inertia for that step and applies the contacts' wrench to it.
   /// kStatic: does not move.
   enum class Role : std::uint8_t { kAbsent, kImplicit, kExternal, kStatic };
