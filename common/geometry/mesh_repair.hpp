@@ -14,7 +14,7 @@ namespace tandem::geometry {
 /// kSolid: encloses a volume. kSheet: an open surface, touchable from both sides.
 enum class SurfaceKind : std::uint8_t { kSolid, kSheet };
 
-/// Classification of one part of a mesh, or of several connected ones.
+/// Classification of one part of a mesh, or of several parts taken together.
 struct PartReport {
   SurfaceKind kind = SurfaceKind::kSolid;
   std::size_t triangles = 0;

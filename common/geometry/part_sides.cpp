@@ -87,9 +87,7 @@ class PartSides::Cells {
     return kind == Kind::kInner && !is_closed_ ? Kind::kAsk : kind;
   }
 
-  const TriangleMesh& border() const {
-    return border_;
-  }  ///< triangles and cells that do not have the inside on both sides
+  const TriangleMesh& border() const { return border_; }  ///< without cells that have the inside on both sides
   bool has_inner() const { return has_inner_; }
   int triangle_of_border(int triangle) const { return triangle_of_border_[static_cast<std::size_t>(triangle)]; }
 
@@ -182,9 +180,8 @@ class PartSides::Cells {
   /// Result of sampling a cell.
   struct Look {
     Kind kind = Kind::kAsk;
-    bool is_mixed = false;  ///< the samples differ
-    bool is_doubtful =
-        false;  ///< the winding number is near ½, so it may cross ½ elsewhere in the cell, as beside a hole
+    bool is_mixed = false;     ///< the samples differ
+    bool is_doubtful = false;  ///< a winding number is near ½: it may cross ½ elsewhere in the cell
   };
 
   /// Samples the middle of a cell, and unless `at_middle_only` suffices, points near its corners and near the middles

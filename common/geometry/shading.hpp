@@ -13,8 +13,7 @@ namespace tandem::geometry {
 using ShadedMesh = std::pair<TriangleMesh, std::vector<Vec3>>;
 
 /// Returns the same triangles with vertex normals. Neighbouring faces that meet at less than 40° are shaded smoothly; a
-/// larger
-/// angle gives an edge. A vertex is duplicated for each smooth surface that meets in it.
+/// larger angle gives an edge. A vertex is duplicated for each smooth surface that meets in it.
 ///
 /// Model   the faces around a vertex are assigned one by one: to the first group whose area-weighted normal is within
 ///         40° of the face's normal

@@ -23,8 +23,7 @@ class TriangleTree {
   /// Builds a tree for closest_of_solid() of a mesh with overlapping or self-crossing parts, or with unpaired edges.
   /// Such a mesh takes up to three times the memory.
   ///
-  /// In      inner    triangles inside the solid that are not part of its surface but count in its winding number; may
-  ///         be empty
+  /// In      inner    triangles inside the solid that count only in its winding number; may be empty
   ///         threads  number of threads to build with; the tree does not depend on it
   static TriangleTree of_solid(const TriangleMesh& mesh, const TriangleMesh& inner, int threads = 1);
   TriangleTree(TriangleTree&& other) noexcept;

@@ -8,7 +8,7 @@ namespace {
 
 /// Rotation of one substep of free rotation. At 78 rad/s and 1 kHz the attitude then errs by 1° after 10 s.
 constexpr double kMidpointTurn_rad = 0.02;
-/// Each iteration reduces the error by a factor of 0.01, the rotation of half a substep.
+/// Each iteration multiplies the error by 0.01, the rotation of half a substep.
 constexpr int kMidpointIterations = 4;
 /// limit_speed() bounds the rotation of a step to 0.5 rad.
 constexpr int kMaxSubsteps = 32;

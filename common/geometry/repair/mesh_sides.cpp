@@ -16,7 +16,7 @@
 namespace tandem::geometry {
 namespace {
 
-// Number of rays for a part, and for all parts that are not closed.
+// Limits of the number of rays: for one part, and for all parts that are not closed.
 constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
 // Meshes with more triangles are classified by several threads.
 constexpr std::size_t kMinForThreads = 5000;
@@ -155,7 +155,7 @@ class Rays {
   static constexpr double kNear = 0.02;
   static constexpr std::array kPlaces{0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.98};
   static constexpr std::size_t kMaxCrossed = 64;
-  static constexpr double kItself = 1e-6;  ///< share of the size of all
+  static constexpr double kItself = 1e-6;  ///< share of the size of all; nearer hits are the triangle itself
 
   bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > 0.5; }
 

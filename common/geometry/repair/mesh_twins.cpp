@@ -17,7 +17,7 @@ namespace {
 constexpr int kMaxRounds = 8;
 // A patch ends at an edge where the surface folds back with less than 45° between its sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Polygons of more corners are compared by area only.
+// Patches whose border has more edges are compared by coverage only.
 constexpr std::size_t kMaxCorners = 64;
 // Largest distance between two triangulations of a twisted polygon, as a share of the square root of its area. It
 // applies where all its edges have other triangles too, because then only a twin is likely. Without other triangles,

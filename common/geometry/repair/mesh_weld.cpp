@@ -54,7 +54,7 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      // Far from the origin, cubes are narrower than the spacing of doubles; the last cube then holds all places.
+      // Beyond this limit, cubes are narrower than the spacing of doubles: the outermost cube holds all places there.
       const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
       const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);

@@ -92,7 +92,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-/// Does nothing if there is a thing at its handle, because its next pose is unknown.
+/// Skips the search if there is a thing at its handle, because its next pose is unknown.
 void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
