@@ -1,5 +1,4 @@
-// The closest point of one triangle: asked millions of times while a mesh is sampled, and a few times in every tick of
-// touch with a point.
+// Closest point on one triangle. Mesh sampling calls it millions of times, and contact with a point a few times a tick.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -11,7 +10,8 @@ struct OnTriangle {
   int feature;  ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
 };
 
-/// The closest point of a triangle a, a + ab, a + ac to a + ap, and what it lies on. One without area is its edges.
+/// Returns the closest point to a + ap on the triangle a, a + ab, a + ac, and the feature it lies on. A triangle
+/// without area is treated as its edges.
 ///
 /// Source  Ericson, "Real-Time Collision Detection", 2005, §5.1.5: by Voronoi regions
 inline OnTriangle closest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) noexcept {

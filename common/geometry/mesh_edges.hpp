@@ -1,4 +1,4 @@
-// Which triangles meet at which edge: what repair and feature detection walk along.
+// Adjacency of triangles at edges, for repair and feature detection.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace tandem::geometry {
 
-/// An edge of a mesh with its (at most) two triangles.
+/// An edge of a mesh with its one or two triangles.
 struct MeshEdge {
   int a = 0;
   int b = 0;
-  int left = -1;   ///< triangle that runs a → b; −1: none
-  int right = -1;  ///< the other one; −1: none, a border
+  int left = -1;   ///< triangle that runs along the edge from a to b; −1: none
+  int right = -1;  ///< second triangle; −1: none, the edge is a border
 };
 
 /// One use of an edge by a triangle.
@@ -24,7 +24,7 @@ struct HalfEdge {
   int side = 0;  ///< from corner `side` to the next
 };
 
-/// All uses of all edges, those of one edge beside each other; in a fixed order.
+/// All uses of all edges in a fixed order, with the uses of one edge adjacent.
 class EdgeUses {
  public:
   explicit EdgeUses(const TriangleMesh& mesh);
@@ -39,40 +39,43 @@ class EdgeUses {
   std::vector<std::size_t> starts_;
 };
 
-/// The corner where a half-edge starts.
+/// Vertex at which a half-edge starts.
 inline int start_of(const TriangleMesh& mesh, const HalfEdge& half) {
   return mesh.triangles[static_cast<std::size_t>(half.triangle)][static_cast<std::size_t>(half.side)];
 }
-/// The corner where it ends.
+/// Vertex at which a half-edge ends.
 inline int end_of(const TriangleMesh& mesh, const HalfEdge& half) {
   return mesh.triangles[static_cast<std::size_t>(half.triangle)][static_cast<std::size_t>((half.side + 1) % 3)];
 }
-/// The corner that it leaves out.
+/// Vertex of the triangle opposite a half-edge.
 inline int apex_of(const TriangleMesh& mesh, const HalfEdge& half) {
   return mesh.triangles[static_cast<std::size_t>(half.triangle)][static_cast<std::size_t>((half.side + 2) % 3)];
 }
 
-/// The edges of a repaired mesh. Where a mesh that is not has more than two triangles at an edge, they are taken two
-/// by two.
+/// Returns the edges of a repaired mesh. In an unrepaired mesh, the triangles of an edge with more than two are paired
+/// in order.
 std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 
-/// Of triangles that share vertices: which part each is of, numbered by their first ones.
+/// Returns the part number of each triangle. Triangles that share a vertex are in one part; parts are numbered by their
+/// first triangle.
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
-/// The connected regions of some triangles, in the order of their first ones. Two are connected by an edge that no third one has and
-/// that they run along in opposite directions: so they face the same way.
+/// Returns the connected regions of the selected triangles, ordered by their first triangle. Two triangles are
+/// connected by an edge that no third triangle uses. They must traverse it in opposite directions, and so face the same
+/// way.
 ///
-/// In      edges  of each triangle, from its first corner on, by any numbers
+/// In      edges  edge numbers of each triangle, from its first corner on; the numbering is arbitrary
 std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,
                                                std::span<const std::array<std::uint32_t, 3>> edges,
                                                const std::vector<bool>& is_one_of_them);
 
-/// These triangles alone, and the vertices that they use. As long as there are few, what others there are costs nothing.
+/// Returns the given triangles and their vertices as a mesh. If there are few, the cost does not depend on the size of
+/// `mesh`.
 TriangleMesh part_of(const TriangleMesh& mesh, std::span<const int> triangles);
 
 std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle);
 
-/// Cross product of two sides: twice the area, along the normal.
+/// Cross product of two sides: a vector along the normal, twice the area long.
 inline Vec3 doubled_area(const TriangleMesh& mesh, std::size_t triangle) {
   const auto& corner = mesh.triangles[triangle];
   const Vec3& a = mesh.vertices[static_cast<std::size_t>(corner[0])];
@@ -81,13 +84,15 @@ inline Vec3 doubled_area(const TriangleMesh& mesh, std::size_t triangle) {
   return (b - a).cross(c - a);
 }
 
-/// Unit normal of each triangle; zero for one without area.
+/// Unit normal of each triangle; zero for a triangle without area.
 std::vector<Vec3> face_normals(const TriangleMesh& mesh);
-/// Normal of each vertex, weighted by the angle of each triangle there; unit, or zero where they cancel.
+/// Normal of each vertex, weighted by the angle of each triangle at it: a unit vector, or zero where the normals
+/// cancel.
 std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec3>& normals);
 
-/// Of the tetrahedra from its first vertex to all triangles, negative where they face it.
-/// In      mesh  has a vertex
+/// Enclosed volume: the signed sum over the tetrahedra from the first vertex to each triangle. Negative for a mesh
+/// turned inside out.
+/// In      mesh  has at least one vertex
 double volume_m3(const TriangleMesh& mesh);
 double area_m2(const TriangleMesh& mesh);
 

@@ -19,17 +19,18 @@
 namespace tandem::geometry {
 namespace {
 
-/// Areas squared of what is larger are no numbers any more in single precision.
+/// Limit of coordinates: beyond it, squared areas overflow single precision.
 constexpr double kMaxCoordinate_m = 1e12;
 
-// A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
-// is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
+// A part with borders is a solid with holes if closing them adds less than this share of its surface. The share is 1/3
+// to 1/2 for a cup, 1/10 for a cut pipe ten times as long as wide, and 1/1000 for a scan.
 constexpr double kHoleShare = 0.05;
-// A quarter of a micrometre at the size of a hand: what rounding makes of a surface that lies on itself; and where edges do not pair up,
-// ten micrometres of a plate.
+// Ratio of volume to area^1.5 below which a part has no room inside. For an object the size of a hand, kRoomShare is a
+// thickness of 0.25 µm, the rounding of a surface that lies on itself. Where edges are unpaired, kUnpairedRoomShare
+// allows for a plate of 10 µm.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
-// Each is compared with each: two seconds where every one is in the next.
+// Limit of closed parts: all pairs are compared, which takes two seconds if each contains the next.
 constexpr std::size_t kMaxParts = 5000;
 constexpr int kMaxRounds = 8;
 
@@ -52,11 +53,11 @@ void check(const TriangleMesh& mesh) {
   }
 }
 
-/// What the kind of a part is decided by.
+/// Measures that decide the kind of a part.
 struct PartMeasures {
   double area_m2 = 0;
-  double volume_m3 = 0;   ///< enclosed, negative when it is inside out
-  double between_m3 = 0;  ///< of the tetrahedra from one vertex to all triangles: none when all lie in a plane
+  double volume_m3 = 0;   ///< enclosed volume; negative when it is inside out
+  double between_m3 = 0;  ///< Σ |volume| of the tetrahedra from one vertex to all triangles; 0 if all are coplanar
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
 };
@@ -83,10 +84,10 @@ bool has_no_room(double volume_m3, double area_m2, double share = kRoomShare) {
   return std::abs(volume_m3) < share * area_m2 * std::sqrt(area_m2);
 }
 
-/// What is known of a hole before it is closed.
+/// Size of a hole before it is closed.
 struct HoleMeasures {
   double perimeter_m = 0;
-  double area_m2 = 0;  ///< of triangles from its border to the middle of that
+  double area_m2 = 0;  ///< area of the triangles from its border to the border's centre
 };
 
 HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
@@ -106,7 +107,8 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // A jagged border is long, a slit's is too: the first closes with a disc at most, the second with next to nothing.
+    // A jagged border is long, and so is that of a slit. The area that closes it is at most that of a disc of this
+    // length, and at most that of the triangles to its centre.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -119,7 +121,7 @@ bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
   return !has_no_room(measures.between_m3, measures.area_m2) && has_small_holes(mesh, part, measures.area_m2);
 }
 
-/// Which closed parts lie inside which, and which of them are inside out.
+/// Nesting of closed parts, and parts that are inside out.
 class Nesting {
  public:
   Nesting(TriangleMesh& mesh, const std::vector<MeshPart>& parts) : mesh_(mesh), parts_(parts) {
@@ -128,8 +130,8 @@ class Nesting {
     for (std::size_t outer = 0; outer < parts.size(); ++outer) find_inside(outer);
   }
 
-  /// Turns outermost parts that enclose a negative volume, and what is in them with them: a cavity stays one.
-  /// Out     how many parts were turned
+  /// Turns outermost parts of negative volume together with the parts inside them, so that cavities stay cavities.
+  /// Out     number of parts turned
   std::size_t turn_inside_out() {
     std::size_t turned = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -143,10 +145,10 @@ class Nesting {
     return turned;
   }
 
-  /// Whether it, or what is around all of it, is inside out.
+  /// Whether its outermost container is inside out; without a container, the part itself.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
-  /// Parts that are not turned against the part around them: material in material.
+  /// Number of parts with the same orientation as the part around them: material inside material.
   std::size_t buried() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -172,7 +174,7 @@ class Nesting {
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
-      // The smallest part around it.
+      // Keep the smallest part around it.
       int& container = container_[inner];
       const bool is_closer =
           container == kNone ||
@@ -205,7 +207,7 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits: where a vertex lies on the edge of a triangle that does not use it, no surface is missing.
+/// Closes slits. Where a vertex lies on the edge of a triangle that does not use it, no surface is missing.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
@@ -219,7 +221,8 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   }
   if (closed == 0) return;
   result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
-  // The triangles in the slits are flat: welding divides those beyond them instead. What it says has been said.
+  // The triangles in the slits are flat: welding removes them and divides those beyond. Its notes would repeat earlier
+  // ones.
   std::vector<std::string> repeated;
   weld(result.mesh, repeated);
   parts = connect(result.mesh, repeated);
@@ -266,7 +269,7 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
   });
 }
 
-/// Moves solids that are inside out, and within the others, to these; all where there are too many.
+/// Moves inside-out solids that lie within `others` to `others`. Above kMaxParts solids, all are moved.
 void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vector<MeshPart>& others) {
   std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
   if (solids.size() <= kMaxParts) {
@@ -283,8 +286,9 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
   solids = std::move(left);
 }
 
-/// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them. Beside parts that
-/// do not pair up, what is inside out in one of them is a cavity of that, and stays; as all do where there are too many.
+/// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them.
+/// An inside-out solid within unpaired parts is a cavity of them and stays in `parts`. Above kMaxParts solids beside
+/// unpaired parts, all stay.
 std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
@@ -309,13 +313,13 @@ std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& pa
   return solids;
 }
 
-/// What parts that are no solids by themselves have between them.
+/// Classification of the parts that are no solids by themselves, taken together.
 struct Enclosed {
-  TriangleMesh whole;  ///< of the parts, one after the other
+  TriangleMesh whole;  ///< the parts, one after the other
   std::vector<Side> sides;
   TriangleMesh inner;
   TriangleMesh surface;
-  std::vector<MeshPart> parts;  ///< of the surface
+  std::vector<MeshPart> parts;  ///< parts of `surface`
 };
 
 Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& others) {
@@ -325,15 +329,15 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   enclosed.inner = part_of(enclosed.whole, inner_of(others, enclosed.sides));
   enclosed.surface = part_of(enclosed.whole, those_of(enclosed.sides, Side::kBorder));
   if (enclosed.surface.triangles.empty()) return enclosed;
-  // Without what was inside, edges pair up that did not before. What this says has been said.
+  // Without the inner triangles, more edges pair up. The notes of this welding would repeat earlier ones.
   std::vector<std::string> repeated;
   weld(enclosed.surface, repeated);
   enclosed.parts = connect(enclosed.surface, repeated);
   return enclosed;
 }
 
-/// Which parts of the surface enclose nothing, though inside and outside may be told at their triangles: one gets out of them, or there is
-/// no room inside.
+/// For each part of the surface, whether it encloses nothing although its triangles are borders. Its inside then has an
+/// open mouth, or has no room.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;
@@ -349,7 +353,7 @@ std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<Mes
   return are_open;
 }
 
-/// Takes those parts out of `others` that are without_inside() for the most part.
+/// Takes those parts out of `others` whose border area is mostly without_inside().
 std::vector<MeshPart> take_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                 std::vector<MeshPart>& others, const Enclosed& enclosed) {
   const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
@@ -391,7 +395,7 @@ void report_sheet(ContactMesh& result, const std::vector<MeshPart>& parts) {
   result.parts.push_back(sheets);
 }
 
-/// Of parts that are no solids by themselves makes a sheet.
+/// Makes a sheet of the parts that are no solids by themselves.
 void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, const std::vector<MeshPart>& others) {
   report_sheet(result, others);
   if (solids.empty()) {
@@ -402,12 +406,12 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
   result.mesh = part_of(result.mesh, triangles_of(solids));
 }
 
-/// Of parts that are no solids by themselves makes a solid of what has the inside on one side, and a sheet of what has the outside on
-/// both or ends in the open.
+/// Divides the parts that are no solids by themselves. Triangles with the inside on one side become a solid. Parts with
+/// an open mouth and triangles with the outside on both sides become a sheet.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  // Without them, others may have no inside either.
+  // Removing open parts may leave other parts without an inside: repeat.
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = take_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
@@ -424,14 +428,15 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
         counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
   }
   if (!border.empty()) {
-    // What is open is closed by what is inside, and stays as that is.
+    // Only closed parts are turned one by one. Open parts are closed by inner triangles and keep their orientation
+    // relative to them.
     std::erase_if(enclosed.parts, std::not_fn(is_closed));
     if (enclosed.parts.size() <= kMaxParts) {
       note_turned(result, Nesting(enclosed.surface, enclosed.parts).turn_inside_out());
     }
     const double volume = volume_m3(enclosed.surface);
     if (volume < 0) {
-      // All that is open, with what closes it.
+      // Turn the open parts together with the inner triangles that close them.
       for (TriangleMesh* mesh : {&enclosed.surface, &enclosed.inner}) {
         for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
       }

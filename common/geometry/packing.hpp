@@ -1,5 +1,5 @@
-// Small whole numbers as few bytes, directions as two numbers, and bytes packed by zstd: how assets of meshes are kept and
-// sent.
+// Compact encoding for mesh assets: variable-length integers, unit vectors as two numbers, and blocks compressed by
+// zstd.
 #pragma once
 
 #include <cstdint>
@@ -12,28 +12,29 @@
 
 namespace tandem::geometry {
 
-/// One byte for −127 to 126, else three or five.
+/// Appends an integer: one byte for −127 to 126, otherwise three or five.
 void put_number(std::vector<std::uint8_t>& bytes, std::int32_t value);
-/// What put_number() wrote; 0, and not ok(), past the end.
+/// Reads an integer that put_number() wrote. Past the end it returns 0 and the reader is no longer ok().
 std::int32_t take_number(ByteReader& reader);
 
-/// Numbers of about one size: their lowest bytes, then the next, …
+/// Splits integers of similar size into byte planes: all lowest bytes first, then the next higher ones, and so on.
 std::vector<std::uint8_t> planes_of(std::span<const std::int32_t> values);
 std::vector<std::int32_t> values_of(std::span<const std::uint8_t> planes);
 
-/// A direction as a place in a square, −1 to 1 each way: an octahedron, unfolded.
+/// Maps a direction to octahedral coordinates: a point in the square from −1 to 1.
 ///
 /// Source  Meyer et al., "On floating-point normal vectors", EGSR 2010
-/// In      direction  of any length but 0
+/// In      direction  any length except 0
 Eigen::Vector2d in_square(const Vec3& direction);
-/// Of length 1.
+/// Returns the unit vector of octahedral coordinates.
 Vec3 direction_of(double x, double y);
 
-/// Appends a block: `raw`, packed where that makes it shorter.
+/// Appends `raw` as a block, compressed where that makes it shorter.
 ///
-/// In      packing_level  of zstd, 1 to 22; 0: it is left as it is
+/// In      packing_level  compression level of zstd, 1 to 22; 0: uncompressed
 void append_block(std::vector<std::uint8_t>& bytes, std::span<const std::uint8_t> raw, int packing_level);
-/// The next block as it was; none when it is damaged or longer than `limit_bytes`, which is all that it may allocate.
+/// Reads the next block and decompresses it. Returns none for a damaged block or one longer than `limit_bytes`, the
+/// limit of its allocation.
 std::optional<std::vector<std::uint8_t>> read_block(ByteReader& reader, std::size_t limit_bytes);
 
 }  // namespace tandem::geometry

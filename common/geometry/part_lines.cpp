@@ -1,4 +1,4 @@
-// What repair made of a mesh: as one list of triangles, and in words.
+// Results of repair as one triangle list and as text.
 #include <iomanip>
 #include <sstream>
 

@@ -28,9 +28,9 @@ double diagonal_m(const TriangleMesh& mesh) {
 class PartSides::Cells {
  public:
   enum class Kind : std::uint8_t {
-    kFace,   ///< inside behind it, outside before it
+    kFace,   ///< inside behind it, outside in front of it
     kInner,  ///< inside on both sides
-    kAsk     ///< another, or more than one
+    kAsk     ///< anything else, or ambiguous: query the winding number
   };
 
   Cells(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
@@ -65,7 +65,8 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Around a hole, what is inside has no border of triangles.
+  /// Kind of the cell at a point. In an open mesh kInner becomes kAsk: around a hole, no triangle separates inside from
+  /// outside.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -86,22 +87,23 @@ class PartSides::Cells {
     return kind == Kind::kInner && !is_closed_ ? Kind::kAsk : kind;
   }
 
-  const TriangleMesh& border() const { return border_; }  ///< what has not the inside on both sides
+  const TriangleMesh& border() const { return border_; }  ///< without cells that have the inside on both sides
   bool has_inner() const { return has_inner_; }
   int triangle_of_border(int triangle) const { return triangle_of_border_[static_cast<std::size_t>(triangle)]; }
 
  private:
   static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  /// Of the whole: cells that are not longer stay as they are, and likewise those where the winding number is that near to ½.
+  /// Shares of the mesh's diagonal. Cells up to kFinest long are not divided, nor are cells up to kDoubtful long whose
+  /// winding number is within kDoubt of ½.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
-  static constexpr std::size_t kLooks = 16;  ///< at a connected region
+  static constexpr std::size_t kLooks = 16;  ///< samples of a connected region
 
   struct Cell {
     Kind kind = Kind::kAsk;
     std::uint32_t first_quarter = 0;  ///< 0: not divided
   };
-  /// What may be a border between one kind and another: a triangle, or a side of one.
+  /// Possible boundary between two classifications: a triangle, or a side of one.
   struct Obstacle {
     Corners corners;
     int count;
@@ -121,7 +123,7 @@ class PartSides::Cells {
     return is_end;
   }
 
-  /// Of a connected region that meets no other triangle all is of one kind, as long as looks at some of it agree.
+  /// Classifies a connected region that meets no other triangle by samples. If they disagree, each triangle is divided.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
     Kind kind = Kind::kAsk;
@@ -175,14 +177,15 @@ class PartSides::Cells {
     }
   }
 
-  /// What samples of a cell say.
+  /// Result of sampling a cell.
   struct Look {
     Kind kind = Kind::kAsk;
-    bool is_mixed = false;     ///< they differ
-    bool is_doubtful = false;  ///< they might elsewhere: beside a hole the winding number changes
+    bool is_mixed = false;     ///< the samples differ
+    bool is_doubtful = false;  ///< a winding number is near ½: it may cross ½ elsewhere in the cell
   };
 
-  /// At its middle, and near its corners and the middles of its sides.
+  /// Samples the middle of a cell, and unless `at_middle_only` suffices, points near its corners and near the middles
+  /// of its sides.
   Look look_at(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;
@@ -219,8 +222,8 @@ class PartSides::Cells {
   WindingNumber winding_;
   bool is_closed_;
   double size_m_;
-  std::vector<int> triangles_at_;  ///< each edge
-  std::vector<Cell> cells_;        ///< first one of each triangle
+  std::vector<int> triangles_at_;  ///< number of triangles at each edge
+  std::vector<Cell> cells_;        ///< the first ones are the triangles themselves
   bool has_inner_ = false;
   TriangleMesh border_;
   std::vector<int> triangle_of_border_;

@@ -1,4 +1,5 @@
-// What is inside beside the faces of a part that crosses itself, or has edges that do not pair up. Private to the union of parts.
+// Classification of the two sides of the faces of a part that crosses itself or has unpaired edges. Private to the
+// union of parts.
 #pragma once
 
 #include <array>
@@ -11,38 +12,41 @@
 
 namespace tandem::geometry {
 
-/// Of each triangle of a mesh, its edges by any numbers.
+/// Edge numbers of each triangle of a mesh; the numbering is arbitrary.
 using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
-/// Of the diagonal of what is looked at: what is nearer to each other touches.
+/// Distance below which triangles touch, as a share of the mesh's diagonal.
 inline constexpr double kTouching = 1e-7;
-/// What is spent on one mesh, some seconds, and what each look costs: at a triangle that is near to another, at whether the two meet in
-/// a piece of one, and at a winding number.
+/// Work limit of one mesh, some seconds, and the cost of each operation in the same unit. A triangle found near another
+/// costs 1, a test of whether two triangles meet in a cell kWorkPerMeeting, a query of the winding number kWorkPerLook.
 inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerLook = 400;
 
-/// What is on the sides of the triangles of a mesh, everywhere on them. Where they meet others or have edges that do not pair up,
-/// they are divided until little is left of them that may be one thing or the other; a connected region that meets no other triangle is
-/// one thing.
+/// Inside or outside on both sides of every point on the triangles of a mesh. A connected region that meets no other
+/// triangle has one classification. Triangles that meet others or have unpaired edges are divided into cells until
+/// little area is ambiguous.
 ///
 /// Thread  any, at the same time; a query allocates nothing
 class PartSides {
  public:
-  /// In      mesh       it must live as long
-  ///         winding    of the mesh, with what of it is inside and left out
-  ///         tree       of the mesh
-  ///         is_closed  each edge has two triangles
-  ///         threads    to find out with; what is found does not depend on them
-  /// Out     work       more by what it took; where that is more than kMaxWork, the winding number is asked at each place instead
+  /// Classifies the whole mesh.
+  ///
+  /// In      mesh       must outlive this object
+  ///         winding    winding number of the mesh, including inner triangles that repair removed
+  ///         tree       search tree of the mesh
+  ///         is_closed  every edge has two triangles
+  ///         threads    number of threads to use; the result does not depend on it
+  /// Out     work       increased by the work done. Beyond kMaxWork the remaining triangles stay unclassified, and
+  ///         queries there use the winding number
   PartSides(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
             bool is_closed, int threads, std::size_t& work);
   ~PartSides();
 
-  /// Whether a triangle has the inside behind it there and the outside before it.
+  /// Whether at this point the inside lies behind the triangle and the outside in front of it.
   bool is_face(int triangle, const Vec3& at_S) const noexcept;
-  /// Whether a place is inside of which this is the closest point.
+  /// Whether a point is inside, given its closest point on the mesh.
   bool is_inside(const Vec3& p_S, int triangle, const Vec3& closest_S) const noexcept;
-  const TriangleMesh& border() const;  ///< what has not the inside on both sides
-  bool has_inner() const;              ///< whether something has
+  const TriangleMesh& border() const;  ///< triangles and cells that do not have the inside on both sides
+  bool has_inner() const;              ///< whether any triangle or cell has the inside on both sides
   int triangle_of_border(int triangle) const;
 
  private:

@@ -1,4 +1,5 @@
-// Which way is out at a face, an edge or a corner: normals that say it rightly for each place that is nearest to them.
+// Pseudo-normals of faces, edges and corners: each gives the correct side for every point that is nearest to its
+// feature.
 #include <algorithm>
 #include <cmath>
 
@@ -23,10 +24,10 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // Edges are sought among those that leave the same smaller vertex: about three, whatever the size of the mesh.
+  // An edge is searched among those with the same smaller vertex: about three, independent of the size of the mesh.
   struct Edge {
     std::uint32_t larger_vertex;
-    std::uint32_t next;  ///< of the same smaller vertex
+    std::uint32_t next;  ///< next edge with the same smaller vertex
   };
   constexpr std::uint32_t kNone = ~0U;
   std::vector<std::uint32_t> first_edge(mesh.vertices.size(), kNone);

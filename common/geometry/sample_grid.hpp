@@ -1,4 +1,4 @@
-// Surface samples that can be found by place while they are being spread.
+// Surface samples in a spatial hash, searchable while they are being placed.
 #pragma once
 
 #include <cmath>
@@ -10,13 +10,13 @@
 
 namespace tandem::geometry {
 
-/// A surface sample on its way into a shell.
+/// A candidate sample of a point shell.
 struct SurfaceSample {
   Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();
 };
 
-/// Samples hashed by the cube they are in.
+/// Samples hashed by the cube that contains them.
 class SampleGrid {
  public:
   /// In      reach_m  the largest distance at which visit_near() is complete
@@ -38,10 +38,10 @@ class SampleGrid {
 
   std::span<const SurfaceSample> samples() const { return samples_; }
 
-  /// Calls visit(index, sample) with all samples within reach of `p_S`, and some others.
+  /// Calls visit(index, sample) for every sample within reach of `p_S`, and for some others.
   template <typename Visit>
   void visit_near(const Eigen::Vector3f& p_S, Visit&& visit) const {
-    // Cubes are twice the reach wide: the eight around the nearest corner of the lattice hold all that is in reach.
+    // Cubes are twice the reach wide: the eight cubes around the nearest lattice corner contain every sample in reach.
     const Eigen::Vector3f low = p_S * cubes_per_m_ - Eigen::Vector3f::Constant(0.5F);
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3f offset(static_cast<float>(corner & 1), static_cast<float>((corner >> 1) & 1),
@@ -58,7 +58,7 @@ class SampleGrid {
     std::uint32_t first = kNone;  ///< kNone: free
   };
 
-  /// 21 bits an axis; cubes whose keys wrap around share a list, which costs time only.
+  /// Packs a cube's indices, 21 bits an axis. Cubes whose keys wrap around share a list, which only costs time.
   static std::uint64_t key_of(const Eigen::Vector3f& cube) {
     const auto axis = [](float value) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;
@@ -68,7 +68,7 @@ class SampleGrid {
 
   static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
     const std::size_t mask = slots.size() - 1;
-    // The high half of the product depends on all bits of the key; folded, so do its low bits.
+    // The high half of the product depends on all bits of the key. Folding makes its low bits depend on them too.
     const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
     std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
     while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;
@@ -87,7 +87,7 @@ class SampleGrid {
   std::vector<Slot> slots_;  // a power of two of them
   std::size_t used_slots_ = 0;
   std::vector<SurfaceSample> samples_;
-  std::vector<std::uint32_t> next_;  // of the same cube
+  std::vector<std::uint32_t> next_;  // next sample in the same cube
 };
 
 }  // namespace tandem::geometry

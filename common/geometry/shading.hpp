@@ -1,4 +1,4 @@
-// A mesh as it is drawn: with normals, and with as few triangles as a picture needs.
+// Meshes for drawing: with vertex normals, and with a limited number of triangles.
 #pragma once
 
 #include <cstddef>
@@ -9,26 +9,28 @@
 
 namespace tandem::geometry {
 
-/// A mesh and the normal of its surface at each vertex, of length 1.
+/// A mesh and the unit normal of its surface at each vertex.
 using ShadedMesh = std::pair<TriangleMesh, std::vector<Vec3>>;
 
-/// The same triangles, smooth where neighbouring faces meet at less than 40°, with an edge where they meet at more: there is
-/// one vertex for each of the smooth surfaces that meet in it.
+/// Returns the same triangles with vertex normals. Neighbouring faces that meet at less than 40° are shaded smoothly; a
+/// larger angle gives an edge. A vertex is duplicated for each smooth surface that meets in it.
 ///
-/// Model   around a vertex, face after face: a face belongs to the first group whose normal, weighted by area, is within 40°
-///         of its own
-/// In      mesh  a triangle with a corner that is not there, or without an area, is left out
-/// Cost    linear: directions that are 40° apart are few
+/// Model   the faces around a vertex are assigned one by one: to the first group whose area-weighted normal is within
+///         40° of the face's normal
+/// In      mesh  triangles without area or with an index out of range are dropped
+/// Cost    linear, because a vertex has few groups that are 40° apart
 ShadedMesh shaded(const TriangleMesh& mesh);
 
-/// A mesh of at most `most` triangles, for a picture: no solid, and no manifold. One that has no more is left as it is.
+/// Returns a mesh of at most `most` triangles for drawing, neither closed nor manifold. A mesh within the limit is
+/// returned unchanged.
 ///
-/// Model   vertices in one cell of a grid become one, where it errs least from the planes of the faces around them: it
-///         minimises Σ A² (n·(x − p))², and is in its cell; triangles with two corners in a cell go
-/// Source  Lindstrom, "Out-of-core simplification of large polygonal models", SIGGRAPH 2000, §3; cells are widened until
-///         there are few enough triangles
-/// In      mesh  as TriangleMesh says; most  some hundred or more
-/// Out     fewer, or none, of parts that are smaller than a cell
+/// Model   the vertices in one cell of a grid are merged. The merged vertex minimises Σ A² (n·(x − p))², its error from
+///         the planes of the faces around it, and is clamped to the cell. Triangles with two corners in one cell are
+///         dropped
+/// Source  Lindstrom, "Out-of-core simplification of large polygonal models", SIGGRAPH 2000, §3; here the cells are
+///         widened until few enough triangles are left
+/// In      mesh  valid indices; most  some hundred or more
+/// Out     parts smaller than a cell lose triangles or disappear
 TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most);
 
 }  // namespace tandem::geometry

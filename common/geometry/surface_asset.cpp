@@ -15,7 +15,7 @@ constexpr std::uint32_t kSurfaceMagic = 0x46525354;  // "TSRF"
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
 
-/// Empty, or why a mesh is not one that may travel.
+/// Returns the reason why a mesh cannot be encoded, or an empty string.
 std::string problem_of(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return "it has no triangle";
   if (mesh.triangles.size() > kMaxSurfaceTriangles || mesh.vertices.size() > kMaxSurfaceVertices) {
@@ -39,7 +39,7 @@ std::string problem_of(const TriangleMesh& mesh) {
 std::array<int, 3> read_triangle(ByteReader& reader) {
   std::array<std::uint32_t, 3> corners{};
   reader.array(std::span<std::uint32_t>(corners));
-  // An index beyond the limit would become negative, or another one; as −1 it is out of range like all of them.
+  // Indices beyond the limit could overflow to a valid one: they become −1, which is out of range.
   std::array<int, 3> triangle{};
   std::transform(corners.begin(), corners.end(), triangle.begin(),
                  [](std::uint32_t index) { return index < kMaxSurfaceVertices ? static_cast<int>(index) : -1; });

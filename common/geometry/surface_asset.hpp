@@ -1,4 +1,4 @@
-// The triangles of a shape as a client gets them: what a point touches, or a window draws.
+// The triangles of a shape as bytes for clients, which test points against them or draw them.
 #pragma once
 
 #include <cstddef>
@@ -11,25 +11,25 @@
 
 namespace tandem::geometry {
 
-/// Of such an asset in the list that a server sends.
+/// Kind of this asset in the asset list that a server sends.
 inline constexpr const char* kSurfaceAssetKind = "surface";
 inline constexpr std::uint32_t kSurfaceAssetVersion = 1;
-/// As many as a mesh file may have; the vertices of a welded mesh are fewer.
+/// Limits of a mesh, the same as for mesh files. A welded mesh has fewer vertices than its file.
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 inline constexpr std::size_t kMaxSurfaceVertices = 1'000'000;
-/// Of each coordinate: single precision is coarser than a tenth of a millimetre beyond.
+/// Limit of each coordinate; beyond it, single precision is coarser than 0.1 mm.
 inline constexpr double kMaxSurfaceReach_m = 1000;
 
-/// A repaired mesh in single precision: vertices within 0.1 µm of where they were, up to 1 m from the origin.
+/// Encodes a repaired mesh in single precision. Vertices move by at most 0.1 µm within 1 m of the origin.
 ///
 /// Model   little-endian: "TSRF", version, counts of vertices and triangles; x y z of each vertex as float32 [m]; three
 ///         indices of each triangle, counter-clockwise seen from outside; a checksum of all that
-/// Fails   std::invalid_argument: more than the limits above, none, an index out of range, a coordinate that is not
-///         finite or too far
+/// Fails   std::invalid_argument: no triangle, more triangles or vertices than the limits above, an index out of range,
+///         or a coordinate that is not finite or too far
 std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh);
 
-/// Nothing for bytes that are not exactly such an asset of this version; safe for hostile bytes: no more memory than a
-/// small multiple of them is taken.
+/// Decodes an asset. Returns none unless the bytes are exactly one asset of this version. Safe for hostile bytes:
+/// memory is bounded by a small multiple of their number.
 std::optional<TriangleMesh> surface_from(std::span<const std::byte> bytes);
 
 }  // namespace tandem::geometry

@@ -5,7 +5,7 @@
 namespace tandem::geometry {
 namespace {
 
-/// The sharp edges as lines from corner to corner, and around where there is none.
+/// The sharp edges, chained to lines that end at corners, or to loops without a corner.
 class SharpLines {
  public:
   SharpLines(const SurfaceTopology& surface, double angle_rad)
@@ -83,12 +83,12 @@ class SharpLines {
   const SurfaceTopology& surface_;
   double turn_cosine_;
   std::vector<std::size_t> sharp_;
-  std::vector<std::size_t> starts_;     // of the edges of each vertex in at_vertex_
+  std::vector<std::size_t> starts_;     // start of each vertex's edges in at_vertex_
   std::vector<std::size_t> at_vertex_;  // sharp edges, grouped by vertex
   std::vector<bool> is_used_;
 };
 
-/// Takes samples unless one that faces the same way is too near.
+/// Accepts a sample unless an accepted one that faces the same way is too near.
 class SparseSamples {
  public:
   explicit SparseSamples(double apart_m) : apart_m_(static_cast<float>(apart_m)), grid_(apart_m) {}

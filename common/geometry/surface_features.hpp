@@ -1,4 +1,4 @@
-// What a spread of points would step over: sharp edges and their corners.
+// Sharp edges and corners of a mesh, which evenly spread samples would miss.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace tandem::geometry {
 
-/// What features are found in; everything of the same mesh.
+/// A mesh with the adjacency and normals that feature detection needs.
 struct SurfaceTopology {
   explicit SurfaceTopology(const TriangleMesh& its_mesh);
 
@@ -22,14 +22,15 @@ struct SurfaceTopology {
   const Vec3& face_normal(int index) const { return face_normals[static_cast<std::size_t>(index)]; }
   /// Mean of the normals of the edge's triangles; unit, or zero.
   Vec3 edge_normal(const MeshEdge& edge) const;
-  /// Angle between the normals of its triangles [rad], positive where the surface is convex; 0 at a border.
+  /// Angle between the normals of the edge's triangles [rad], positive where the surface is convex; 0 at a border.
   double fold_rad(const MeshEdge& edge) const;
 };
 
-/// Samples along the edges that are folded outwards by more than `angle_rad`, `spacing_m` apart along them, and where
-/// such edges end, meet or turn. Edges that are folded inwards cannot touch anything first.
+/// Returns samples on convex edges that are folded by more than `angle_rad`. Samples are `spacing_m` apart along each
+/// line of edges, and at its ends, junctions and turns. Concave edges are left out because they cannot touch anything
+/// first.
 ///
-/// Out     no two that face the same way are nearer than 0.4 spacings
+/// Out     two samples that face the same way are at least 0.4 spacings apart
 std::vector<SurfaceSample> sharp_samples(const SurfaceTopology& surface, double angle_rad, double spacing_m);
 
 }  // namespace tandem::geometry

@@ -7,16 +7,16 @@
 namespace tandem::geometry {
 namespace {
 
-// Of a full turn. The chord is R (1 − cos(π/96)) = 0.05 % R inside the arc.
+// Segments of a full turn. The chord lies R (1 − cos(π/96)) = 0.05 % R inside the arc.
 constexpr int kSegments = 96;
 
-/// A corner of a profile: its distance from the axis and its height.
+/// Corner of a profile: distance from the axis, and height.
 struct ProfilePoint {
   double radius_m = 0;
   double z_m = 0;
 };
 
-/// An arc of the profile about (0, z_m), angles counted from straight down; both ends included.
+/// Appends an arc of the profile about (0, z_m), both ends included. Angles are counted from straight down.
 void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m, double from_rad, double to_rad,
                 int steps) {
   for (int i = 0; i <= steps; ++i) {
@@ -25,7 +25,7 @@ void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m,
   }
 }
 
-/// The profile, from the lowest point of the axis to the highest, turned about z. Corners follow the circle to 0.05 %
+/// Revolves a profile, from the lowest point of the axis to the highest, about z. Corners follow the circle to 0.05 %
 /// of its radius.
 TriangleMesh revolved(std::span<const ProfilePoint> profile) {
   TriangleMesh mesh;

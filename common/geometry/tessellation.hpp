@@ -1,5 +1,4 @@
-// Triangles of the shapes that have a formula: where their surface points are spread before they are put on the exact
-// surface.
+// Triangle meshes of analytic shapes. Sample points are spread over them and then projected onto the exact surface.
 #pragma once
 
 #include "common/geometry/triangle_mesh.hpp"

@@ -1,4 +1,4 @@
-// Triangles as they are loaded, repaired and turned into contact assets.
+// The triangle mesh that files are loaded into, repair works on and contact assets are built from.
 #pragma once
 
 #include <array>

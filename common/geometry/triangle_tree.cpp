@@ -1,5 +1,5 @@
-// A distance grid asks for millions of closest points, most of them next to the last one: so a query starts with the
-// distance to the triangle of its neighbour, and the tree only has to prove that nothing is nearer.
+// Exact distance to a mesh. A distance grid makes millions of queries, mostly next to the previous one. A query
+// therefore starts with the distance to the previous triangle, and the search only verifies that nothing is nearer.
 #include "common/geometry/triangle_tree.hpp"
 
 #include <algorithm>
@@ -21,11 +21,12 @@ constexpr std::uint32_t kCountShift = 28;  ///< three bits of slots − 1, above
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// Deeper, triangles are halved by count: with 28 bits of slots, a tree has less than 48 + 28 levels of halves, two in a node.
+/// Deeper levels halve by count. With 28 bits of slots, a tree has less than 48 + 28 levels of halves, two in a node.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
-constexpr std::uint32_t kMaxInDisk = 256;  ///< triangles
-/// A step in single precision rounds by 6e-8 at most, and a node's distance is a dozen of them; by trial, 1e-6 is enough.
+constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles in a disk
+/// Relative margin. One operation in single precision rounds by at most 6e-8, and a node's distance takes about a
+/// dozen; measured, 1e-6 is enough.
 constexpr double kRounding = 4e-6;
 constexpr float kFar = 1e15F;
 
@@ -43,7 +44,7 @@ struct Box {
     low = low.min(point);
     high = high.max(point);
   }
-  /// Half the surface; 0 of an empty box.
+  /// Half the surface area; 0 for an empty box.
   float half_area() const {
     const Eigen::Array3f size = (high - low).max(0.0F);
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
@@ -71,8 +72,8 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
   return box;
 }
 
-/// The triangles for which `is_it` says so, below nodes of which `may_be` does, as many as the span holds.
-/// Out     how many; more than the span holds: there are others
+/// Finds the triangles that satisfy `is_it` below nodes that satisfy `may_be`, up to the size of the span.
+/// Out     number of triangles; more than the size of the span: some are missing
 template <class Nodes, class Corners, class MayBe, class IsIt>
 std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corners,
                    const std::vector<std::uint32_t>& triangle_of_slot, const MayBe& may_be, const IsIt& is_it,
@@ -105,18 +106,19 @@ std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corner
 
 }  // namespace
 
-/// Up to four children: where they go on, and in single precision boxes around them, rounded outward. Few triangles are in a flat disk
-/// about the middle of their box, too: at a slant a box comes nearer than they do, for which a search above a fine mesh would look at many.
+/// Up to four children with links and bounding boxes in single precision, rounded outwards. A child of few triangles
+/// also has a flat disk about the middle of its box. The disk prunes searches above a fine slanted mesh, where boxes
+/// reach closer than their triangles.
 struct alignas(64) TriangleTree::Node {
   std::array<Four, 3> low = {Four(kFar), Four(kFar), Four(kFar)};
   std::array<Four, 3> high = low;
   std::array<Four, 3> normal = {Four::Zero(), Four::Zero(), Four::Zero()};
-  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< as large: there is no disk
+  Four half_thickness = Four::Constant(kFar), radius = half_thickness;  ///< kFar: no disk
   std::array<std::uint32_t, 4> links = {kNone, kNone, kNone,
                                         kNone};  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
 
   Four middle(std::size_t axis) const { return 0.5F * (low[axis] + high[axis]); }
-  /// Of each child, what its squared distance is not less than, but for rounding.
+  /// Lower bound of the squared distance to each child, except for rounding.
   Four least_squared(const Eigen::Array3f& p_S) const noexcept {
     Four to_box = Four::Zero(), to_middle = Four::Zero(), along = Four::Zero();
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -137,13 +139,13 @@ struct alignas(64) TriangleTree::Node {
 
 namespace {
 
-/// Where a search is for nodes, and how far from that it really is.
+/// A search point rounded to single precision, with its rounding error.
 struct RoundedPlace {
   explicit RoundedPlace(const Vec3& exact_S)
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// A node whose least_squared() is more than this has nothing that is nearer than √squared_m2.
+  /// Nodes whose least_squared() exceeds this have nothing nearer than √squared_m2.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
@@ -162,9 +164,9 @@ struct TriangleTree::Nearest {
   int feature;    ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
 };
 
-/// Splits the triangles from the root down, each time where the surface area heuristic expects the fewest visits.
+/// Splits the triangles from the root down, each time where the surface area heuristic expects the fewest node visits.
 struct TriangleTree::Builder {
-  std::vector<Box> boxes;  ///< of the mesh's triangles
+  std::vector<Box> boxes;  ///< bounding box of each triangle
   std::vector<Eigen::Array3f> centres;
   std::vector<std::uint32_t>& order;
   std::vector<Node>& nodes;
@@ -245,7 +247,8 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    // All of kCallOffEvery triangles or more, and some smaller ones: a node costs by the triangles below it.
+    // A call-off point for every subtree of kCallOffEvery triangles or more, and for some smaller ones: building a node
+    // costs in proportion to its triangles.
     if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
@@ -281,7 +284,7 @@ struct TriangleTree::Builder {
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
-    // So that it is not shorter than 1, whatever is rounded.
+    // The margin keeps the length at 1 or more after rounding.
     normal *= (1 + kRounding / 8) / normal.norm();
     Vec3 middle;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -386,7 +389,7 @@ void TriangleTree::descend(const Vec3& p_S, Nearest& best) const noexcept {
     }
     const Node& node = nodes_[link];
     const Four squared = node.least_squared(p.p_S);
-    // The nearest of them comes last, and is next.
+    // Children are inserted in order of distance: the nearest is on top of the stack.
     const std::size_t before = height;
     for (std::size_t i = 0; i < 4 && node.links[i] != kNone; ++i) {
       const Entry entry{node.links[i], squared[static_cast<Eigen::Index>(i)]};
@@ -449,7 +452,8 @@ std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Nea
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
-/// Box and line are apart if they are, seen along the line and an axis, for one of the axes.
+/// Separating axes: box and line are disjoint if they are when projected along the cross product of the line with a
+/// coordinate axis.
 bool TriangleTree::may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept {
   const auto corner = [child](const std::array<Four, 3>& of) { return Vec3(of[0][child], of[1][child], of[2][child]); };
   const Vec3 low = corner(node.low), high = corner(node.high);
@@ -468,7 +472,7 @@ std::size_t TriangleTree::crossed(const Vec3& p_S, const Vec3& along, std::span<
     for (Eigen::Index i = 0; i < 4; ++i) may[i] = may_cross(node, i, p_S, along) ? 1 : 0;
     return may;
   };
-  // The line passes all three sides on the same hand.
+  // The line crosses the triangle if it passes its three sides with the same sign.
   const auto is_crossed = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, ab, ac] = corners;
     const Vec3 pa = a - p_S, pb = pa + ab, pc = pa + ac;

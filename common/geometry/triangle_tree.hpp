@@ -1,4 +1,4 @@
-// The exact distance to a mesh: what distance grids are sampled from, and what tests hold them against.
+// Exact distance to a mesh: the source of distance grids and the reference in tests.
 #pragma once
 
 #include <array>
@@ -18,12 +18,13 @@ namespace tandem::geometry {
 /// Thread  any, at the same time
 class TriangleTree {
  public:
-  /// In      mesh  at least one triangle; it need not live on
+  /// In      mesh  at least one triangle; not referenced afterwards
   explicit TriangleTree(const TriangleMesh& mesh);
-  /// For closest_of_solid() where parts overlap or cross themselves, or faces do not pair up at their edges: takes up to three times
-  /// the memory.
-  /// In      inner  what lies within the solid, and is no surface of it, but belongs to its winding number; may be empty
-  ///         threads  to make it with; the tree does not depend on how many
+  /// Builds a tree for closest_of_solid() of a mesh with overlapping or self-crossing parts, or with unpaired edges.
+  /// Such a mesh takes up to three times the memory.
+  ///
+  /// In      inner    triangles inside the solid that count only in its winding number; may be empty
+  ///         threads  number of threads to build with; the tree does not depend on it
   static TriangleTree of_solid(const TriangleMesh& mesh, const TriangleMesh& inner, int threads = 1);
   TriangleTree(TriangleTree&& other) noexcept;
   TriangleTree& operator=(TriangleTree&& other) noexcept;
@@ -31,35 +32,37 @@ class TriangleTree {
 
   struct Closest {
     Vec3 point_S = Vec3::Zero();
-    double distance_m = std::numeric_limits<double>::infinity();  ///< ≥ 0; infinite: none nearer than the limit
+    double distance_m = std::numeric_limits<double>::infinity();  ///< ≥ 0; infinite: none within the limit
     int triangle = -1;
     Vec3 normal_S = Vec3::Zero();  ///< angle-weighted pseudo-normal of the closest face, edge or corner, not unit
   };
-  /// The closest point of the surface, if nearer than `limit_m`.
-  /// In      hint  a triangle that is probably near (of a neighbouring query), or −1
+  /// Returns the closest point of the surface, if it is nearer than `limit_m`.
+  /// In      hint  a triangle that is probably near, such as the result of a neighbouring query, or −1
   Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                   int hint = -1) const noexcept;
-  /// The same with a normal that leads out of the solid. Where closed parts overlap, that is their union: of those that `p_S` is in,
-  /// the closest of the one that it is deepest in. A part that is turned inside out is a cavity of the smallest one around it.
-  /// Where a part crosses itself or faces do not pair up, the winding number says what is inside, and what has that on both sides
-  /// is no surface. Of a tree that is not of_solid(), the same as closest().
+  /// Returns the closest point with a normal that points out of the solid. Overlapping closed parts are treated as
+  /// their union: among the parts that contain `p_S`, the result is on the part in which it is deepest. An inside-out
+  /// part is a cavity of the smallest part around it. Where a part crosses itself or edges are unpaired, the winding
+  /// number classifies the sides. Triangles with the inside on both sides are ignored. For a tree not built by
+  /// of_solid() the result is that of closest().
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
-  /// Whether boxes around parts overlap, or faces do not pair up at their edges or cross others.
+  /// Whether bounding boxes of parts overlap, edges are unpaired, or triangles cross others.
   bool may_overlap() const { return parts_ != nullptr; }
   /// A triangle of the mesh with its corners a, a + ab, a + ac.
   struct Near {
     int triangle = -1;
     Vec3 a, ab, ac;
   };
-  /// The triangles that are not farther than `limit_m`, in no special order, as many as the span holds.
-  /// Out     how many; more than the span holds: there are others
+  /// Finds the triangles within `limit_m`, in no particular order, up to the size of the span.
+  /// Out     number of triangles; more than the size of the span: some are missing
   std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
-  /// The triangles whose boxes meet a box, likewise.
+  /// Finds the triangles whose bounding boxes intersect a box, with the same result.
   std::size_t within(const Eigen::AlignedBox3d& box_S, std::span<Near> found) const noexcept;
-  /// The triangles that a line crosses, on both sides of `p_S`, as within() gives them; none that lies along the line.
+  /// Finds the triangles that a line through `p_S` crosses, on both sides of it, with the same result. Triangles
+  /// parallel to the line are excluded.
   std::size_t crossed(const Vec3& p_S, const Vec3& along, std::span<Near> found) const noexcept;
-  /// Negative inside. For solids.
+  /// Signed distance to a solid, negative inside.
   ///
   /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c, see closest_of_solid()
   /// Source  Baerentzen & Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005

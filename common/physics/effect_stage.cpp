@@ -5,8 +5,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Of m/h of the body that a fluid belongs to: what the fluid may have round a massless tool. Its push on the body
-/// comes a step late; up to this it still slows the body without turning it back.
+/// Limit of the damping of a fluid around a massless tool, as a share of m/h of the owner. Its reaction on the owner
+/// acts one step late; up to this limit it slows the owner without reversing its motion.
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {
@@ -17,12 +17,13 @@ bool is_massless(const TouchThing& thing) {
   return thing.dynamics == haptics::ToolDynamics::kMassless;
 }
 
-/// Largest sum of a row: not less than the largest eigenvalue of a symmetric matrix, and that itself for a free ball.
+/// Largest row sum of absolute values: an upper bound of the largest eigenvalue of a symmetric matrix, exact for a free
+/// ball.
 double bound_of(const Eigen::Matrix3d& matrix) {
   return matrix.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// How a thing gives way: to a force at a point, and to a torque.
+/// Mobility of a thing: acceleration by a force at a point, and by a torque.
 struct Mobility {
   Eigen::Matrix3d linear = Eigen::Matrix3d::Zero();   ///< [1/kg]
   Eigen::Matrix3d angular = Eigen::Matrix3d::Zero();  ///< [1/(kg m²)]
@@ -38,15 +39,15 @@ Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
   return {linear + cross.transpose() * inverse_inertia * cross, inverse_inertia};
 }
 
-/// A force f moves a massless tool by f/k within the step, as it would move a mass of k h².
+/// Mobility of a massless tool: a force f moves it by f/k within the step, like a mass k h².
 Mobility mobility_of(const Joint& tether, double step_s) {
-  constexpr double kLeast = 1e-9;  // of no spring at all
+  constexpr double kLeast = 1e-9;  // lower limit, for a spring of zero
   const double squared = step_s * step_s;
   return {Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_per_m * squared),
           Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_m_per_rad * squared)};
 }
 
-/// Of the thing's point at `p_W`, from the velocity of its centre.
+/// Velocity of the thing's point at `p_W`, from the velocity of its centre.
 Twist velocity_at(const Twist& V_WC, const TouchThing& thing, const Vec3& p_W) {
   return {V_WC.v + V_WC.w.cross(p_W - thing.rigid->centre_W()), V_WC.w};
 }
@@ -61,9 +62,9 @@ struct EffectStage::Meeting {
   const Effect& effect;
   const TouchCoupling& tool;
   Pose X_WO;
-  Twist V_WT;         ///< of the tool's origin
-  Twist V_WO;         ///< of the owner's point there
-  Mobility of_owner;  ///< there; none: it does not move
+  Twist V_WT;         ///< velocity of the tool's origin
+  Twist V_WO;         ///< velocity of the owner's point at the tool's origin
+  Mobility of_owner;  ///< mobility there; zero: it does not move
 };
 
 EffectStage::EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools)
@@ -133,7 +134,7 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
   if (owner) push(step_s, things[*owner], *owner, -on_tool_W, p_WT);
 }
 
-/// First the owner's share of what the fluid did in the last step, then what it is in this one.
+/// Applies the reaction of the last step's fluid to the owner, then sets the fluid of this step.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                              TouchDrag& flow) noexcept {
   const EffectSettings& settings = meeting.effect.settings();

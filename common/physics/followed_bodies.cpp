@@ -19,7 +19,7 @@ class FollowedBodies final : public FreeBodies {
   }
 
  private:
-  std::vector<RigidBody*> bodies_;  ///< by index; null: not here
+  std::vector<RigidBody*> bodies_;  ///< index as in the description; null: not added
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Bodies that go where somebody else said they go.
+// Free bodies of a client, which follow the server's states.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace tandem::physics {
 
-/// Each body moves freely from the last state set (World::set_body()): no weight, contact or applied wrench changes
-/// its momentum.
-/// In      bodies  of the description
+/// Moves each body freely from the last state set (World::set_body()). No weight, contact or applied wrench changes its
+/// momentum.
+/// In      bodies  number of bodies in the description
 std::unique_ptr<FreeBodies> make_followed_bodies(std::size_t bodies);
 
 }  // namespace tandem::physics

@@ -1,5 +1,5 @@
-// Interface of the component that moves the bodies that no tool touches: the contact solver at the server
-// (UntouchedBodies), the server's states at a client (FollowedBodies).
+// Interface of the component that moves the bodies that no tool touches. At the server it is the contact solver
+// (UntouchedBodies), at a client it follows the server's states (FollowedBodies).
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The molecular field as the world's bodies feel it: newtons and metres outside, kJ/mol and Å inside.
+// Molecular field for the world's bodies: newtons and metres outside, kJ/mol and Å inside.
 #pragma once
 
 #include <span>
@@ -8,40 +8,42 @@
 
 namespace tandem::physics {
 
-/// `magnitude` bounded by `limit`: itself up to half the limit, then approaching the limit; once continuously
-/// differentiable, so that a hand feels no edge.
+/// Bounds `magnitude` by `limit`: unchanged up to half the limit, then approaching the limit. It is once continuously
+/// differentiable, so a hand feels no edge.
 double soft_limit(double magnitude, double limit);
 
-/// s(E): the share of a pair's force and torque that is felt, by its energy alone, so that it stays conservative.
+/// Share s(E) of a pair's force and torque that is felt. It depends on the pair's energy only, so the field stays
+/// conservative.
 ///
-/// Model   s = z · 1/√(1 + x²). z is 0 up to E_min + n kT and goes to 1 over one kT more as 3u² − 2u³ does (1 without a
-///         zero area); x = (E − E_knee)/w above the knee, 0 below. w makes a repulsion r^−12, whose force grows with its
-///         energy, come to about a quarter of the force limit: felt energy grows as the logarithm of overlap
-/// Source  ours; a scale that depends on the pose in any other way makes energy on closed paths
+/// Model   s = z · 1/√(1 + x²). z is 0 up to E_min + n kT and rises to 1 over one more kT as 3u² − 2u³; without a zero
+///         area it is 1. x = (E − E_knee)/w above the knee, 0 below. With this w, a repulsion r^−12, whose force grows
+///         with its energy, approaches about a quarter of the force limit. The felt energy then grows as the logarithm
+///         of overlap
+/// Source  ours; a scale that depends on the pose in any other way creates energy on closed paths
 double felt_share(const WorldDescription& world, double energy_kcal_per_mol);
-/// ∫ s dE, at 0 where the molecules are apart, if the zero area and the knee are not.
+/// Integral ∫ s dE. It is 0 where the molecules are apart, if neither the zero area nor the knee includes that energy.
 double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kcal_per_mol);
 
-/// Forces between every two bodies with a molecule.
+/// Molecular forces between all pairs of bodies with a molecule.
 ///
-/// Model   x [m] = S_x · x [Å], f [N] = s(E) · S_f · f [kcal/mol/Å], τ [N·m] = s(E) · S_f · S_x · τ [kcal/mol]. Should
-///         √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) still come above half the scene's force limit, L being the pair's mean radius
-///         of gyration, both are bounded by it together: directions are kept, and action equals reaction, but there the
-///         field is not conservative.
+/// Model   x [m] = S_x · x [Å], f [N] = s(E) · S_f · f [kcal/mol/Å], τ [N·m] = s(E) · S_f · S_x · τ [kcal/mol]. L is
+///         the pair's mean radius of gyration. If √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) exceeds half the scene's force
+///         limit, both are scaled down together. Directions are kept and action equals reaction, but there the field is
+///         not conservative.
 class MolecularForces {
  public:
-  /// In      world  outlives this
+  /// In      world  must outlive this object
   explicit MolecularForces(const WorldDescription& world);
   ~MolecularForces();
 
-  /// Adds each body's wrench about its origin. True when a pair had to be bounded.
-  /// In      X_WB, wrenches_W  one a body of the scene
-  /// Cost    the pairs of atoms; no allocation
+  /// Adds each body's wrench about its origin. Returns true when a pair had to be bounded.
+  /// In      X_WB, wrenches_W  one for each body of the scene
+  /// Cost    linear in the pairs of atoms; no allocation
   bool add_wrenches(std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept;
 
-  /// Sum of the pairs at the last add_wrenches().
+  /// Energy of all pairs at the last add_wrenches().
   double energy_kj_per_mol() const { return energy_kj_per_mol_; }
-  /// Of what is felt of them, in the world's joules.
+  /// Felt energy of all pairs, in the world's joules.
   double energy_j() const;
 
  private:

@@ -1,11 +1,11 @@
-// A rigid body of the world: its state, seen by its body frame B and kept at its centre of mass C.
+// A rigid body of the world. Its state is given for its body frame B and stored for its centre of mass C.
 #pragma once
 
 #include "common/base/mass_properties.hpp"
 
 namespace tandem::physics {
 
-/// How a body behaves beside its mass and shape.
+/// Properties of a body besides its mass and shape.
 struct BodyTraits {
   double friction = 0.5;
   double restitution = 0;
@@ -16,52 +16,54 @@ struct BodyTraits {
 
 class RigidBody {
  public:
-  /// In      radius_m  of the ball about C that holds everything; > 0
+  /// In      radius_m  radius of the ball about C that contains the body; > 0
   RigidBody(const MassProperties& mass, const BodyTraits& traits, double radius_m, const Pose& X_WB);
 
   bool is_static() const { return mass_.mass_kg <= 0; }
   const MassProperties& mass() const { return mass_; }
   const BodyTraits& traits() const { return traits_; }
   double friction() const { return traits_.friction; }
-  double radius_m() const { return radius_m_; }  ///< of the ball about C that holds everything
+  double radius_m() const { return radius_m_; }  ///< radius of the ball about C that contains the body
 
   RigidState state() const;
-  const Pose& pose() const { return X_WB_; }  ///< of B
+  const Pose& pose() const { return X_WB_; }  ///< pose of B
   void set_state(const RigidState& state);
-  /// The same of C, whose axes are the principal ones.
+  /// Pose of C, whose axes are the principal ones.
   const Pose& centre_pose() const { return X_WC_; }
   void set_centre(const Pose& X_WC, const Twist& V_WC);
-  /// Velocity of the point of the body that is now at `p_W`.
+  /// Velocity of the point of the body that is at `p_W` now.
   Vec3 velocity_at_W(const Vec3& p_W) const { return V_WC_.v + V_WC_.w.cross(p_W - X_WC_.p); }
-  /// For the next step: `wrench_W` about the point `p_W`.
+  /// Applies `wrench_W` about the point `p_W` in the next step.
   void apply_wrench(const Wrench& wrench_W, const Vec3& p_W);
-  /// What has been applied since the last step, about the centre of mass.
+  /// Sum of the wrenches applied since the last step, about the centre of mass.
   const Wrench& applied_W() const { return applied_W_; }
 
-  /// Slows by the body's own damping and `extra_per_s`: exponential, so no rate is too high.
+  /// Damps the velocity by the body's own rates plus `extra_per_s`. The decay is exponential and therefore stable at
+  /// any rate.
   void damp(double step_s, double extra_per_s);
-  /// Slows to `limit`, at the centre of mass and at the rim alike; true when it had to.
+  /// Limits the speed of the centre of mass and of the rim to `limit_m_per_s`. Returns true if one exceeded it.
   bool limit_speed(double limit_m_per_s, double step_s);
   bool is_finite() const { return tandem::is_finite(X_WC_) && tandem::is_finite(V_WC_); }
   const Vec3& centre_W() const { return X_WC_.p; }
   const Twist& velocity_of_centre_W() const { return V_WC_; }
   Eigen::Matrix3d inertia_W() const;  ///< about the centre of mass
-  /// What a wrench about the centre of mass makes of its velocity, a second.
+  /// Acceleration by a wrench about the centre of mass.
   Twist acceleration_W(const Wrench& wrench_W) const;
-  /// m g where the body feels gravity, about its centre of mass.
+  /// Weight about the centre of mass: m g, or zero for a body without gravity.
   Wrench weight_W(const Vec3& gravity_m_per_s2) const;
-  /// Moves for a step from the centre's velocity `V_WC` that a solver found, and discards what was applied.
+  /// Moves the body for a step with the centre's velocity `V_WC` from the solver, and clears the applied wrenches.
   ///
-  /// Model   the angular momentum of `V_WC.w` in the present attitude is constant over the step; the attitude follows
-  ///         Euler's equations by the implicit midpoint rule, in substeps of 0.02 rad at most. The new velocity
-  ///         has the same momentum in the new attitude, so a free top precesses and keeps its energy.
+  /// Model   the angular momentum of `V_WC.w` in the present attitude is constant over the step. The attitude follows
+  ///         Euler's equations by the implicit midpoint rule, in substeps of 0.02 rad at most. The new velocity has the
+  ///         same momentum in the new attitude, so a free top precesses and keeps its energy.
   /// Source  our derivation
   void advance(const Twist& V_WC, double step_s);
-  /// Moves for a step with exactly this velocity, and discards what was applied. For things whose motion is given.
+  /// Moves the body for a step with exactly this velocity, and clears the applied wrenches. For prescribed motion.
   void move(const Twist& V_WC, double step_s);
-  /// Displaces by a small `by_W`, its turn about the centre of mass, and adds `dv` to the centre's velocity.
+  /// Displaces the body by a small `by_W`, which turns about the centre of mass, and adds `dv` to the centre's
+  /// velocity.
   void shift(const Pose& by_W, const Twist& dv);
-  /// Kinetic, and potential in `gravity` where the body feels it.
+  /// Kinetic energy, plus potential energy in `gravity` for a body that has gravity.
   double mechanical_energy_j(const Vec3& gravity_m_per_s2) const;
 
  private:
@@ -70,7 +72,7 @@ class RigidBody {
   double radius_m_;
   Pose X_CB_;
   Pose X_WC_;
-  Pose X_WB_;  ///< follows from it
+  Pose X_WB_;  ///< derived from X_WC_
   Twist V_WC_;
   Wrench applied_W_;
 };

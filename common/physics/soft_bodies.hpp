@@ -1,4 +1,4 @@
-// The soft bodies of a world, seen from what they touch.
+// Interface of a world to its soft bodies.
 #pragma once
 
 #include <optional>
@@ -14,15 +14,15 @@ class SoftBodies {
  public:
   virtual ~SoftBodies() = default;
 
-  /// Once a step, after things have their new poses.
-  /// In      X_WT  where the world's tools are, then its bodies; none: touches nothing
+  /// Advances by a step, after the things have their new poses.
+  /// In      X_WT  poses of the world's tools, then of its bodies; none: touches nothing
   virtual TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept = 0;
-  /// For soft_wrench(): of one of them, until the next advance(). Empty for one that is not there.
+  /// Contact of a tool or body for soft_wrench(), valid until the next advance(). Empty for an absent one.
   virtual const SoftContact& contact(std::size_t tool) const noexcept = 0;
-  /// Where the nodes of one are, for viewers.
+  /// Positions of the nodes of a soft body, for viewers.
   virtual std::span<const Vec3> nodes_W(std::size_t body) const = 0;
-  /// Before the first advance(): the nodes of one are here, at rest; those that are glued down stay.
-  /// Fails   std::invalid_argument: another number of nodes
+  /// Sets the nodes of a soft body, at rest, before the first advance(). Nodes that are glued down stay.
+  /// Fails   std::invalid_argument: wrong number of nodes
   virtual void set_nodes(std::size_t body, std::span<const Vec3> nodes_W) = 0;
 };
 

@@ -5,11 +5,11 @@
 namespace tandem::physics {
 namespace {
 
-/// Where the fading ends, in trust radii.
+/// End of the fading, in trust radii.
 constexpr double kFadeEnd = 4;
-/// Below this share of the first force along its direction a contact lets go of everything.
+/// Share of the initial force along its direction below which the whole wrench is scaled down.
 constexpr double kLetGoShare = 0.25;
-/// Deeper than this a contact presses no harder.
+/// Depth beyond which the force no longer grows.
 constexpr double kDeepest_m = 0.05;
 
 }  // namespace

@@ -1,17 +1,18 @@
-// What soft bodies do to a rigid thing between two soft steps: a force with its derivative, used only where it holds.
+// Wrench of soft bodies on a rigid thing between two soft steps: linearised, with a limited range.
 #pragma once
 
 #include "common/base/touch_exchange.hpp"
 
 namespace tandem::physics {
 
-/// The soft bodies' wrench on T about its origin, now that T is at `X_WT`.
+/// Returns the wrench of the soft bodies on T about its origin, with T at `X_WT`.
 ///
-/// Model   W = W₀ − K (X − X₀). Along W₀'s force the contact is a spring: pressed deeper it grows, up to 50 mm; moved
-///         out it falls, and never pulls: where the part of W along W₀'s force has fallen below a quarter of W₀'s, W is
-///         scaled down with it, to zero where it would turn. To the sides, turns included, it is used no farther than
-///         the trust radius, and fades to zero between that and four times it: T has left. Continuous everywhere.
-/// Limit   a thing squeezed from two sides at once is held weakly: the net force is all that "pulls" is judged by
+/// Model   W = W₀ − K (X − X₀), continuous everywhere. Along W₀'s force the contact is a spring: the force grows with
+///         depth up to 50 mm and decreases outwards, but never pulls. Below a quarter of W₀'s force along that
+///         direction, all of W is scaled down in proportion, to zero where it would change sign. Sideways and in
+///         rotation the displacement is clamped to the trust radius. From there to four times the trust radius W fades
+///         to zero, because T has left
+/// Limit   a thing squeezed from two sides at once is held weakly, because the test for pulling uses the net force only
 /// Thread  any; no allocation, finite for finite input
 Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept;
 

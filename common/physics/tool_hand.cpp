@@ -66,7 +66,7 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
 }
 
 bool ToolHand::is_saturated() const noexcept {
-  // A bent force never quite reaches its limit, and without a bend it does so up to rounding.
+  // With a softened saturation the force never quite reaches its limit; without one it does up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;
   const haptics::CouplingParameters& c = fade_.parameters();
   const double share = kAtLimit * (1 - c.saturation_softness / 2);
@@ -76,7 +76,7 @@ bool ToolHand::is_saturated() const noexcept {
 
 void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
   wrench_on_tool_W_ = on_tool_W;
-  // What holds a tool for want of a handle is the world's own.
+  // Without a handle, the holding force belongs to the world and is not accounted.
   // Adding zero turns a negative zero into zero, which the wire leaves out.
   const Wrench by_user_W = (has_handle() ? on_tool_W : Wrench{}) + Wrench{};
   if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);

@@ -1,4 +1,4 @@
-// A body as tools feel it: its shapes ready for contact.
+// Contact geometry of a body: shapes that are ready for contact.
 #pragma once
 
 #include <memory>
@@ -14,9 +14,9 @@ struct TouchModel {
     std::shared_ptr<const contact::ContactShape> shape;
     Pose X_BS;
   };
-  std::vector<Part> parts;           ///< none: cannot be touched (a molecule)
-  double radius_m = 0;               ///< of the ball about the body's origin that holds all parts
-  double stiffness_n_per_m3 = 1e10;  ///< of its surface; two surfaces in contact act as springs in a row
+  std::vector<Part> parts;           ///< empty: cannot be touched, such as a molecule
+  double radius_m = 0;               ///< radius of the ball about the body's origin that contains all parts
+  double stiffness_n_per_m3 = 1e10;  ///< stiffness of its surface; two surfaces in contact are springs in series
 
   bool can_be_touched() const { return !parts.empty(); }
 };
@@ -25,7 +25,7 @@ struct TouchModel {
 double distance_m(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB,
                   double limit_m) noexcept;
 
-/// Whether one is deeper than `depth_m` in the other.
+/// Whether the two overlap by more than `depth_m`.
 bool overlaps(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB, double depth_m) noexcept;
 
 }  // namespace tandem::physics

@@ -10,10 +10,10 @@ namespace tandem::physics {
 
 /// Steps the free bodies of `world`, which must outlive it.
 ///
-/// Model    contact, friction and anchors by the touch stage (touch/touch_stage.hpp), so a body does not feel which of the
-///          two stages steps it. Restitution is the larger of both bodies': at the end of a compression the pair receives
-///          the impulse of that compression once more, scaled so that the bodies separate at restitution times the speed at
-///          which they met (Newton's law of impact).
+/// Model    contact, friction and anchors by the touch stage (touch/touch_stage.hpp), so a body behaves alike in both
+///          stages. Restitution is the larger one of both bodies. At the end of a compression the pair receives the
+///          impulse of that compression once more. The impulse is scaled so that the bodies separate at restitution
+///          times the speed at which they met (Newton's law of impact).
 /// Sleeping a group of bodies that press on each other and were slower than 0.02 mm/s and 0.5 mrad/s for 0.5 s is
 ///          not stepped. A wrench, a changed state, a removed member or a contact wakes the whole group.
 /// Thread   one at a time; no allocation after construction

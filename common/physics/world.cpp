@@ -1,4 +1,4 @@
-// What is there: the world as it is made from its description, looked up, put in its place, and read.
+// Construction of the world from its description, access to its state, and corrections from outside.
 #include "common/physics/world.hpp"
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Of a thing that cannot be touched: what limits its turning.
+/// Radius of a thing that cannot be touched; it limits the rotation speed.
 constexpr double kRadiusOfNone_m = 0.01;
 
-/// Of the ball about the centre of mass.
+/// Radius of the ball about the centre of mass.
 double radius_m(const TouchModel& touch, const MassProperties& mass) {
   return touch.can_be_touched() ? touch.radius_m + mass.X_BC.p.norm() : kRadiusOfNone_m;
 }
@@ -79,7 +79,7 @@ std::uint32_t World::Impl::holders_of(std::size_t body) const {
   return holders;
 }
 
-/// Soft bodies list tools first.
+/// Index for the soft bodies, which list tools first.
 std::size_t World::Impl::soft_index_of(std::size_t thing) const {
   return thing < bodies.size() ? tools.size() + thing : thing - bodies.size();
 }

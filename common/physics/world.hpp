@@ -1,5 +1,5 @@
-// A scene in motion: bodies, tools, contacts and fields, stepped at a fixed rate. The server has one a room, a client
-// one of what its user touches.
+// A simulated scene of bodies, tools, contacts and fields, stepped at a fixed rate. The server has one for each room, a
+// client one as its local model.
 #pragma once
 
 #include <cstdint>
@@ -17,45 +17,44 @@
 
 namespace tandem::physics {
 
-/// kBusy: the room's own, see Room.
+/// Result of a grab; kBusy is returned by the room only, see Room.
 enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding, kBusy };
 
-/// One user's tool after a step.
+/// State of one user's tool after a step.
 struct ToolState {
   RigidState tool;
-  Wrench wrench_on_hand_W;  ///< of the coupling, about the handle
-  Wrench pull_on_tool_W;    ///< the same from the tool's end, about its origin
+  Wrench wrench_on_hand_W;  ///< wrench of the coupling, about the handle
+  Wrench pull_on_tool_W;    ///< its opposite, about the tool's origin
   BodyId held;
-  bool has_handle = false;         ///< one pulls it …
-  RigidState handle;               ///< … this
+  bool has_handle = false;         ///< the tool is coupled to a handle
+  RigidState handle;               ///< this handle
   double energy_into_world_j = 0;  ///< Σ of positive work of the coupling on the world
   double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
 };
 
-/// What a tool touched in a step.
+/// Contacts of a tool in a step.
 struct TouchSummary {
-  std::uint32_t contacts = 0;  ///< points that pressed
+  std::uint32_t contacts = 0;  ///< number of points with a force
   double deepest_m = 0;
-  double force_n = 0;       ///< of all contacts together
-  double soft_force_n = 0;  ///< of soft bodies
+  double force_n = 0;       ///< magnitude of the total contact force
+  double soft_force_n = 0;  ///< magnitude of the force of soft bodies
 };
 
-/// A scene in motion.
+/// A simulated scene.
 ///
-/// Each tool is a rigid body without weight, pulled to its user's handle by the scene's coupling law; or, as the law
-/// has it, one without mass, that is where coupling and contact balance, or one that is where the handle is
-/// (ToolDynamics). While a tool holds a body the two move as one: the coupling acts on the body, at the tool's place on
-/// it, and the tool neither collides nor adds mass. Several tools may hold the same body. A tool that is inside the
-/// body that it releases passes through it until they have come apart. A body that a tool of the scene holds from the
-/// start waits there for it, at rest, until some tool takes or touches it.
+/// Each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. With other laws
+/// (ToolDynamics) it is massless and at the equilibrium of coupling and contact, or it is placed at the handle. While a
+/// tool holds a body, the two move as one. The coupling then acts on the body at the tool's grip, and the tool neither
+/// collides nor adds mass. Several tools may hold the same body. A tool that releases a body from inside passes through
+/// it until they have separated. A body that a tool of the scene holds from the start is kept there at rest until any
+/// tool takes or touches it.
 ///
-/// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact
-/// (touch/touch_stage.hpp), with coupling, anchors, contact and friction in one solution: no tool is too light
-/// and no coupling or surface too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of
-/// their own.
+/// Tools, held bodies and the bodies they touch are stepped by the implicit solver of common/contact
+/// (touch/touch_stage.hpp). Coupling, anchors, contact and friction are in one solution, so no tool is too light and no
+/// coupling or surface too stiff. FreeBodies steps the bodies that no tool touches. Soft bodies step at their own rate.
 ///
-/// The same calls in the same order give the same bits on the same machine. Tools and bodies are named by their place
-/// in the description; a tool that is not there must not be asked for, a body may.
+/// Deterministic: the same calls in the same order give the same bits on the same machine. Tools and bodies are
+/// identified by their index in the description. A tool index must be valid; a body id may be invalid.
 ///
 /// Thread  one at a time (the room's, or the client's haptic loop)
 class World {
@@ -66,112 +65,116 @@ class World {
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
-  /// Becomes another one. References to this stay good.
+  /// Replaces this world by another one. References to this object stay valid.
   World& operator=(World&& other) noexcept;
 
-  /// Brings a tool to life at its start pose, and the body that it holds from the start into its hand: moved to the
-  /// body's start pose, unless another tool holds it; then the tool appears at its place on the body.
-  /// In      takes_its_body  false: the tool comes empty, and no body is moved
+  /// Activates a tool at its start pose, and attaches the body that it holds from the start. The body is moved to its
+  /// start pose, unless another tool holds it; then the tool appears at its grip on the body.
+  /// In      takes_its_body  false: the tool starts empty, and no body is moved
   void activate_tool(std::size_t tool, bool takes_its_body = true);
-  /// Takes a tool out of the world; what it held is let go.
+  /// Deactivates a tool and releases the body that it holds.
   void deactivate_tool(std::size_t tool);
-  /// The newest known handle of a tool's user; couples until clear_handle().
+  /// Sets the newest handle of the tool's user. The tool is coupled to it until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
-  /// No input, until the next set_handle(): a free tool floats, damped; a held body is held softly where it is.
+  /// Ends the input until the next set_handle(). A free tool drifts, damped; a held body is held softly in place.
   void clear_handle(std::size_t tool);
 
-  /// `body` invalid: the nearest graspable body in reach.
+  /// Grabs a body; an invalid `body` stands for the nearest graspable body in reach.
   GrabResult grab(std::size_t tool, BodyId body);
-  /// Takes the body at a place of the tool's on it, wherever the tool is: somebody else has decided. What the tool held
-  /// is let go. Ignored for a body that is not there or static, or a tool that is not active.
+  /// Attaches a body at the grip `X_BT`, wherever the tool is, as decided outside this world. A body held before is
+  /// released. Ignored for an unknown or static body and for an inactive tool.
   void hold(std::size_t tool, BodyId body, const Pose& X_BT);
-  /// Moves the tool's place on the body that it holds towards `X_BT`, by `most_m` at most, and as many of 50 mrad as
-  /// that has of 5 mm: where it took hold and where somebody else says it did are one place again, without a jerk.
+  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad for each metre of it. This merges
+  /// the local grip with the one decided outside without a jerk.
   void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
   void release(std::size_t tool);
 
-  /// Replaces the coupling's law and coefficients, by LawFade from the next step on; what the law chooses itself for a
-  /// tool stays (coupling_in_force()). Ignored when a coefficient is negative or not finite, or the law cannot take the
-  /// place of the scene's (are_exchangeable()).
+  /// Replaces the coupling's law and coefficients, faded by LawFade from the next step on. Coefficients that the law
+  /// chooses for a tool stay (coupling_in_force()). Ignored when a coefficient is negative or not finite, or when the
+  /// law cannot replace the scene's (are_exchangeable()).
   void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters);
-  /// The coefficients alone.
+  /// Replaces the coefficients only.
   void set_coupling(const haptics::CouplingParameters& parameters);
-  /// What the device of the tool's user bears: the coupling of this tool is held to it (rendered_coupling()). Until the
-  /// tool is taken out of the world. Ignored when one is negative or NaN.
+  /// Sets the limits of the user's device for the coupling of this tool (rendered_coupling()), until the tool is
+  /// deactivated. Ignored when one is negative or NaN.
   void set_coupling_bounds(std::size_t tool, const haptics::CouplingParameters& bounds);
-  /// In force for the tool now.
+  /// Coefficients in force for the tool.
   const haptics::CouplingParameters& coupling(std::size_t tool) const;
 
-  /// From now on the tool's coupling also brakes what it moves, by this times its velocity in the world; turning by that at kBrakeLever_m. At rest a brake does nothing: what is held stays held.
-  /// A tool that is where its handle is (ToolDynamics::kAtHandle) is not braked. Ignored below 0 or not finite.
+  /// Adds a brake to the tool's coupling: a damping of the velocity in the world, and of the rotation with the lever
+  /// kBrakeLever_m. At rest a brake has no force, so a held body stays held. A tool at its handle
+  /// (ToolDynamics::kAtHandle) is not braked. Ignored when negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
-  /// Nothing meets the body, neither contact nor field, until set_body() or hold() says where it is.
+  /// Excludes a body from contact and field until set_body() or hold() gives its pose.
   void remove_body(BodyId body);
-  /// Puts a body, or a tool that holds nothing, where somebody else says it is. Not finite: ignored.
+  /// Sets the state of a body, or of a tool that holds nothing, as decided outside this world. Ignored when not finite.
   void set_body(BodyId body, const RigidState& state);
   void set_tool(std::size_t tool, const RigidState& state);
-  /// Small corrections between steps, which no account of work sees: displaced by `by_W`, whose turn is about the
-  /// centre of mass (of a tool about that of the tool), and `dv` added to the centre's velocity. A tool that holds a
-  /// body is moved with the body alone.
+  /// Applies a small correction between steps, which no energy account includes. The displacement `by_W` turns about
+  /// the centre of mass; `dv` is added to the centre's velocity. Ignored for a tool that holds a body: it moves with
+  /// the body.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// The touch stage steps the body for so long at least; 0: no longer than it is held or touched.
+  /// Keeps the body in the touch stage for at least this time; 0: only while it is held or touched.
   void keep_implicit(BodyId body, double seconds);
-  /// What soft bodies do to the tool, or to what it holds, where this world has no soft bodies itself; until the next.
+  /// Sets the contact of the tool, or of its held body, with soft bodies, until the next call. For a world without soft
+  /// bodies of its own.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
   /// Advances by step_s: answer(), then finish(). No throw; faults are bits.
   TickFaults step() noexcept;
-  /// What of a step hands feel, as soon as it is known: implicit bodies and tools are where the step leaves them. Until
-  /// finish(), body() takes an external one (see the README) there by its velocity of before, so that what meets it in this step
-  /// does not show yet: call finish() before anything that is not const.
+  /// First part of a step: moves implicit bodies and tools, and so gives everything that hands feel. Until finish(),
+  /// body() extrapolates external bodies (see the README) by their previous velocity, without the contacts of this
+  /// step. Call finish() before any other non-const function.
   TickFaults answer() noexcept;
-  /// The rest of it. Does nothing without an answer() before.
+  /// Second part of a step. Does nothing without a preceding answer().
   TickFaults finish() noexcept;
-  /// After a step, when there is time: finds contacts and field of the next one with all things where they are now. Where they
-  /// are not there any more then, or get farther than is likely, the step finds them itself. contact_points_W() has none after it.
+  /// Finds contacts and field of the next step in idle time after a step, from the present poses. The step repeats the
+  /// search if a thing has changed its pose or moves farther than predicted. Afterwards contact_points_W() returns
+  /// none.
   void look_ahead() noexcept;
-  /// Some steps without look_ahead(), and the processor's time that the quickest of them took: what else the machine does
-  /// counts little.
+  /// Runs several steps without look_ahead() and returns the processor time of the quickest. The minimum suppresses the
+  /// influence of other load.
   Duration quickest_step() noexcept;
 
-  /// Bodies that the last step put back to their starts, at rest: not finite any more, or beyond limits.bounds_m with
-  /// nobody's hand on them.
+  /// Bodies that the last step returned to their starts, at rest. Causes: a request, a state that is not finite, or a
+  /// position beyond limits.bounds_m while no tool holds the body.
   std::span<const BodyId> put_back() const noexcept;
-  /// In the next step each body that moves comes back to its start, at rest, and whoever holds it lets go; but not of what
-  /// his tool holds from the start.
+  /// Requests that the next step returns each moving body to its start, at rest. Tools release their bodies, except a
+  /// body that the tool holds from the start.
   void put_all_back() noexcept;
-  /// Of a soft body, as the last step left them; for viewers.
+  /// Nodes of a soft body after the last step; for viewers.
   std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
-  /// Before the first step: the nodes of a soft body that the world has are here, at rest.
-  /// Fails   std::invalid_argument: another number of nodes
+  /// Sets the nodes of a soft body, at rest. Only before the first step, and only in a world with soft bodies.
+  /// Fails   std::invalid_argument: wrong number of nodes
   void set_soft_nodes(std::size_t soft_body, std::span<const Vec3> nodes_W);
   ToolState tool(std::size_t tool) const;
-  /// What the tool, or the body that it holds, touched in the last step.
+  /// Contacts of the tool, or of its held body, in the last step.
   TouchSummary touch(std::size_t tool) const;
-  /// What soft bodies do to the tool, or to what it holds, linearised; a trust radius of 0: nothing.
+  /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0: none.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
-  /// Where the tool, or what it holds, touched in the last step: as many as fit, spread over them. How many were written.
+  /// Writes contact points of the tool, or of its held body, in the last step: as many as fit, spread over all. Returns
+  /// their number.
   std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
-  /// Mean normal of the contacts of a free tool with a body in the last step, unit, out of the body; zero: none.
+  /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body; zero: no contact.
   Vec3 pressing_normal_W(std::size_t tool, BodyId body) const;
-  /// Bit i: tool i holds the body, or pressed on it in the last step, itself or through other things that move. 0 of a
+  /// Bit i: tool i holds the body, or pressed on it in the last step, directly or through other moving bodies. 0 for a
   /// static body.
   std::uint32_t hands_on(BodyId body) const;
-  /// At rest at the origin for an id that the scene does not have.
+  /// State of a body; at rest at the origin for an unknown id.
   RigidState body(BodyId id) const;
-  /// Of the whole scene, as the last step began; 0 without molecules.
+  /// Molecular energy of the whole scene at the start of the last step; 0 without molecules.
   double field_energy_kj_per_mol() const;
-  double field_energy_j() const;  ///< the same in the world's joules
-  /// All that the world holds [J]: kinetic and gravitational energy of the moving bodies and tools, what anchors,
-  /// couplings and joints store, each as in force, and the molecular field, unbounded. Contacts hold more, which is not
-  /// counted.
-  /// In      without_hands  bit i: the coupling of tool i is left out
+  double field_energy_j() const;  ///< the felt share of it, in the world's joules
+  /// Energy stored in the world [J]. It includes the kinetic and gravitational energy of moving bodies and tools, the
+  /// energy of anchors and couplings as in force, and the felt molecular energy. The molecular part ignores the bound
+  /// of the force, and the energy of contacts is not included.
+  /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
-  /// What a tool's coupling stores [J].
+  /// Energy stored in a tool's coupling [J].
   double coupling_energy_j(std::size_t tool) const;
-  /// Of a tool: kinetic where it has mass and holds nothing, and what its coupling stores [J].
+  /// Energy of a tool [J]: kinetic energy if it has mass and holds nothing, plus the energy stored in its coupling.
   double energy_of_tool_j(std::size_t tool) const;
 
  private:

@@ -1,5 +1,4 @@
-// Everything that a world is made from, as plain data: the server makes it from a scene file, a client from what it was
-// sent.
+// Plain data from which a world is built. The server builds it from a scene file, a client from received data.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +18,13 @@
 namespace tandem::physics {
 
 struct WorldLimits {
-  double body_speed_m_per_s = 10;        ///< faster bodies are slowed to this, and reported
+  double body_speed_m_per_s = 10;        ///< faster bodies are slowed to this speed, and reported
   double grab_reach_m = 0.02;            ///< a body farther than this is not grabbed
-  std::uint32_t contact_points = 768;    ///< of a pair of shapes and step
-  std::size_t contact_pairs = 64;        ///< of shapes near each other at a time
-  std::uint32_t atom_pairs = 2'500'000;  ///< of the molecular field, each step
-  double bounds_m = 10;                  ///< a body farther from the origin, in nobody's hand, returns to its start
-  double reset_after_s = 30;             ///< an empty room's; 0: never
+  std::uint32_t contact_points = 768;    ///< limit for a pair of shapes in a step
+  std::size_t contact_pairs = 64;        ///< limit of pairs of shapes near each other
+  std::uint32_t atom_pairs = 2'500'000;  ///< limit of the molecular field in a step
+  double bounds_m = 10;                  ///< a body farther from the origin that no tool holds returns to its start
+  double reset_after_s = 30;             ///< an empty room is reset after this time; 0: never
 };
 
 struct BodyDescription {
@@ -33,9 +32,9 @@ struct BodyDescription {
   MassProperties mass;
   BodyTraits traits;
   Pose X_WB;                                          ///< start pose
-  bool is_graspable = false;                          ///< only of a body with a mass
-  std::shared_ptr<const docking::Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
-  std::optional<Joint> anchor;                        ///< to the start pose; only of a body with a mass
+  bool is_graspable = false;                          ///< only for a body with a mass
+  std::shared_ptr<const docking::Molecule> molecule;  ///< its origin is the centre of mass; null: no molecular field
+  std::optional<Joint> anchor;                        ///< to the start pose; only for a body with a mass
 };
 
 struct ToolDescription {
@@ -43,10 +42,10 @@ struct ToolDescription {
   MassProperties mass;
   double friction = 0.5;
   Pose X_WT;                              ///< start pose
-  std::optional<std::size_t> holds_body;  ///< from the start; index into bodies
+  std::optional<std::size_t> holds_body;  ///< index of the body held from the start
 };
 
-/// A knee of what is felt of a molecular field is where so much of its force limit is.
+/// Share of the molecular force limit at which the felt force has its knee.
 inline constexpr double kKneeOfLimit = 0.25;
 
 /// Immutable while a world runs.
@@ -57,15 +56,15 @@ struct WorldDescription {
   std::vector<BodyDescription> bodies;  ///< body_id_at(i) is bodies[i]
   std::vector<ToolDescription> tools;
   SceneCoupling coupling;
-  // How molecular quantities become device-sized ones, kept consistent in work (MolecularForces).
+  // Scales from molecular to device quantities, consistent in work (MolecularForces).
   double metres_per_angstrom = 0.01;                ///< S_x
   double newtons_per_kcal_per_mol_angstrom = 0.03;  ///< S_f
-  double molecular_force_limit_n = 20;  ///< the molecular force between two bodies is bounded smoothly by this
+  double molecular_force_limit_n = 20;              ///< smooth limit of the molecular force between two bodies
   docking::FieldModel field_model;
-  // Of what is felt of it.
-  double molecular_zero_kt = 0;               ///< nothing so near to the minimum; 0: no zero area
-  double molecular_minimum_kcal_per_mol = 0;  ///< the least energy of two molecules
-  double molecular_knee_kcal_per_mol = 0;     ///< above it, less than all
+  // Felt share of the molecular field.
+  double molecular_zero_kt = 0;               ///< height of the zero area above the minimum [kT]; 0: none
+  double molecular_minimum_kcal_per_mol = 0;  ///< lowest energy of two molecules
+  double molecular_knee_kcal_per_mol = 0;     ///< above it, less than the full force is felt
   std::vector<EffectSettings> effects;
 };
 

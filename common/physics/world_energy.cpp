@@ -1,4 +1,4 @@
-// What the world holds [J], for tests, reports and passivity control.
+// Energy stored in the world [J], for tests, reports and passivity control.
 #include "common/physics/world_impl.hpp"
 
 namespace tandem::physics {

@@ -1,4 +1,4 @@
-// What hands do in the world: tools that come and go, their handles and couplings, and the bodies that they hold.
+// Tools and hands in the world: activation, handles, couplings, and grabbing of bodies.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +9,7 @@
 namespace tandem::physics {
 namespace {
 
-/// A tool let go this deep in a body, or less, was pressing on it and goes on doing so; deeper, it was inside.
+/// Depth in a released body up to which the tool still presses on it. A deeper tool was inside, and passes through.
 constexpr double kPressedDepth_m = 2e-4;
 
 }  // namespace
@@ -28,7 +28,7 @@ void World::Impl::detach(WorldTool& tool) {
   tool.rigid.set_state(tool_state(tool));
   tool.soft = {};
   WorldBody& body = bodies[*tool.held];
-  // It is free again when no tool has touched it for a while (adopt()).
+  // The body is free again when no tool has touched it for a while (adopt()).
   --body.hands;
   body.adopted = adoption_steps();
   const Pose X_WT = tool.rigid.pose(), X_WB = body.rigid.pose();
@@ -48,7 +48,7 @@ void World::Impl::couple(WorldTool& tool) const {
   tool.hand.set_coupling(*haptics::find_coupling_law(coupling.law), coupling_of(tool));
 }
 
-/// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
+/// Distance to the body's surface; for a molecule, from the tool's origin to the nearest atom.
 double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double limit_m) const {
   const WorldBody& body = bodies[index];
   const Pose X_WT = tool.rigid.pose();
@@ -123,7 +123,7 @@ GrabResult World::grab(std::size_t index, BodyId id) {
     const WorldBody& body = impl_->bodies[i];
     if (!body.description->is_graspable || body.is_absent || (id.is_valid() && i + 1 != id.value)) continue;
     const double distance = impl_->distance_m(tool, i, nearest_m);
-    // Of equally near ones the first: the order of the scene decides, not that of memory.
+    // The scene's order decides between equally near bodies: the first one wins.
     if (distance < nearest_m || (distance == nearest_m && !nearest)) {
       nearest_m = distance;
       nearest = i;
@@ -164,7 +164,7 @@ void World::release(std::size_t index) {
 void World::set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters) {
   SceneCoupling& coupling = impl_->coupling;
   const bool is_other_law = law.name != coupling.law;
-  // Asked every tick: what is in force for each tool costs more to find than to keep.
+  // Called every tick: unchanged values return early, because deriving each tool's coefficients is expensive.
   if ((!is_other_law && parameters == coupling.parameters) || !haptics::is_usable(parameters)) return;
   if (is_other_law && !haptics::are_exchangeable(law, *haptics::find_coupling_law(coupling.law))) return;
   coupling.law = law.name;

@@ -1,6 +1,5 @@
-// What the world is made of inside: its bodies and tools, what holds them, and what one step works with.
-// Private to the world: world.cpp has what is there and how it is read, world_hold.cpp what hands do,
-// world_step.cpp the step, world_energy.cpp what it holds.
+// Internals of the world: its bodies and tools, their couplings, and the working data of a step. Private to the world.
+// Sources: world.cpp (construction, access), world_hold.cpp (grabs, couplings), world_step.cpp, world_energy.cpp.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -25,14 +24,14 @@ namespace tandem::physics {
 struct WorldBody {
   RigidBody rigid;
   const BodyDescription* description = nullptr;
-  JointLaw anchor = {};    ///< as the description says
-  int hands = 0;           ///< tools that hold it
-  int adopted = 0;         ///< steps that the touch stage still steps it for, after something led has touched it
-  int kept = 0;            ///< the same, because somebody asked
-  bool is_absent = false;  ///< until somebody says where it is
-  bool waits = false;  ///< at its start, for the tool that holds it from the start, until something takes or touches it
+  JointLaw anchor = {};    ///< anchor from the description
+  int hands = 0;           ///< number of tools that hold it
+  int adopted = 0;         ///< remaining steps in the touch stage after the last touch
+  int kept = 0;            ///< remaining steps in the touch stage by keep_implicit()
+  bool is_absent = false;  ///< excluded until its pose is set
+  bool waits = false;      ///< kept at its start, for the tool that holds it from the start
 
-  /// It stays the touch stage's, and what it touches becomes that too.
+  /// It stays in the touch stage, and bodies that it touches enter that stage.
   bool makes_implicit() const { return hands > 0 || kept > 0; }
   bool is_free() const { return !makes_implicit() && adopted == 0; }
   bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
@@ -47,24 +46,24 @@ struct WorldTool {
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
   bool is_active = false;
   std::optional<std::size_t> held = {};            ///< index of a body
-  Pose X_BT = {};                                  ///< its place on the held body
+  Pose X_BT = {};                                  ///< grip: pose of the tool on the held body
   std::optional<std::size_t> passes_through = {};  ///< body that was released with the tool inside
-  SoftContact soft = {};                           ///< told from outside
-  std::optional<std::size_t> pull = {};            ///< its place among this step's pulls
+  SoftContact soft = {};                           ///< from set_soft_contact()
+  std::optional<std::size_t> pull = {};            ///< index in the pulls of this step
 
   bool is_free() const { return is_active && !held; }
   bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
 };
 
-/// A body that tools touch belongs to the touch stage, and for so long after: taps and slides do not change its owner
-/// at every bounce.
+/// Time for which a touched body stays in the touch stage. It keeps taps and slides from changing the owner at every
+/// bounce.
 inline constexpr double kAdoption_s = 0.25;
 
-/// Equal to no pose.
+/// A pose that is unequal to every pose.
 inline const Pose kNowhere{Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), Quat::Identity()};
 
-/// Of tool i in a set of hands; there are at most as many tools as users.
+/// Bit of a tool in a set of hands. There are at most as many tools as users.
 inline std::uint32_t bit_of(std::size_t tool) {
   return tool < 32 ? std::uint32_t{1} << tool : 0;
 }
@@ -78,24 +77,24 @@ struct World::Impl {
   int steps_in(double seconds) const { return static_cast<int>(std::ceil(seconds / step_s())); }
   int adoption_steps() const { return steps_in(kAdoption_s); }
 
-  // What is there.
+  // Access.
   WorldBody* body_of(BodyId id);
   RigidState tool_state(const WorldTool& tool) const;
   std::size_t thing_of(const WorldTool& tool) const;
   std::size_t soft_index_of(std::size_t thing) const;
   std::uint32_t holders_of(std::size_t body) const;
-  /// Calls `change` on the body, whose owner may be another one then.
+  /// Calls `change` on the body, and moves the body between free bodies and touch stage if its owner changed.
   template <class Change>
   void change_owner(WorldBody& body, const Change& change);
 
-  // What hands do.
+  // Hands.
   void attach(WorldTool& tool, std::size_t body, const Pose& X_BT);
   void detach(WorldTool& tool);
   double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
   haptics::CouplingParameters coupling_of(const WorldTool& tool) const;
   void couple(WorldTool& tool) const;
 
-  // The step, in this order.
+  // Parts of a step, in order of execution.
   TickFaults apply_field() noexcept;
   void find_field() noexcept;
   void damp_and_ramp() noexcept;
@@ -106,7 +105,7 @@ struct World::Impl {
   void describe_pulls() noexcept;
   void add_effects() noexcept;
   void keep_waiting() noexcept;
-  /// Of bodies that are free, or of all else.
+  /// Limits or restores the free bodies, or else all other bodies and the tools.
   TickFaults limit_or_restore_all(bool are_free) noexcept;
   TickFaults limit_or_restore(std::size_t body) noexcept;
   TickFaults limit_speed(RigidBody& rigid) noexcept;
@@ -115,30 +114,30 @@ struct World::Impl {
   TickFaults step_soft() noexcept;
   void end_passing_through(WorldTool& tool) noexcept;
 
-  // The accounts.
+  // Energies.
   double mechanical_energy_j() const;
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
-  SceneCoupling coupling;  ///< the scene's, as somebody has set it
+  SceneCoupling coupling;  ///< coupling of the scene, as last set
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;
   MolecularForces field;
-  std::vector<Pose> poses;             ///< of molecules, where the field was found
-  std::vector<Wrench> wrenches;        ///< of the field, likewise
-  bool is_field_limited = false;       ///< likewise
-  double field_energy_kj_per_mol = 0;  ///< as the last step began; and what is felt of it
+  std::vector<Pose> poses;             ///< poses of molecules for which the field was found
+  std::vector<Wrench> wrenches;        ///< wrenches of the field at these poses
+  bool is_field_limited = false;       ///< whether the field was bounded at these poses
+  double field_energy_kj_per_mol = 0;  ///< at the start of the last step
   double field_energy_j = 0;
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
   std::vector<TouchJoint> touch_joints;         ///< anchors
-  std::vector<std::optional<Pose>> soft_tools;  ///< where tools are, then bodies; none: touches nothing
+  std::vector<std::optional<Pose>> soft_tools;  ///< poses of tools, then of bodies; none: touches nothing
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
   EffectStage effects;
-  std::vector<BodyId> put_back;  ///< in the last step
-  bool puts_all_back = false;    ///< in the next
-  bool is_answered = false;      ///< a step is, and not finished
+  std::vector<BodyId> put_back;  ///< bodies returned by the last step
+  bool puts_all_back = false;    ///< in the next step
+  bool is_answered = false;      ///< answer() was called, finish() was not
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

@@ -1,4 +1,4 @@
-// One step of the world: what is there is described to the touch stage and the engines, and what they found is taken.
+// One step of the world: describes things to the touch stage and the other solvers, and stores their results.
 #include <time.h>
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 namespace tandem::physics {
 namespace {
 
-/// How fast a tool without a handle comes to rest. Ours: gone in a quarter of a second, without a jerk.
+/// Damping of a tool without a handle. Ours: it comes to rest in a quarter of a second, without a jerk.
 constexpr double kIdleDamping_per_s = 20;
-/// Where the molecular field has a molecule that is not there: no force comes so far.
+/// Distance at which absent molecules are placed: no force reaches that far.
 constexpr double kOutOfReach_m = 1e6;
 
-/// Of this thread: what it waits for a processor is not in it.
+/// Processor time of this thread, without the time that it waits for a processor.
 Duration processor_time() noexcept {
   std::timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -25,7 +25,7 @@ Duration processor_time() noexcept {
 
 }  // namespace
 
-/// Where molecules are as they were when it was found last, it is the same.
+/// Reuses the last result if all molecules have the same poses.
 void World::Impl::find_field() noexcept {
   bool is_found = true;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -45,7 +45,7 @@ TickFaults World::Impl::apply_field() noexcept {
   field_energy_kj_per_mol = field.energy_kj_per_mol();
   field_energy_j = field.energy_j();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    // Held ones feel it in the touch stage (describe_things()).
+    // Implicit bodies receive the field in the touch stage (describe_things()).
     if (bodies[i].molecule() != nullptr && bodies[i].is_free()) {
       bodies[i].rigid.apply_wrench(wrenches[i], poses[i].p);
     }
@@ -63,7 +63,7 @@ void World::Impl::damp_and_ramp() noexcept {
   }
 }
 
-/// Weight and field of external ones too, so that the stage predicts how they move.
+/// External things include weight and field too, so that the stage predicts their motion.
 void World::Impl::describe_things() noexcept {
   using Role = TouchThing::Role;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -83,7 +83,7 @@ void World::Impl::describe_things() noexcept {
     const Role role = tool.is_free() ? Role::kImplicit : Role::kAbsent;
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
-    // A body keeps its mass in a massless tool, but not its freedom in one that is at the handle.
+    // A body held by a massless tool keeps its mass. A body held by a tool at the handle is prescribed too.
     if (tool.held && tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle)
       things[*tool.held].dynamics = tool.hand.dynamics();
   }
@@ -97,7 +97,7 @@ void World::Impl::describe_joints() noexcept {
   }
 }
 
-/// Evaluated where the things are now: soft bodies are soft enough for that to be stable.
+/// The wrench is evaluated at the present poses. This is stable because soft bodies are soft enough.
 void World::Impl::add_soft_wrenches() noexcept {
   const auto add = [](TouchThing& thing, const SoftContact& contact) {
     if (thing.role != TouchThing::Role::kImplicit && thing.role != TouchThing::Role::kExternal) return;
@@ -116,7 +116,8 @@ void World::Impl::add_soft_wrenches() noexcept {
   }
 }
 
-/// On tools that a hand moves: one that floats would be blown away. `pulls` are those of this step.
+/// Applies the effects to tools with a coupling, from this step's `pulls`. A tool that floats freely would be blown
+/// away.
 void World::Impl::add_effects() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);
@@ -154,8 +155,8 @@ TickFaults World::Impl::step_touch() noexcept {
   return touch.step(step_s(), things, pulls, touch_joints);
 }
 
-/// What a tool touches, directly or through other bodies, is the touch stage's from the next step on, with all that it
-/// leans on; when it has not been touched for a while, it is free again.
+/// Bodies that a tool touches, directly or through others, belong to the touch stage from the next step on, with
+/// everything they press on. A body that has not been touched for a while is free again.
 void World::Impl::adopt() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
@@ -177,7 +178,7 @@ TickFaults World::Impl::settle_hands() noexcept {
   return faults;
 }
 
-/// What hangs in nobody's hand yet: neither weight nor field moves it.
+/// Keeps bodies at their start until they are first taken or touched: neither weight nor field moves them.
 void World::Impl::keep_waiting() noexcept {
   for (WorldBody& body : bodies) {
     body.waits = body.waits && body.is_free();
@@ -196,7 +197,7 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   const bool is_asked = puts_all_back && body.hands == 0;
   if (is_finite && !is_outside && !is_asked) return limit_speed(body.rigid);
   put_back.push_back(body_id_at(index));
-  // Out and in again, so that no contact keeps a number that is not finite.
+  // Removing and adding clears the contacts, which may hold values that are not finite.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
   if (body.is_free()) free->add(index, body.rigid);
@@ -234,7 +235,7 @@ TickFaults World::step() noexcept {
   return faults | finish();
 }
 
-/// Soft bodies answer with what they find in the rest of the step.
+/// With soft bodies the whole step is done here, because hands feel them too.
 TickFaults World::answer() noexcept {
   TickFaults faults = finish();
   faults |= impl_->apply_field();
@@ -270,7 +271,7 @@ Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
-    // Where nothing moves, it would not be found again.
+    // The field would not be evaluated again at unchanged poses.
     for (Pose& X_WB : impl_->poses) X_WB = kNowhere;
     const Duration begin = processor_time();
     step();

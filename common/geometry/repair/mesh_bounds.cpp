@@ -1,4 +1,3 @@
-// See mesh_bounds.hpp.
 #include "common/geometry/repair/mesh_bounds.hpp"
 
 #include <sstream>
@@ -22,7 +21,7 @@ Eigen::AlignedBox3d mesh_bounds(const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (const int corner : triangle) {
       const Vec3& vertex = mesh.vertices[static_cast<std::size_t>(corner)];
-      // Of NaN the comparison is false.
+      // Comparisons with NaN are false.
       if (vertex.cwiseAbs().maxCoeff() <= kMaxMeshUnits && vertex.allFinite()) {
         box.extend(vertex);
         continue;

@@ -1,4 +1,4 @@
-// How large a mesh is, for all that divide by it: a mesh from a file may be a point, or larger than numbers go.
+// Bounding box of a mesh, checked for use as a divisor: a mesh from a file may be a single point or overflow.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,14 +7,14 @@
 
 namespace tandem::geometry {
 
-/// The largest coordinate of a mesh that is not scaled yet, and the inverse of the smallest size: so that neither a size
-/// nor its inverse overflows, and no product of three of them does.
+/// Limit of the coordinates of an unscaled mesh, and inverse limit of its size. With it, neither a size, nor its
+/// inverse, nor a product of three of them overflows.
 inline constexpr double kMaxMeshUnits = 1e100;
 
-/// The box around the vertices that triangles use: a stray vertex does not change the size.
+/// Returns the box around the vertices that triangles use; unused vertices do not count.
 ///
-/// Out     the longest edge of the box is from 1 / kMaxMeshUnits to 2 kMaxMeshUnits: it may be divided by
-/// Fails   MeshError, with the value and the remedy: no triangle; a vertex that is not finite, or too far away; all
+/// Out     the longest edge of the box is between 1 / kMaxMeshUnits and 2 kMaxMeshUnits, and so is a safe divisor
+/// Fails   MeshError, with the value and the remedy: no triangle; a vertex that is not finite or too far away; all
 ///         vertices at one place
 Eigen::AlignedBox3d mesh_bounds(const TriangleMesh& mesh);
 

@@ -12,15 +12,16 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// Single precision turns a triangle a hundredth as high as the mesh is large by so much.
+// Angle below which triangles at an edge are coincident. Single-precision rounding rotates a triangle by up to this
+// angle if its height is a hundredth of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
-/// Half-edges as one number: 3 · triangle + side.
+/// Number of a half-edge: 3 · triangle + side.
 int number_of(const HalfEdge& half) {
   return 3 * half.triangle + half.side;
 }
 
-/// How a triangle runs, compared with the first of its part.
+/// Orientation of a triangle relative to the first one of its part.
 enum class Turning : std::uint8_t { kUnknown, kAlong, kAgainst };
 
 class Connector {
@@ -30,7 +31,7 @@ class Connector {
         partner_(mesh.triangles.size() * 3, kNoTriangle),
         turning_(mesh.triangles.size(), Turning::kUnknown) {}
 
-  /// Finds the other half of every edge.
+  /// Finds the opposite half of every edge.
   void pair_edges() {
     const EdgeUses edges(mesh_);
     for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
@@ -43,7 +44,7 @@ class Connector {
     }
   }
 
-  /// Gives each fan of triangles around a vertex a vertex of its own. Out: how many were added.
+  /// Gives each fan of triangles around a vertex a vertex of its own. Out: number of vertices added.
   std::size_t separate_fans() {
     std::vector<int> root(partner_.size());
     std::iota(root.begin(), root.end(), 0);
@@ -78,7 +79,7 @@ class Connector {
     return mesh_.vertices.size() - before;
   }
 
-  /// Finds the parts and turns their triangles alike. Out: how many were turned.
+  /// Finds the parts and orients their triangles alike. Out: number of triangles turned.
   std::size_t orient(std::vector<MeshPart>& parts) {
     std::size_t total = 0;
     for (std::size_t seed = 0; seed < turning_.size(); ++seed) {
@@ -87,7 +88,7 @@ class Connector {
       const auto& triangles = parts.back().triangles;
       const auto is_turned = [this](int t) { return turning_[static_cast<std::size_t>(t)] == Turning::kAgainst; };
       const auto count = std::count_if(triangles.begin(), triangles.end(), is_turned);
-      // As the most of them run: else those that are not marked are the ones to turn.
+      // The minority is turned: the marked triangles, or else the unmarked ones.
       const bool is_minority = 2 * static_cast<std::size_t>(count) <= triangles.size();
       for (const int t : triangles) {
         if (is_turned(t) != is_minority) continue;
@@ -142,18 +143,18 @@ class Connector {
     partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
   }
 
-  /// A triangle at an edge, seen along it.
+  /// A triangle at an edge, viewed along the edge.
   struct Spoke {
     double angle_rad;
     bool runs_along;
     HalfEdge half;
   };
 
-  /// Orders spokes that lie on each other, where rounding says which is first, so that their directions alternate.
-  /// In      spokes  by angle
-  /// Out     whether they do all around
+  /// Orders coincident spokes, whose order otherwise depends on rounding, so that directions alternate.
+  /// In      spokes  sorted by angle
+  /// Out     whether directions alternate all around
   static bool alternate(std::vector<Spoke>& spokes) {
-    // Not within those that lie on each other, unless all do.
+    // Start at a gap, not within coincident spokes, unless all coincide.
     std::size_t start = 0;
     while (start < spokes.size() && !is_gap(spokes, start)) ++start;
     std::rotate(spokes.begin(), spokes.begin() + static_cast<std::ptrdiff_t>(start % spokes.size()), spokes.end());
@@ -175,15 +176,16 @@ class Connector {
     return false;
   }
 
-  /// Whether spoke `i` lies apart from the one before it.
+  /// Whether there is a gap between spoke `i` and the previous one.
   static bool is_gap(const std::vector<Spoke>& spokes, std::size_t i) {
     const double before = spokes[(i + spokes.size() - 1) % spokes.size()].angle_rad;
     const double apart = std::abs(spokes[i].angle_rad - before);
     return std::min(apart, 2 * std::numbers::pi - apart) > kSameAngle_rad;
   }
 
-  /// Seen along the edge, material lies anticlockwise of triangles that run against it and clockwise of those that run
-  /// along it: each of the first is joined with the next one around, which has to be one of the others.
+  /// Pairs the triangles around an edge. Viewed along the edge, material lies anticlockwise of triangles that run
+  /// against it, and clockwise of triangles that run along it. Each triangle of the first kind is joined with the next
+  /// one around. That one must be of the second kind.
   bool pair_around(std::span<const HalfEdge> uses) {
     const int a = start_of(mesh_, uses[0]);
     const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];
@@ -255,7 +257,7 @@ class Connector {
   }
 
   TriangleMesh& mesh_;
-  std::vector<int> partner_;  // of each half-edge; kNoTriangle: a border
+  std::vector<int> partner_;  // opposite half-edge of each half-edge; kNoTriangle: a border
   std::vector<Turning> turning_;
   std::vector<int> unpaired_;  // triangles at edges that do not pair up
 };

@@ -7,7 +7,7 @@
 namespace tandem::geometry {
 namespace {
 
-// Longer loops are closed from their middle: clipping takes the square of their length.
+// Longer loops are closed by a fan from their middle, because clipping is quadratic in their length.
 constexpr std::size_t kMaxClipped = 1000;
 
 class HoleCloser {
@@ -15,7 +15,7 @@ class HoleCloser {
   HoleCloser(TriangleMesh& mesh, MeshPart& part) : mesh_(mesh), part_(part) {}
 
   void close(std::vector<int> loop) {
-    // The new triangles run against those at the border.
+    // The new triangles run in the opposite direction of those at the border.
     std::reverse(loop.begin(), loop.end());
     if (loop.size() <= kMaxClipped) {
       clip(loop);
@@ -32,7 +32,8 @@ class HoleCloser {
     mesh_.triangles.push_back({a, b, c});
   }
 
-  /// Cuts off the corner with the smallest angle until three are left; corners that point inward come last.
+  /// Ear clipping: cuts off the corner with the smallest angle until three are left; corners that point inward come
+  /// last.
   void clip(std::vector<int>& loop) {
     Vec3 facing = Vec3::Zero();
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -46,7 +47,7 @@ class HoleCloser {
       add(loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]);
       loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
       angles.erase(angles.begin() + static_cast<std::ptrdiff_t>(best));
-      // Only the corners beside it have changed.
+      // Only the two adjacent corners have changed.
       const std::size_t after = best % loop.size();
       const std::size_t before = (best + loop.size() - 1) % loop.size();
       for (const std::size_t i : {before, after}) angles[i] = angle_at(loop, i, facing);

@@ -1,4 +1,4 @@
-// Triangles in a hole. Private to the repair of meshes.
+// Closes holes with triangles. Private to the repair of meshes.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace tandem::geometry {
 
-/// Closes a hole of a part; what is added belongs to it.
+/// Closes a hole of a part and adds the new triangles to it.
 ///
-/// In      loop  of vertices around it, as MeshPart::borders has them
+/// In      loop  vertices around the hole, as in MeshPart::borders
 void close_hole(TriangleMesh& mesh, MeshPart& part, const std::vector<int>& loop);
 
 }  // namespace tandem::geometry

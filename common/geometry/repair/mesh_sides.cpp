@@ -16,36 +16,38 @@
 namespace tandem::geometry {
 namespace {
 
-// Of a part, and of all that are not closed.
+// Limits of the number of rays: for one part, and for all parts that are not closed.
 constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
-// Of more triangles than so many, they are shared among the processors.
+// Meshes with more triangles are classified by several threads.
 constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
-// Of the diagonal: twenty times what single precision puts triangles of one plane apart by, a tenth of a thin wall.
+// Step to both sides of a triangle, as a share of the diagonal. It is 20 times the gap that single precision leaves
+// between coplanar triangles, and a tenth of a thin wall.
 constexpr double kStepShare = 2e-6;
 
-// So near to it a winding number is that of a border, of what is inside, or of what is outside.
+// Tolerance of a winding number from the exact value of a border, of the inside or of the outside.
 constexpr double kUnclear = 0.1;
 
-/// A triangle itself makes the winding number jump by 1. Half way, which is what the others make there, it is ½ where a
-/// solid is on one side, 0 where none is, and 1 or more inside of one; of a solid that is inside out less than 0. Where it
-/// jumps by 2, the solid or the triangle is there twice: half way it is 1 or ½ then.
+/// Classifies a triangle by the winding number half way between its two sides, which is that of all other triangles
+/// there. A triangle itself makes the number jump by 1. Half way, a border of a solid has ½, or −½ if that is inside
+/// out; outside has 0, and inside 1 or more. A jump of 2 means that the solid or the triangle is duplicate: half way,
+/// the border then has 1 or ½.
 Side side_of(double half_way, double jump = 1) {
   const double others = std::abs(half_way);
   if (others < 0.25) return Side::kOutside;
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Whether a winding number is that of a border, of what is inside, or of what is outside, about: not what a wall makes of it that is
-/// beside, of which there are only the faces of one side.
+/// Whether a winding number is close to that of a border, of the inside or of the outside. Beside a wall that has the
+/// faces of one side only, it lies in between.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
 }
 
-/// Judges triangles by the winding number that the others make in their middle; where another triangle lies on it, which
-/// there hangs on rounding, by that of all a little off both sides.
+/// Classifies triangles by the winding number of the others at their middle. If another triangle lies there, that
+/// number depends on rounding, and the winding number of all a little off both sides is used.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
@@ -64,7 +66,8 @@ class Judge {
     }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
-    // Others may lie on a part of it only. One that is left out is a hole, one too many is not felt from outside.
+    // The other triangle may cover only a part of this one. A missing border is a hole; one too many cannot be felt
+    // from outside. So one border among the samples decides.
     for (const Vec3& corner : corners) {
       if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
     }
@@ -82,8 +85,9 @@ class Judge {
     return (high - low).norm();
   }
 
-  /// Of a triangle that is inside in its middle: where another closed part goes through it, half of a solid is at some of the middles
-  /// of sixteen equal ones. Next to what is not closed the winding number is anything.
+  /// Whether a triangle, whose middle is inside, also has a border point. Where another closed part crosses it, one of
+  /// the middles of sixteen equal subtriangles has the winding number of a border. Next to open surface the winding
+  /// number has any value.
   bool comes_out(std::size_t triangle, const std::array<Vec3, 3>& corners) const {
     constexpr int kAlong = 4;
     const Vec3 u = (corners[1] - corners[0]) / kAlong, v = (corners[2] - corners[0]) / kAlong;
@@ -111,7 +115,7 @@ class Judge {
   double step_m_;
 };
 
-/// Of some triangles of a mesh. Out: of each of these whether it is sure.
+/// Classifies triangles of a mesh. Out: for each, whether the result is certain.
 std::vector<char> judge(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles, std::vector<Side>& sides) {
   const Judge judge(mesh);
   std::vector<char> is_sure(triangles.size());
@@ -125,7 +129,7 @@ std::vector<char> judge(const TriangleMesh& mesh, const std::vector<std::size_t>
   return is_sure;
 }
 
-/// Straight ahead from a surface.
+/// Rays from a surface along its normals.
 class Rays {
  public:
   explicit Rays(const TriangleMesh& all) : winding_(all), tree_(all) {
@@ -134,7 +138,7 @@ class Rays {
     farthest_m_ = box.sizes().norm();
   }
 
-  /// Whether one gets out of what is inside at a triangle's middle.
+  /// Whether a straight ray from a triangle's middle leaves the inside before it meets a triangle.
   bool get_out(const Vec3& middle, const Vec3& normal) const {
     for (const double sign : {-1.0, 1.0}) {
       const Vec3 ahead = sign * normal;
@@ -151,7 +155,7 @@ class Rays {
   static constexpr double kNear = 0.02;
   static constexpr std::array kPlaces{0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.98};
   static constexpr std::size_t kMaxCrossed = 64;
-  static constexpr double kItself = 1e-6;  ///< of the size of all
+  static constexpr double kItself = 1e-6;  ///< share of the size of all; nearer hits are the triangle itself
 
   bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > 0.5; }
 
@@ -180,7 +184,7 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<char> is_sure = judge(mesh, all, sides);
-  // What is no border for sure does not count in the second look at the others.
+  // Triangles that certainly are no border are excluded when the uncertain ones are classified again.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
   for (const std::size_t t : all) {
@@ -239,7 +243,7 @@ std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<M
       const auto chosen = std::ranges::lower_bound(area_up_to_m2, at_m2) - area_up_to_m2.begin();
       const auto t = static_cast<std::size_t>(part.triangles[static_cast<std::size_t>(chosen)]);
       const auto [a, b, c] = corners_of(surface, t);
-      // Elsewhere in a triangle that is chosen more than once.
+      // Vary the point within a triangle that is sampled more than once.
       const double u = std::fmod(0.5 + 0.618 * static_cast<double>(k), 1),
                    v = std::fmod(0.5 + 0.755 * static_cast<double>(k), 1);
       const Vec3 p = a + (u + v > 1 ? 1 - u : u) * (b - a) + (u + v > 1 ? 1 - v : v) * (c - a);

@@ -1,4 +1,4 @@
-// Which triangles of a surface have a solid on one side, and which on both or on neither. Private to the repair of meshes.
+// Finds triangles with a solid on one side, on both, or on neither. Private to the repair of meshes.
 #pragma once
 
 #include <cstdint>
@@ -8,25 +8,27 @@
 
 namespace tandem::geometry {
 
-/// What a triangle is: between inside and outside, or with one of them on both sides.
+/// Classification of a triangle: border between inside and outside, or the same on both sides.
 enum class Side : std::uint8_t { kBorder, kInside, kOutside };
 
-/// Of each triangle, by the winding number of the others; of those that lie on another, by that off both sides.
+/// Classifies each triangle by the winding number of the others. A triangle that lies on another is classified by the
+/// winding number beside it, off both sides.
+///
 /// Cost    a few microseconds a triangle, on all processors
 std::vector<Side> sides_of(const TriangleMesh& mesh);
 
 std::vector<int> those_of(const std::vector<Side>& sides, Side side);
 
-/// What is inside of those parts that come out of the solid somewhere.
+/// Returns the inside triangles of those parts that also have border triangles.
 ///
-/// In      sides  of the triangles of the parts, one after the other
-/// Out     by that order
+/// In      sides  sides of the triangles of the parts, one part after the other
+/// Out     indices in that order
 std::vector<int> inner_of(const std::vector<MeshPart>& parts, const std::vector<Side>& sides);
 
-/// Of each part of a surface with one side inside, the share of its area from where one gets out, straight ahead, without crossing
-/// anything; as a few hundred rays in it say. None of what is closed.
+/// Returns, for each part of a surface, the share of its area from which a straight ray leaves the inside without
+/// crossing a triangle. A few hundred rays sample it. For closed parts it is 0.
 ///
-/// In      all  what the inside is told by, the parts among it
+/// In      all  triangles that define the inside, including the parts
 std::vector<double> open_shares(const TriangleMesh& surface, const std::vector<MeshPart>& parts,
                                 const TriangleMesh& all);
 

@@ -13,29 +13,30 @@
 namespace tandem::geometry {
 namespace {
 
-// What is taken out makes larger patches of those beside it, which then are twins: each round takes a layer.
+// Each round removes one layer: removal merges adjacent patches to larger ones, which then may be twins.
 constexpr int kMaxRounds = 8;
-// Over edges where the surface folds back by less than 45° between its sides it does not go on.
+// A patch ends at an edge where the surface folds back with less than 45° between its sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Polygons of more corners are compared by what they cover only.
+// Patches whose border has more edges are compared by coverage only.
 constexpr std::size_t kMaxCorners = 64;
-// How far apart the two ways to cut a twisted polygon may be, of the root of its area. Where all of its edges have
-// other triangles too nothing but a twin is likely there; without any it may as well be a thin solid.
+// Largest distance between two triangulations of a twisted polygon, as a share of the square root of its area. It
+// applies where all its edges have other triangles too, because then only a twin is likely. Without other triangles,
+// the two may as well be a thin solid.
 constexpr double kTwistShare = 0.25;
-// Of the area, by which single precision lets the same piece differ.
+// Relative difference in area of coincident pieces in single precision.
 constexpr double kAreaShare = 1e-5;
-// Candidates are rare; in a mesh where they are not, only the next few are looked at.
+// Candidates are rare. In a mesh where they are not, only the next few are compared.
 constexpr std::size_t kMaxCandidates = 16;
 constexpr std::size_t kMaxOverlaps = 20'000'000;
-// So uneven that no two corners of what people make are as far along it.
+// Direction without symmetry: no two corners of a man-made shape have the same coordinate along it.
 const Vec3 kAlong(0.5381947, 0.3017251, 0.7869843);
 
 struct Patch {
   std::vector<int> triangles;
-  std::vector<std::uint32_t> border;  ///< edges, in order; empty when they are too many
-  std::size_t shared = 0;             ///< of them those that have more than two triangles
+  std::vector<std::uint32_t> border;  ///< edges, sorted; empty when there are too many
+  std::size_t shared = 0;             ///< number of border edges with more than two triangles
   double area_m2 = 0;
-  int first_along = -1;  ///< vertices at its ends
+  int first_along = -1;  ///< vertices with the least and largest coordinate along kAlong
   int last_along = -1;
 };
 
@@ -111,7 +112,7 @@ class Patches {
   std::vector<Patch> patches_;
 };
 
-/// How much of a plane two triangles in it cover both.
+/// Area that two coplanar triangles have in common.
 double common_area_m2(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const Vec3& normal) {
   std::vector<Vec3> kept(a.begin(), a.end());
   std::vector<Vec3> clipped;
@@ -138,7 +139,7 @@ class Comparer {
  public:
   Comparer(const TriangleMesh& mesh, double tolerance_m) : mesh_(mesh), tolerance_m_(tolerance_m) {}
 
-  /// Of patches with the same border.
+  /// Whether two patches with the same border lie close to each other.
   bool lie_close(const Patch& a, const Patch& b) const {
     const double size_m = std::sqrt(std::min(a.area_m2, b.area_m2));
     const bool is_polygon = a.triangles.size() + 2 == a.border.size() && b.triangles.size() == a.triangles.size();
@@ -147,7 +148,7 @@ class Comparer {
     return is_near(a, b, most_m) && is_near(b, a, most_m);
   }
 
-  /// Of patches that end at the same vertices.
+  /// Whether two patches with the same end vertices cover each other.
   bool cover_each_other(const Patch& a, const Patch& b) const {
     const double least_m2 = (1 - kAreaShare) * std::max(a.area_m2, b.area_m2);
     if (std::min(a.area_m2, b.area_m2) < least_m2) return false;
@@ -214,7 +215,8 @@ class Comparer {
     return common_area_m2(smaller, larger, normal);
   }
 
-  /// Whether the middles of triangles and of their sides are; corners are the same.
+  /// Whether the middles of the triangles of `a` and of their sides are near `b`. The corners need no test: they are
+  /// the same.
   bool is_near(const Patch& a, const Patch& b, double most_m) const {
     const auto lies_at = [&](const Vec3& p) {
       return std::ranges::any_of(b.triangles, [&](int t) {
@@ -232,7 +234,7 @@ class Comparer {
   double tolerance_m_;
 };
 
-/// Marks patches that are twins of an earlier one, among those that `is_alike` puts beside each other in `order`.
+/// Marks patches that are twins of an earlier one. Candidates are adjacent in `order` and satisfy `is_alike`.
 template <typename Alike, typename Twins>
 void mark_twins(std::span<const std::size_t> order, Alike is_alike, Twins are_twins, std::vector<bool>& is_twin) {
   for (std::size_t i = 0; i < order.size(); ++i) {

@@ -1,4 +1,4 @@
-// Faces that lie on each other but are cut differently. Private to the repair of meshes.
+// Removal of coincident faces that are triangulated differently. Private to the repair of meshes.
 #pragma once
 
 #include <cstddef>
@@ -7,14 +7,17 @@
 
 namespace tandem::geometry {
 
-/// Of sets of triangles that cover the same piece of surface, however they run and are cut, only the first stays: of a
-/// quad and its reverse, cut along different diagonals, two of four triangles.
+/// Removes duplicate patches: sets of triangles that cover the same piece of surface, with any orientation and
+/// triangulation. The first one stays. For a quad and its reverse, cut along different diagonals, two of four triangles
+/// remain.
 ///
-/// Model   A patch is what hangs together over edges of exactly two triangles that do not fold back. Two patches are
-///         twins when their borders are the same edges and they lie close to each other (twisted polygons of up to
-///         64 corners), or when they have the same area and each covers the other, flat piece by flat piece
-/// In      mesh  welded, without triangles of the same three corners; tolerance_m: what it was welded by
-/// Out     how many triangles were taken out
+/// Model   A patch is a set of triangles connected by edges that have exactly two triangles and do not fold back. Two
+///         patches are twins in two cases. First, their borders are the same edges and they lie close to each other
+///         (twisted polygons of up to 64 corners). Second, they have the same area and each covers the other, flat
+///         piece by flat piece
+/// In      mesh         welded, without triangles of the same three corners
+///         tolerance_m  tolerance of the welding
+/// Out     number of triangles removed
 /// Cost    n log n
 std::size_t drop_twin_patches(TriangleMesh& mesh, double tolerance_m);
 

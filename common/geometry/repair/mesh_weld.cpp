@@ -12,17 +12,18 @@
 namespace tandem::geometry {
 namespace {
 
-// Of the bounding box's diagonal.
+// Shares of the bounding box's diagonal: tolerance of merging, and height of a flat triangle.
 constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
-// Dividing the neighbour of a flat triangle may make another flat one; chains longer than this stay gaps.
+// Dividing the neighbour of a flat triangle may make another flat one. Chains that are longer leave gaps.
 constexpr int kFlatRounds = 8;
-// Vertices that are apart by more than 64 tolerances take two or three.
+// Limit of probes per vertex. Vertices more than 64 tolerances apart take two or three.
 constexpr std::size_t kMaxProbesEach = 200;
 constexpr std::size_t kMinMaxProbes = 10'000'000;
 constexpr double kFarthestCube = 0x1p62;
 
-/// Places already seen, hashed by cubes so much wider than the tolerance that most places look into one only.
+/// Spatial hash of the places found so far. Cubes are much wider than the tolerance, so most queries visit one cube
+/// only.
 class Places {
  public:
   Places(double tolerance_m, std::size_t most)
@@ -30,7 +31,7 @@ class Places {
         slots_(std::bit_ceil(2 * most + 2), -1),
         max_probes_(kMinMaxProbes + kMaxProbesEach * most) {}
 
-  /// Index of the first place within tolerance of `p`, which is `p` itself when it is new.
+  /// Returns the index of the first place within tolerance of `p`. If there is none, adds `p`.
   int index_of(const Vec3& p) {
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
@@ -53,7 +54,7 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      // So far from the origin that cubes are narrower than what doubles tell apart, the last one has all places.
+      // Beyond this limit, cubes are narrower than the spacing of doubles: the outermost cube holds all places there.
       const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
       const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);
@@ -92,7 +93,7 @@ std::size_t drop_collapsed(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const auto& triangle) { return !has_three_corners(triangle); });
 }
 
-/// Of triangles with the same three corners, however they run, the first stays.
+/// Removes all but the first of the triangles with the same three corners, in any orientation.
 std::size_t drop_twins(TriangleMesh& mesh) {
   struct Entry {
     std::array<int, 3> corners;
@@ -114,7 +115,7 @@ std::size_t drop_twins(TriangleMesh& mesh) {
   return drop_collapsed(mesh);
 }
 
-/// A triangle less high than the tolerance: its longest side, and whether it is one.
+/// Longest side of a triangle, and whether its height is below the tolerance.
 struct Flatness {
   int longest = 0;
   bool is_flat = false;
@@ -136,7 +137,7 @@ Flatness flatness_of(const TriangleMesh& mesh, std::size_t triangle, double tole
   return flatness;
 }
 
-/// One round of taking out flat triangles. Out: how many were there.
+/// One round of removing flat triangles. Out: number of flat triangles found.
 std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
   std::vector<Flatness> flatness;
   flatness.reserve(mesh.triangles.size());
@@ -159,7 +160,7 @@ std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
       if (uses.size() == 2) {
         const HalfEdge& other = uses[1 - i];
         const auto beyond = static_cast<std::size_t>(other.triangle);
-        if (is_changed[beyond]) continue;  // its turn comes in the next round
+        if (is_changed[beyond]) continue;  // processed in the next round
         const auto& corners = before[beyond];
         const int from = corners[static_cast<std::size_t>(other.side)];
         const int to = corners[static_cast<std::size_t>((other.side + 1) % 3)];
@@ -192,7 +193,7 @@ std::size_t drop_flat(TriangleMesh& mesh, double tolerance_m) {
   return first;
 }
 
-/// Takes out vertices that no triangle uses; the order of the others stays.
+/// Removes vertices that no triangle uses and keeps the order of the others.
 void drop_unused_vertices(TriangleMesh& mesh) {
   std::vector<int> index_of(mesh.vertices.size(), -1);
   for (const auto& triangle : mesh.triangles) {
@@ -223,7 +224,7 @@ double weld_tolerance_m(const TriangleMesh& mesh) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
-  // A box of one point has no size to take a share of.
+  // A box of a single point has no size: use 1e-6 m.
   return kWeldShare * std::max((high - low).norm(), 1e-6);
 }
 

@@ -1,4 +1,4 @@
-// The first half of repair: one vertex a place, and only triangles that have an area.
+// First half of repair: merges vertices and removes triangles without area.
 #pragma once
 
 #include <string>
@@ -8,17 +8,17 @@
 
 namespace tandem::geometry {
 
-/// Merges vertices that are no farther apart than 1e-7 of the bounding box's diagonal (what single-precision files
-/// round by), and takes out unused vertices, triangles less high than 1e-9 of the diagonal, and surface that is there
-/// twice (mesh_twins.hpp). A flat triangle whose middle corner lies on its longest side leaves no gap: the triangle
-/// beyond is divided at the corner.
+/// Merges vertices within 1e-7 of the bounding box's diagonal, the rounding of single-precision files. Removes unused
+/// vertices, triangles with a height below 1e-9 of the diagonal, and duplicate surface (mesh_twins.hpp). Removing a
+/// flat triangle whose middle corner lies on its longest side leaves no gap: the triangle beyond that side is divided
+/// at the corner.
 ///
 /// In      mesh  indices in range, vertices finite
-/// Fails   MeshError: most vertices crowd in 1e-5 of the box, where looking for each takes the square of their number
+/// Fails   MeshError: most vertices crowd within 1e-5 of the box, where the search is quadratic in their number
 void weld(TriangleMesh& mesh, std::vector<std::string>& notes);
 
-/// How far apart vertices may be that are merged.
-/// In      mesh  has a vertex
+/// Largest distance at which vertices are merged.
+/// In      mesh  has at least one vertex
 double weld_tolerance_m(const TriangleMesh& mesh);
 
 }  // namespace tandem::geometry

@@ -10,11 +10,11 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// Of m/h²: what an effect that is a spring may have. The sampled spring with its damper gives out nothing up to 1;
-/// two such effects may meet.
+/// Stiffness limit of an effect that is a spring, as a share of m/h². A sampled spring with its damper is passive up to
+/// 1, and two such effects may overlap.
 constexpr double kStiffestShare = 0.5;
 
-/// A tool seen from the effect's frame.
+/// State of a tool in the effect's frame.
 struct Probe {
   const EffectInput* input = nullptr;
   Vec3 p_E;
@@ -25,19 +25,19 @@ struct Probe {
   bool in_contact = false;
 
   double stiffest_n_per_m() const { return kStiffestShare * input->mass_kg / (input->step_s * input->step_s); }
-  /// How far it will have got after this share of the step, as far as a force may look ahead.
+  /// Predicted displacement after this share of the step. Zero for a massless tool, whose force is not evaluated ahead.
   Vec3 ahead_E(double share) const {
     return input->is_massless ? Vec3(Vec3::Zero()) : Vec3(share * input->step_s * v_E);
   }
 };
 
-/// 0 up to 0, 1 from 1 on, with level ends.
+/// Rises from 0 at x = 0 to 1 at x = 1, with zero slope at both ends.
 double smooth_step(double x) {
   const double t = std::clamp(x, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// To the nearest point of a block of half edges `half`, centred on the origin.
+/// Vector to `p` from the nearest point of a block with half edges `half`, centred on the origin.
 Vec3 off_block(const Vec3& p, const Vec3& half) {
   return p - p.cwiseMax(-half).cwiseMin(half);
 }
@@ -52,7 +52,8 @@ double outside_m(const SphereRegion& region, const Vec3& p_E) {
   return std::max(0.0, p_E.norm() - region.radius_m);
 }
 
-/// No more than stops a free mass in the step: more would turn it back. Less than that is exact at constant speed.
+/// Limits a damping to the one that stops a free mass within the step; more would reverse it. Below the limit it is
+/// exact at constant speed.
 double bounded_damping(double damping, double step_s, double inertia) {
   return std::min(damping, inertia / step_s);
 }
@@ -81,14 +82,14 @@ Wrench wrench_of(const Magnet& model, const Probe& probe, EffectMemory& /*memory
 Wrench wrench_of(const Vibration& model, const Probe& probe, EffectMemory& memory) {
   const double since_s = probe.input->time_s - memory.inside_since_s;
   const bool rings = model.decay_s > 0;
-  // What rings starts at zero when it is entered; what goes on is the same for every tool.
+  // A decaying vibration starts at phase zero on entry. A continuous one has the same phase for every tool.
   const double phase = kTurn * model.frequency_hz * (rings ? since_s : probe.input->time_s);
   const double amplitude = model.amplitude_n * (rings ? std::exp(-since_s / model.decay_s) : 1);
   return {probe.strength * amplitude * std::sin(phase) * model.direction.normalized(), Vec3::Zero()};
 }
 
-/// Force along one axis of N a sin(2π x/λ), the mean over the way that the tool is about to go: bumps that are passed
-/// faster than they can be sampled fade instead of giving another rhythm.
+/// Force along one axis of the potential N a sin(2π x/λ), averaged over the way of the tool in the coming step. Bumps
+/// that pass faster than the sampling rate therefore fade instead of aliasing to another rhythm.
 double slope_force_n(double height_m, double period_m, double middle_m, double way_m, double normal_force_n,
                      double stiffest) {
   const double q = kTurn / period_m;
@@ -112,15 +113,16 @@ Wrench wrench_of(const Texture& model, const Probe& probe, EffectMemory& /*memor
   return {f_E - probe.normal_E * probe.normal_E.dot(f_E), Vec3::Zero()};
 }
 
-/// A spring from the anchor; the breakaway force, not the spring, fades with the strength: a spring that grew stiffer
-/// while stretched would give out energy.
+/// A spring from the anchor. The breakaway force, not the spring, fades with the strength: a spring that got stiffer
+/// while stretched would create energy.
 Wrench wrench_of(const StickSlip& model, const Probe& probe, EffectMemory& memory) {
   const auto along_surface = [&probe](const Vec3& a) -> Vec3 {
     return probe.in_contact ? Vec3(a - probe.normal_E * probe.normal_E.dot(a)) : a;
   };
   const double k = std::min(model.stiffness_n_per_m, probe.stiffest_n_per_m());
   Vec3 stretch = along_surface(probe.p_E - memory.anchor_E);
-  // A tool may get heavier while it sticks: what is stored stays.
+  // The stiffness limit may rise while the tool sticks, when its mass grows. The stretch is scaled to keep the stored
+  // energy.
   if (memory.stiffness_n_per_m > 0 && memory.stiffness_n_per_m < k) stretch *= std::sqrt(memory.stiffness_n_per_m / k);
   const double holds_n = probe.strength * model.breakaway_force_n;
   if (k * stretch.norm() > holds_n) stretch = clamped_to_length(stretch, probe.strength * model.slip_force_n / k);

@@ -7,7 +7,7 @@
 namespace tandem::physics {
 namespace {
 
-/// In the order of EffectModel.
+/// Names in the order of EffectModel.
 constexpr std::array<std::string_view, std::variant_size_v<EffectModel>> kNames = {
     "viscosity", "constant_field", "magnet", "vibration", "texture", "stick_slip"};
 
@@ -25,7 +25,7 @@ std::string refusal(const std::string& field, const std::string& value, const st
   return field + " is " + value + "; it must be " + demand;
 }
 
-/// The first of several checks that found something.
+/// Returns the first problem that is not empty.
 std::string first(std::initializer_list<std::string> problems) {
   for (const std::string& problem : problems) {
     if (!problem.empty()) return problem;
@@ -41,7 +41,7 @@ std::string negative(const std::string& field, double value) {
   return value >= 0 && std::isfinite(value) ? "" : refusal(field, text_of(value), "0 or more and finite");
 }
 
-/// A direction or force that must be one.
+/// Checks a direction or force that must have a length.
 std::string no_vector(const std::string& field, const Vec3& value) {
   return is_finite(value) && value.norm() > 1e-9 ? "" : refusal(field, text_of(value), "of some length and finite");
 }
@@ -96,7 +96,7 @@ std::string find_problem_of(const SphereRegion& region) {
   return not_positive("sphere.radius_m", region.radius_m);
 }
 
-/// Faded by anything but its own range, a magnet would not be conservative.
+/// A magnet is conservative only if its force fades with its own range.
 std::string misplaced_magnet(const EffectSettings& settings) {
   if (!std::holds_alternative<Magnet>(settings.model)) return {};
   const std::string demand = "left out for a magnet, which acts within its range_m of its core_size_m";

@@ -1,4 +1,4 @@
-// Springs and dampers that are not a hand's: what holds a body to where it started.
+// Springs and dampers that do not belong to a hand: anchors of bodies to their start poses.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace tandem::physics {
 
-/// Spring and damper between two frames, translation and rotation apart, without a limit.
+/// Spring and damper between two frames, separate for translation and rotation, without a force limit.
 ///
 /// Model   f = k_t d + b_t v, τ = k_r θ + b_r ω, letters as in CouplingState
 struct Joint {
@@ -19,13 +19,13 @@ struct Joint {
   bool operator==(const Joint&) const = default;
 };
 
-/// ½ k_t d² + ½ k_r θ² of a body at `X` that is joined to `X_target`.
+/// Energy ½ k_t d² + ½ k_r θ² of a body at `X` that is joined to `X_target`.
 inline double stored_energy_j(const Joint& joint, const Pose& X_target, const Pose& X) noexcept {
   return 0.5 * joint.stiffness_n_per_m * (X_target.p - X.p).squaredNorm() +
          0.5 * joint.stiffness_n_m_per_rad * rotation_vector(X_target.q * X.q.conjugate()).squaredNorm();
 }
 
-/// A joint as the implicit solver wants it: linear and without a bend, so that it is as stiff as it says.
+/// A joint as a law for the implicit solver: linear and without saturation, so its stiffness is exact.
 class JointLaw final : public haptics::CouplingLaw {
  public:
   void set(const Joint& joint) noexcept { joint_ = joint; }

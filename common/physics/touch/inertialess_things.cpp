@@ -7,15 +7,15 @@
 namespace tandem::physics {
 namespace {
 
-/// Regularisation: what it resists within a step is this part of what the coupling's spring does, so that the tool ends
-/// where it would without, to as many parts. Ours; the matrix of the solver stays that well conditioned.
+/// Regularisation of a massless tool: its inertial resistance within a step, as a share of the spring's. The final pose
+/// errs by about this share. Ours; it bounds the condition number of the solver's matrix.
 constexpr double kRegularisation = 1e-4;
-/// With a spring of zero. A step of 1 mm then takes 1e-6 N at 1 kHz.
+/// Regularisation without a spring. At 1 kHz, a step of 1 mm then takes 1e-6 N.
 constexpr double kMinRegularisation_kg = 1e-9;
-/// That mass turns at this distance, at least; as kToolGyrationRadius_m.
+/// Least radius of gyration of that mass; the same as kToolGyrationRadius_m.
 constexpr double kGyration_m = 0.015;
 
-/// What takes a thing from where it is to where the hand wants the tool T, within a step.
+/// Twist of the centre that moves tool T to the handle within a step.
 Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, double step_s) {
   const Vec3 turn = rotation_vector(X_WH.q * X_WT.q.conjugate());
   const Vec3 p_WC_then = X_WH.p - quaternion_of(turn) * (X_WT.p - p_WC);
@@ -24,14 +24,14 @@ Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, doub
 
 }  // namespace
 
-/// How couplings and joints move a thing whose inertia does not matter.
+/// Motion of a thing without inertia, from its couplings and joints.
 struct InertialessThings::Motion {
   int hands = 0;
-  Twist V_WC;                ///< of a thing at the handle
-  double mass_kg = 0;        ///< regularisation of a massless one
-  double inertia_kg_m2 = 0;  ///< likewise
+  Twist V_WC;                ///< for a thing at the handle
+  double mass_kg = 0;        ///< regularisation of a massless thing
+  double inertia_kg_m2 = 0;  ///< regularisation of a massless thing
   double reach_m = 0;
-  Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, of a thing with one hand
+  Vec3 lever_W = Vec3::Zero();  ///< from the centre to the tool's origin, for a thing with one hand
 };
 
 InertialessThings::InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s)
@@ -69,10 +69,11 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
                                      Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
   const Twist V_WC = twist_to_handle(coupling.hand->target_pose(), coupling.X_WT, p_WC, step_s);
-  // Of several hands the middle.
+  // Several hands give the mean.
   motion.V_WC.v += V_WC.v / motion.hands;
   motion.V_WC.w += V_WC.w / motion.hands;
-  // Beside what holds it back, a massless tool slides as far as it was off the handle: its spring gets no longer.
+  // A massless tool may slide along an obstacle by the full distance to its handle, because its spring does not get
+  // longer: factor 2.
   motion.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
   motion.lever_W = coupling.X_WT.p - p_WC;
   const haptics::CouplingParameters& spring = coupling.hand->parameters();
@@ -81,7 +82,7 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
   motion.inertia_kg_m2 += squared * spring.stiffness_n_m_per_rad;
 }
 
-/// A massless thing goes where its joints take it too.
+/// A massless thing also follows its joints.
 void InertialessThings::add_joint(double step_s, const TouchThing& thing, const TouchJoint& joint,
                                   Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
@@ -95,12 +96,12 @@ void InertialessThings::add_joint(double step_s, const TouchThing& thing, const 
   motion.inertia_kg_m2 = std::max(motion.inertia_kg_m2, squared * joint.law->joint().stiffness_n_m_per_rad);
 }
 
-/// What pushes and turns from outside stretches the spring, and a fluid carries along.
+/// An outside wrench stretches the spring, and a fluid carries the thing along.
 double InertialessThings::reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept {
   const Motion& motion = motions_[index];
   const Vec3& f = thing.wrench_W.f;
   const Vec3 about_tool_W = thing.wrench_W.t - motion.lever_W.cross(f);
-  // Twice: a curved law gives way more than its first slope says.
+  // Factor 2: a nonlinear law yields more than its initial slope predicts.
   const double squared = 2 * kRegularisation * step_s * step_s;
   const double moved_m = squared * f.norm() / motion.mass_kg;
   const double turned_rad = squared * about_tool_W.norm() / motion.inertia_kg_m2;
@@ -136,7 +137,7 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
   }
 }
 
-/// The hand carries what bears on a thing that is where the hand is, within the limits of its coupling.
+/// The hand carries the load on a thing at its handle, within the limits of its coupling.
 void InertialessThings::show_contacts(double step_s, std::span<const TouchThing> things,
                                       std::span<const TouchContact> felt, std::span<TouchCoupling> couplings,
                                       std::span<TouchJoint> joints) const noexcept {

@@ -1,4 +1,4 @@
-// The two laws of coupling for which a tool is no body with inertia. Private to the touch stage.
+// Tools without inertia, as two of the coupling laws define them. Private to the touch stage.
 #pragma once
 
 #include <span>
@@ -9,32 +9,32 @@
 
 namespace tandem::physics {
 
-/// What the touch stage does differently for implicit things without inertia (TouchThing::dynamics): those that are
-/// massless and those that are where their handle is. Called in the order of the functions, once a step each.
+/// Treats implicit things without inertia (TouchThing::dynamics) in the touch stage: massless things and things at
+/// their handle. Each function is called once a step, in the order of declaration.
 ///
-/// Model   kMassless: moves to where its coupling, contacts and wrench_W balance, and has no velocity after. The solver
-///         gets a mass instead, the regularisation, so small that the thing ends where it would without, and a fluid
-///         round it as one more coupling.
-///         kAtHandle: is taken to where its couplings say, of several to the middle; each hand is shown an equal share
-///         of what bears on it.
+/// Model   kMassless: the thing moves to the equilibrium of its coupling, contacts and wrench_W, and has no velocity
+///         afterwards. The solver gets a small mass instead, the regularisation, which changes the result negligibly. A
+///         fluid around the thing is one more coupling.
+///         kAtHandle: the thing is moved to the pose of its coupling; of several, to their mean. Each hand gets an
+///         equal share of the load on the thing.
 /// Source  our derivation
 class InertialessThings {
  public:
   InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s);
   ~InertialessThings();
 
-  /// Where couplings and joints take each such thing. One at the handle is slowed before it moves, so that its contacts
-  /// are those of where it gets.
+  /// Computes where couplings and joints take each such thing. A thing at the handle is slowed before it moves, so that
+  /// its contacts are those of its final pose.
   TickFaults follow(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                     std::span<const TouchJoint> joints) noexcept;
-  /// How far this one may get.
+  /// Limit of this thing's motion in the step.
   double reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept;
-  /// Puts the regularisation, or the motion that is prescribed, into the place of its inertia.
+  /// Replaces the thing's inertia by the regularisation or by the prescribed motion.
   void describe(const TouchThing& thing, std::size_t index, contact::SolverBody& body) const noexcept;
-  /// Fluids round the massless ones.
+  /// Adds the fluids around massless things as couplings.
   void add_drags(std::span<const TouchThing> things, std::span<const int> body_of_thing,
                  std::vector<contact::SolverCoupling>& couplings) noexcept;
-  /// What hands and joints get of things at the handle, which nothing was solved for.
+  /// Computes the wrenches of hands and joints on things at the handle, which the solver does not include.
   void show_contacts(double step_s, std::span<const TouchThing> things, std::span<const TouchContact> felt,
                      std::span<TouchCoupling> couplings, std::span<TouchJoint> joints) const noexcept;
 
@@ -47,7 +47,7 @@ class InertialessThings {
                  std::span<const TouchJoint> joints) const noexcept;
 
   double speed_m_per_s_;
-  std::vector<Motion> motions_;  ///< of each thing
+  std::vector<Motion> motions_;  ///< one for each thing
   std::vector<std::unique_ptr<haptics::CouplingLaw>> drag_laws_;
 };
 

@@ -9,10 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Shapes nearer than this are searched for contacts even when they are at rest.
+/// Lower limit of the search distance between shapes, also at rest.
 constexpr double kMinBand_m = 5e-5;
 
-/// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
+/// Capacity for near pairs of shapes, before the choice of those to search.
 constexpr std::size_t kMaxNear = 4096;
 
 }  // namespace
@@ -20,12 +20,12 @@ constexpr std::size_t kMaxNear = 4096;
 struct NearPairs::Near {
   std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
   double band_m = 0;
-  Pair* pair = nullptr;  ///< null: it was not near before
+  Pair* pair = nullptr;  ///< null: not near before
 
   double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
 };
 
-/// Which thing, where, and how far it may get.
+/// State of a thing at look_ahead(), with its predicted reach.
 struct NearPairs::Foreseen {
   const TouchModel* model = nullptr;
   TouchThing::Role role = TouchThing::Role::kAbsent;
@@ -66,7 +66,7 @@ TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const d
   return is_found ? TickFaults{0} : search(things, reach_m);
 }
 
-/// Where not all have room, which of them get it is the step's to say.
+/// A search with too many pairs is discarded: the step chooses among them.
 void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   foreseen_.clear();
   if (search(things, reach_m) != 0) return;
@@ -95,11 +95,11 @@ TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const
     if (things[a].role != TouchThing::Role::kImplicit || !things[a].model->can_be_touched()) continue;
     for (std::size_t b = 0; b < things.size(); ++b) {
       const TouchThing& other = things[b];
-      // Two implicit ones meet once.
+      // Two implicit things form one pair.
       const bool is_met_later = other.role == TouchThing::Role::kImplicit && b <= a;
       if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
       if (things[a].passes_through == b || other.passes_through == a) continue;
-      // Half as much again: a contact can push its neighbour on within the step.
+      // Factor 1.5: a contact can push its neighbour on within the step.
       const double band = std::max(kMinBand_m, 1.5 * (reach_m[a] + reach_m[b]));
       has_room = add(things, a, b, band) && has_room;
     }
@@ -135,7 +135,7 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Those that press deepest, then those that were near before.
+/// Keeps those with the deepest contact, then those that were near before.
 TickFaults NearPairs::choose_nearest() noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
@@ -168,7 +168,7 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   chosen_.clear();
   for (Near& near : near_) {
     if (near.pair == nullptr) {
-      // There is room for as many as are near at most.
+      // A free pair exists: there are no more near pairs than pairs_.
       const auto free = std::find_if(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return !pair.is_used; });
       end_ = std::max(end_, static_cast<std::size_t>(free - pairs_.begin()) + 1);
       near.pair = &*free;
@@ -187,7 +187,7 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Shapes that are near A beside B, and near B beside A.
+/// Collects the other shapes near A, which lie beside B, and those near B, which lie beside A.
 void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
   if (neighbours_.size() < 2 || pair.contacts.contacts().empty()) return;
   for (auto& shapes : beside_) shapes.clear();

@@ -8,8 +8,8 @@
 
 namespace tandem::physics {
 
-/// For all bodies of `world` and these tools. Pairs of shapes: as many as can be near each other at the same time, each of
-/// 0.7 MB, or the scene's limit.
+/// Capacities for all bodies of `world` and these tools. The number of pairs of shapes, 0.7 MB each, is the number that
+/// can be near at the same time, up to the scene's limit.
 TouchStage::Limits touch_limits(const WorldDescription& world, std::span<const ToolDescription> tools);
 
 }  // namespace tandem::physics

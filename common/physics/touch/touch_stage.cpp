@@ -1,5 +1,5 @@
-// One step: how far may each thing get, what may it meet on that way, which contacts are there, the solver's answer for
-// all of them together, and what each thing and hand gets of it.
+// One step: predicts each thing's reach, finds the near pairs and their contacts, and solves for all contacts and
+// couplings together. The result goes to things and hands.
 #include "common/physics/touch/touch_stage.hpp"
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 namespace tandem::physics {
 namespace {
 
-/// Rows of the solver: contacts of all pairs in a step.
+/// Capacity of the solver: contacts of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// In the next step a thing gets so many times as far as in the last, and what a hand adds that pushes with so much, at most.
-/// Where that is wrong, its contacts are searched again.
+/// Predicted reach of a thing in the next step: a factor on the last reach, plus the effect of a push with this
+/// acceleration. If a thing moves farther, its contacts are searched again.
 constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
-/// What a law does to the frame X_WT of `rigid` now, about the centre of mass.
+/// Wrench of a law on the frame X_WT of `rigid` now, about the centre of mass.
 Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
   const Pose& X_WT = coupling.X_WT;
   const Twist V_WT{rigid.velocity_at_W(X_WT.p), rigid.velocity_of_centre_W().w};
@@ -28,12 +28,12 @@ bool may_move(const TouchThing& thing) {
   return thing.role == TouchThing::Role::kImplicit || thing.role == TouchThing::Role::kExternal;
 }
 
-/// Of a shape.
+/// Pose of a shape.
 Pose pose_of(std::span<const TouchThing> things, std::size_t thing, std::size_t part) {
   return things[thing].rigid->pose() * things[thing].model->parts[part].X_BS;
 }
 
-/// As the pressure is: by depth and area.
+/// Sum of the normals, weighted like the pressure by depth and area.
 Vec3 normal_of(std::span<const contact::ContactPoint> contacts) {
   Vec3 sum_W = Vec3::Zero();
   for (const contact::ContactPoint& contact : contacts) {
@@ -92,7 +92,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-/// What is at its handle will be elsewhere by then.
+/// Skips the search if there is a thing at its handle, because its next pose is unknown.
 void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
@@ -108,7 +108,7 @@ void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) n
   }
 }
 
-// As fast as a thing is, and as what acts on it will make it.
+// The reach follows from the present velocity and from the velocity that the wrenches add.
 void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
                                std::span<const TouchCoupling> couplings, std::span<const TouchJoint> joints) noexcept {
   std::fill(gained_.begin(), gained_.end(), Twist{});
@@ -131,7 +131,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     const RigidBody& rigid = *things[i].rigid;
     gain(step_s, things[i].wrench_W, rigid, gained_[i]);
     const Twist& V = rigid.velocity_of_centre_W();
-    // What it gains may as well be stopped before: the faster of both.
+    // Contact may cancel the gain, so the faster of both velocities counts.
     const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
     reach_m_[i] = step_s * std::min(linear + rigid.radius_m() * angular, limits_.speed_m_per_s);
@@ -171,7 +171,7 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
   return faults;
 }
 
-/// An external thing is a body of the solver from the first contact on.
+/// An external thing becomes a body of the solver with its first contact.
 void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& near) noexcept {
   const TouchThing& a = things[near.thing_a];
   const TouchThing& b = things[near.thing_b];
@@ -191,8 +191,8 @@ void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& 
   patch_things_.push_back({near.thing_a, near.thing_b});
 }
 
-/// Of things that are taken to the handle none is solved for (InertialessThings::show_contacts()), nor a joint of an
-/// external thing that nothing touches.
+/// Leaves out couplings and joints of things at the handle (InertialessThings::show_contacts()), and joints of external
+/// things without contact.
 void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<TouchCoupling> couplings,
                                std::span<TouchJoint> joints) noexcept {
   couplings_.clear();
@@ -244,7 +244,7 @@ void TouchStage::feel() noexcept {
   }
 }
 
-/// From things that make others implicit outwards, until nothing is added: chains are short.
+/// Propagates from things that make others implicit until nothing changes. Chains are short.
 void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kImplicit) continue;

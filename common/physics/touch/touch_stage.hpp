@@ -1,5 +1,5 @@
-// The part of a step in which tools, what they hold and what they touch are stepped together (common/contact). Private
-// to the world.
+// The part of a step that moves tools, held bodies and touched bodies together, by the implicit solver of
+// common/contact. Private to the world.
 #pragma once
 
 #include <array>
@@ -17,33 +17,32 @@ namespace tandem::physics {
 
 /// Contact and coupling of one step.
 ///
-/// Third law: what a contact does to an implicit thing and to an external one is one number with two signs; the
-/// external one gets it as an outside force (RigidBody::apply_wrench()).
+/// Third law: the wrenches of a contact on an implicit and on an external thing are one number with two signs. The
+/// external thing gets it as an outside force (RigidBody::apply_wrench()).
 class TouchStage {
  public:
   struct Limits {
     std::size_t things = 80;
     std::size_t couplings = 16;
     std::size_t joints = 16;
-    std::size_t pairs = 64;                                  ///< pairs of shapes near each other at a time
-    std::uint32_t contact_points = contact::kContactBudget;  ///< of a pair
+    std::size_t pairs = 64;                                  ///< limit of pairs of shapes near each other
+    std::uint32_t contact_points = contact::kContactBudget;  ///< limit for a pair
     double speed_m_per_s = 10;
   };
   explicit TouchStage(const Limits& limits);
 
-  /// Moves the implicit things by `step_s` and pushes the external ones. No allocation.
+  /// Moves the implicit things by `step_s` and applies the contact wrenches to the external ones. No allocation.
   TickFaults step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
                   std::span<TouchJoint> joints) noexcept;
 
-  /// After a step, when there is time: finds the contacts of the next one, with the things where they are now, in case they
-  /// get no farther in it than is likely. As near as they may get then is farther than a step would look, so that there are more
-  /// contacts that do not press; and where it was in vain, what contacts take over from one search to the next, they take over
-  /// twice. pressed_points_W() has none after it.
+  /// Finds the contacts of the next step in idle time after a step, from the present poses and a likely reach. That
+  /// reach is longer than that of a step, so there are more contacts that do not press. Contacts carry data from one
+  /// search to the next; if the result is not used, they do so twice. Afterwards pressed_points_W() returns none.
   void look_ahead(double step_s, std::span<const TouchThing> things) noexcept;
 
-  /// Of an implicit thing in the last step.
+  /// Contacts of an implicit thing in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
-  /// Of `thing` on `other` in the last step. Cost: the pairs that were near.
+  /// Contact of `thing` on `other` in the last step. Cost: linear in the near pairs.
   TouchBetween between(std::size_t thing, std::size_t other) const noexcept;
   /// Calls `use(thing_a, thing_b, result)` for each pair of shapes that pressed in the last step.
   template <class Use>
@@ -52,11 +51,12 @@ class TouchStage {
       if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
     }
   }
-  /// Where `thing` pressed or was pressed, in W: as many as there are, or spread over them. How many were written.
+  /// Writes the points where `thing` pressed or was pressed, in W: as many as fit, spread over all. Returns their
+  /// number.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:
-  // In the order of the step.
+  // Parts of a step, in order of execution.
   void predict_reach(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                      std::span<const TouchJoint> joints) noexcept;
   void add_bodies(std::span<const TouchThing> things) noexcept;
@@ -77,18 +77,18 @@ class TouchStage {
   InertialessThings inertialess_;
   NearPairs pairs_;
   std::vector<TouchContact> felt_;
-  std::vector<Twist> gained_;       ///< by couplings, weight and fields in this step, of each thing
-  std::vector<double> reach_m_;     ///< how far each thing may get in this step
+  std::vector<Twist> gained_;       ///< velocity gained by each thing in this step from couplings, weight and fields
+  std::vector<double> reach_m_;     ///< limit of each thing's motion in this step
   std::vector<int> body_of_thing_;  ///< index of the solver's body, or kStaticBody
   std::vector<std::size_t> thing_of_body_;
   std::vector<contact::SolverBody> bodies_;
-  std::vector<contact::SolverCoupling> couplings_;  ///< of hands, then joints, then drags
-  std::vector<Wrench*> answers_;                    ///< where those of hands and joints go
+  std::vector<contact::SolverCoupling> couplings_;  ///< couplings of hands, then joints, then drags
+  std::vector<Wrench*> answers_;                    ///< destinations of the wrenches of hands and joints
   std::vector<Wrench> tool_wrenches_;
   std::vector<contact::SolverPatch> patches_;
-  std::vector<NearPairs::Pair*> patch_pairs_;             ///< not after look_ahead(): a pair may be another's then
-  std::vector<std::array<std::size_t, 2>> patch_things_;  ///< A's and B's
-  std::vector<Vec3> patch_normals_W_;                     ///< sum of normals, each times depth and area
+  std::vector<NearPairs::Pair*> patch_pairs_;             ///< invalid after look_ahead(), which may reuse a pair
+  std::vector<std::array<std::size_t, 2>> patch_things_;  ///< things of shapes A and B
+  std::vector<Vec3> patch_normals_W_;                     ///< sum of normals, weighted by depth and area
   std::vector<contact::PatchResult> results_;
   contact::ContactSolver solver_;
 };
