@@ -4,7 +4,7 @@
 //   1 newest scene and server state              6 to the device base D
 //   2 read the device once                       7 ramp and decay, slew limit, finite check  (common/haptics/safety.hpp)
 //   3 workspace mapping, clutch                  8 clamp and write  (devices/device_writer.hpp)
-//   4 stage: wrench on the hand in W             9 stage and passivity controller get what was displayed
+//   4 stage: wrench on the hand in W             9 stage and passivity controller get the displayed wrench
 //   5 passivity controller                      10 publish the client update
 #pragma once
 
@@ -65,7 +65,7 @@ class HapticCore {
   /// Ramps the force to zero from the next tick on; is_quiet() is true once nothing is displayed.
   void begin_shutdown() noexcept { safety_.begin_shutdown(); }
   bool is_quiet() const noexcept { return safety_.is_quiet(); }
-  /// Writes zero to the device, whatever was written before: the last call before the device is closed. Returns false
+  /// Writes zero to the device: the last call before the device is closed. Returns false
   /// while the device has not accepted it.
   bool write_zero(LocalTime now) noexcept;
   /// Runs the off-path work of the stage (Stage::service()) for at most one millisecond.
@@ -74,7 +74,7 @@ class HapticCore {
   /// Offers a rendering that is used from the next tick on. The force blends over within 0.3 s; a difference of 18 N
   /// changes by less than 0.1 N in a millisecond. If both renderings are of the same scene, the new local model
   /// continues from the state of the previous one (LocalModel::go_on_from()). Returns false if the rendering stays with
-  /// the caller, who must offer it again later (Handover::offer()).
+  /// the caller, and must be offered again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);
   /// Number of the last rendering that offer() accepted.
@@ -183,7 +183,7 @@ class HapticCore {
   devices::DeviceSample last_sample_;  ///< sample of the last tick; may be invalid
   Wrench asked_D_;                     ///< wrench requested of the device: scene, border and nudge
   haptics::EncoderPath device_path_;
-  PortWork displayed_work_;  ///< of the displayed wrench [device J]
+  PortWork displayed_work_;  ///< work of the displayed wrench [device J]
   /// Work in world joules of the wrench after the passivity controller and before the safety stages. Ramp, slew limit
   /// and device limit reduce only the displayed force. The tool still does the full work in the world, so the server
   /// counts it.
