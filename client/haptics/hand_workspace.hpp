@@ -1,5 +1,5 @@
-// Mapping of the device's small workspace into the large scene: the scene's mapping, the user's changes of it, and the
-// border of the device's workspace, beyond which the device's base moves through the scene.
+// Mapping of the device's small workspace into the large scene, and the user's changes of it. Beyond the border of the
+// device's workspace the device's base moves through the scene.
 #pragma once
 
 #include "common/base/workspace.hpp"
@@ -13,8 +13,8 @@ struct WorkspaceSettings {
   double turn_rad = 0;  ///< rotation of the device's base about the world's vertical, to match the user's seat and view
 };
 
-/// Combines the scene's mapping with the user's. Force and position have the same factor, so power is preserved up to
-/// it.
+/// Combines the scene's mapping with the user's. Force and position have the same factor, so the user's scale does not
+/// change the power: f_D · v_D = f_W · v_W times a constant of the scene.
 WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user) noexcept;
 
 /// Mapping in use, with rate control beyond the border.
@@ -23,13 +23,13 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 ///         d_max = 0.1 × its width. Within the box the hand moves the tool. Beyond it the base moves too, with
 ///         v = s_p · width/s · (d / d_max)²; a spring F = −F_wall · d / d_max is felt. F_wall is a quarter of the
 ///         device's limit, at most 2 N. Both begin at zero at the border.
-///         Force: a force of the scene against the motion slows the base and stops it at half the device's limit, so
-///         that the force cannot build up further.
+///         Force: a force of the scene against the motion slows the base. It stops the base at half the device's limit,
+///         so that the force cannot build up further.
 ///         Travel: the base moves at most L = 3 × the largest width (in the device's metres) per excursion beyond the
 ///         border: v is multiplied by min(1, (L − travel) / 0.2 L). A device that is laid down beyond the border thus
 ///         stops. The travel resets when the handle has been within 0.7 of the workspace.
-///         Power: rate × the scene's force is power that the hand does not supply, at most F_limit / 2 · width/s (0.2 W
-///         on a device of 0.1 m and 4 N) and F_limit / 2 · L in all. Energy limits count it as the hand's.
+///         Power: rate × the scene's force is power that the hand does not supply. It is at most F_limit / 2 · width/s
+///         (0.2 W on a device of 0.1 m and 4 N), and F_limit / 2 · L in all. Energy limits count it as the hand's.
 /// Source  Dominjon, Lécuyer, Burkhardt, Andrade-Barroso, Richir, "The 'Bubble' technique: interacting with large
 ///         virtual environments using haptic devices with limited workspace", World Haptics 2005: position control
 ///         within, rate control beyond, with a spring. Theirs uses a ball and a cubic law, without limits by force or

@@ -156,8 +156,8 @@ double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexc
 }
 
 // The inbox is polled before the scene. A state of an older connection, published just before the scene that replaces
-// it, is then discarded with that connection; in the other order it could count as a state of the new scene. The
-// rendering's number is read first: its scene was published before the rendering was offered, so it is available.
+// it, is then discarded with that connection. In the other order it could count as a state of the new scene.
+// The rendering's number is read first: its scene was published before the rendering was offered, so it is available.
 void HapticCore::take_mail() noexcept {
   const std::uint32_t offered = offered_.load(std::memory_order_acquire);
   const bool has_new_state = mailboxes_.inbox.poll();

@@ -90,7 +90,7 @@ struct PartnerSurroundings {
   Vec3 pressing_W = Vec3::Zero();  ///< unit direction in which the partner's tool presses on it; zero: held, or unknown
 };
 
-/// One other user.
+/// Predictor of one other user: received states and predicted handle.
 ///
 /// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, t_s the time of the received handle;
 ///         e: yield of the hand to the model's force; a: yield to the force really displayed then (GivingHand with mass

@@ -11,8 +11,8 @@ namespace tandem::client {
 /// Model   W = W_told(X) + e. A new contact changes e so that W does not change. Then e decays like a critically damped
 ///         spring, so the steps of the soft bodies (60 Hz) are not felt. The first touch is not late, because the
 ///         server predicts it (PredictedSoftContact). The force never pulls.
-/// Limits  motion of the soft body by itself, or by other users, is late by the delay and the decay of e; so is the end
-///         of the contact when the soft body moves away from the tool
+/// Limits  motion of the soft body by itself, or by other users, is late by the delay and the decay of e. The end of a
+///         contact is also late when the soft body moves away from the tool.
 /// Thread  haptic: no allocation, no throw
 class SoftFollower {
  public:

@@ -74,7 +74,7 @@ bool run(std::uint16_t port) {
                 tandem::to_seconds(newest.state_age) * 1e3);
   }
 
-  // Order matters: the loop first ramps the force to zero and writes zero last, then the session says good-bye.
+  // Order matters: the loop first ramps the force to zero and writes zero last, then the session leaves the room.
   loop.stop();
   const bool has_state = io.snapshot().has_state;
   io.stop();

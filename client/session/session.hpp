@@ -119,8 +119,8 @@ using net::printable;
 
 class Credentials;
 
-/// Receives the answer to one request about poses, once, on the io thread: the server's message with the request's
-/// number, or an error if the connection ended first.
+/// Receives the answer to one request about poses, once, on the io thread. The answer is the server's message with the
+/// request's number, or an error if the connection ended first.
 /// In      minimising  last progress of this user's own minimisations
 using PoseReply = std::function<void(const wire::ServerControl& answer, const wire::PoseProgress& minimising)>;
 

@@ -10,8 +10,8 @@ namespace tandem::client {
 /// Model   shown = target + o, with ö = −2ω ȯ − ω² o (critically damped, solved exactly for any period). jump() adds
 ///         (shown before − target) to o and leaves ȯ, so shown and its slope are continuous through a jump of the
 ///         target.
-///         Where the target itself moves along o (a relocated tool springs back to its handle), o shrinks by as much: a
-///         jump that is undone causes no force in the opposite direction.
+///         Where the target itself moves along o (a relocated tool springs back to its handle), o shrinks by as much.
+///         A jump that is undone thus causes no force in the opposite direction.
 ///         Bounds: after a jump Δ from rest o falls monotonically and by at most |Δ| ω T / e in a period T, 3 % of it
 ///         at the default and 1 ms; 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms. Jumps add up.
 /// Thread  haptic: no allocation, no throw

@@ -28,14 +28,14 @@ LocalModelInput model_input(const StageInput& input) {
 
 /// Predictor of a residual that displays it to the extent that recent predictions were right.
 ///
-/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low pass of kTime_s plus one loop delay. The gain
-///         g, separate for force and torque, is the regression over kMemory_s of the residual on r̄ one loop earlier,
-///         from 0 to kMaxShare, with a prior of 0. Lasting errors (a wrong mass, a soft body) are thus compensated, and
-///         unpredictable ones are not displayed.
+/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low pass of kTime_s plus one loop delay. The gain g
+///         is the regression over kMemory_s of the residual on r̄ one loop earlier. It is separate for force and torque,
+///         has a prior of 0 and lies between 0 and kMaxShare. Lasting errors (a wrong mass, a soft body) are thus
+///         compensated, and unpredictable ones are not displayed.
 ///         If another user is present without a hand on the same body, g is multiplied by a factor for how lasting the
-///         residual is: one unforeseen move of that user's hand resembles a lasting error until it stops. D = (Σ r²)² /
-///         Σ r⁴, over kLastingMemory_s, is the duration of the residual. The factor rises from 0 to 1 as D rises from
-///         kFirst to kAll times the lag of r̄.
+///         residual is. One unforeseen move of that user's hand would otherwise resemble a lasting error until it stops.
+///         D = (Σ r²)² / Σ r⁴, over kLastingMemory_s, is the duration of the residual. The factor rises from 0 to 1 as D
+///         rises from kFirst to kAll times the lag of r̄.
 /// Source  direct autoregression of order one over the loop; D: participation ratio; figures ours
 class ScoredResidual {
  public:

@@ -10,8 +10,8 @@ namespace tandem::client {
 /// model, may be predicted and added.
 ///
 /// Model   wrench = local model + r̂. The residual r is the server's wrench less the model's at the same input. The
-///         predictor continues it over its age. r̂ is bounded by a third of the coupling's limits: it covers other
-///         hands and errors of the model, but a contact that is only late must not push twice. With predictor "none" r̂
+///         predictor continues it over its age. r̂ covers other hands and errors of the model. It is bounded by a third
+///         of the coupling's limits, because a contact that is only late must not push twice. With predictor "none" r̂
 ///         is zero, and other users' hands stay at their last received poses.
 ///         Without a local model (for example while its assets are fetched): "late-pose".
 /// Limits  r̂ closes a loop over the network as "hold" does, with the model's error as its gain
@@ -41,9 +41,9 @@ bool is_contact(const Wrench& wrench, bool was_contact) noexcept;
 std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 
 /// "god-object": a spring between the hand's point and a ball that never enters a body, without delay and without a
-/// tool's mass: classical rendering of a shared scene for devices with three force axes. Static objects feel exact at
-/// any delay. Pushed objects move only with the server's states, so their motion is felt late. The server's tool
-/// follows the handle as for "late-pose".
+/// tool's mass. This is classical rendering of a shared scene, for devices with three force axes. Static objects feel
+/// exact at any delay. Pushed objects move only with the server's states, so their motion is felt late. The server's
+/// tool follows the handle as for "late-pose".
 ///
 /// Model   on hand f = −law(handle − ball), without torque (proxy_force_on_hand_W()); ProxyWorld gives the ball's
 ///         position
