@@ -23,8 +23,8 @@ namespace tandem::client {
 ///           f = m (a + α × c),   τ = I_C α + c × f
 ///         Greatest: the other motion is blocked. α = 0 gives f = m a. a = 0 gives τ = I_T α with the inertia about the
 ///         grip, I_T = I_C + m (c·c 1 − c cᵀ) (parallel axes); its largest principal moment counts.
-///         Least: the other motion is free. f = 0 gives τ = I_C α; its smallest principal moment counts. τ = 0 gives α
-///         = −I_C⁻¹ (c × f), so a = (1/m 1 + [c]×ᵀ I_C⁻¹ [c]×) f; the inverse of its largest eigenvalue counts.
+///         Least: the other motion is free. f = 0 gives τ = I_C α; its smallest principal moment counts. τ = 0 gives
+///         α = −I_C⁻¹ (c × f), so a = (1/m 1 + [c]×ᵀ I_C⁻¹ [c]×) f; the inverse of its largest eigenvalue counts.
 ///         The coupling's other stiffness lies between free and blocked, so the effective resistance lies in between.
 /// Source  our derivation
 /// In      mass  its mass is above 0
@@ -49,8 +49,8 @@ struct CouplingCheck {
   std::vector<physics::MovedMass> moved;
 };
 
-/// True if the coupling that the haptic path would render of `scene` is stable with each thing in `moved`, or if no law
-/// is set. Network delay is not modelled: its effect on the loop is measured in the lab.
+/// True if the coupling that the haptic path would render of `scene` is stable with each thing in `moved`, or if its law
+/// does not exist. Network delay is not modelled: its effect on the loop is measured in the lab.
 ///
 /// Cost    with three things to move, in six axes: 0.6 ms at velocity windows of 4 periods, 4 ms at 20, the largest;
 ///         allocates
