@@ -15,14 +15,14 @@ namespace tandem::client {
 
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
-  AssetLevel level = AssetLevel::kNone;  ///< of what it is made of
-  ContactShapes shapes;                  ///< of its local model
-  std::string problem;                   ///< why it has neither model nor ball's world, though its stage wants one
+  AssetLevel level = AssetLevel::kNone;  ///< level of the assets used
+  ContactShapes shapes;                  ///< shapes of the local model
+  std::string problem;  ///< why neither model nor ball's world could be built, though the stage needs one; empty: none
 };
 
 namespace {
 
-/// What a stage steps.
+/// Kinds of assets that a stage needs.
 std::vector<std::string> asset_kinds_of(const std::string& stage) {
   if (needs_local_model(stage)) return {"contact", "molecule"};
   if (needs_proxy_world(stage)) return {geometry::kSurfaceAssetKind};
@@ -38,7 +38,7 @@ SessionSettings session_settings(const ClientSettings& settings) {
   return session;
 }
 
-/// Of the tick's 1 ms: the rest is the device's, and the stages'.
+/// Limit of one model step within the tick's 1 ms; the rest is for the device and the stage.
 constexpr Duration kMaxModelStep = std::chrono::microseconds(900);
 
 }  // namespace
@@ -55,7 +55,7 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
   };
 }
 
-// A model that is being made is called off, so that the wait for its thread is that for one of its pieces of work.
+// Cancels a running build, so that the future's destructor waits for at most one piece of its work.
 Client::~Client() {
   call_off_making_.request_stop();
 }
@@ -111,7 +111,8 @@ void Client::begin_rendering() {
                      generation = session_.scene_generation(), stop = call_off_making_.get_token(),
                      at_point = settings_.at_point_of_making, joined = *session_.joined(), assets = session_.assets(),
                      shapes = shapes_]() mutable {
-    // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
+    // A new thread inherits the real-time priority of its creator: a second of work at that priority would starve the
+    // io.
     if (is_aside) realtime::drop_realtime();
     const CallOffScope scope(stop, at_point);
     auto made = std::make_unique<Made>();
@@ -125,7 +126,7 @@ void Client::begin_rendering() {
         made->rendering->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
         const auto world = make_local_world(joined, assets, shapes);
-        // Before the check, of which the world then shares the model's grid of molecules.
+        // Created before require_in_time(), so that the world shares the model's molecular grid in that check.
         auto model = std::make_unique<LocalModel>(world, joined.tool(), settings);
         if (is_aside) require_in_time(world, kMaxModelStep);
         made->rendering->local_model = std::move(model);
@@ -145,7 +146,7 @@ void Client::begin_rendering() {
 }
 
 void Client::take_made() {
-  // The scene of the room that was left is not waited for.
+  // A build for a previous scene is cancelled.
   if (making_.valid() && making_generation_ != session_.scene_generation()) call_off_making_.request_stop();
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
@@ -169,12 +170,12 @@ void Client::note_problem() {
   }
 }
 
-// Refused while the haptic thread has not yet taken the one before: that may be in use.
+// offer() is refused while the haptic thread has not yet taken the previous rendering, which may still be in use.
 void Client::hand_over() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();
   const bool has_model = made_->rendering->local_model != nullptr;
-  // What cannot be made of the whole assets does not take away what is made of coarse ones.
+  // A failed build from full assets does not replace a working model built from coarse ones.
   const bool has_coarse = offered_ != 0 && offered_generation_ == session_.scene_generation() &&
                           offered_level_ == AssetLevel::kCoarse && offered_stage_ == settings_.haptics.stage.name;
   if (!made_->problem.empty() && has_coarse) {

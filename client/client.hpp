@@ -1,15 +1,15 @@
-// One user's client: everything between a device and a connection to the server, in one object that owns it. Two
-// threads call it; neither they nor sockets nor a clock are in here, so the lab drives it in virtual time, and
-// client_io.hpp with haptic_loop.hpp drives it live.
+// One user's client: owns everything between a device and a connection to the server. Two threads call it. It contains
+// no threads, sockets or clock, so the lab drives it in virtual time; client_io.hpp with haptic_loop.hpp drives it
+// live.
 //
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
-// Each join is a new generation of the scene. When its assets are here and the stage shows a local model, or touches
-// with a ball, the model or the ball's world is made (up to a second for a large mesh) and handed over to the haptic
-// thread with its stage (client/haptics/rendering.hpp). Of large assets coarse ones are here first: the model made of them
-// is replaced by that of the whole ones, which goes on where it is. Likewise when another stage is asked for; until then
-// the hand is shown the old one.
+// Each join starts a new generation of the scene. Once the assets have arrived, the local model or the ball's world
+// that the stage needs is built (up to a second for a large mesh). It is handed over to the haptic thread together with
+// its stage (client/haptics/rendering.hpp). Large assets arrive first at a coarse level. The model built from them is
+// later replaced by one built from the full assets, which continues from the same state. A newly selected stage is
+// built in the same way; until then the previous stage is displayed.
 #pragma once
 
 #include <functional>
@@ -30,54 +30,55 @@ struct ClientSettings {
   HapticSettings haptics{};
   SessionSettings session{};
   LocalModelSettings local_model{};
-  /// Local models and balls' worlds are made by a thread of their own. False, for virtual time: at once, on the io
+  /// Builds local models and balls' worlds on a separate thread. False, for virtual time: builds them at once on the io
   /// thread.
   bool makes_models_aside = false;
-  /// Called where the making of a model can be called off, by its thread; for tests.
+  /// Called by the building thread at each point where the build can be cancelled; for tests.
   std::function<void(const std::stop_token& stop)> at_point_of_making{};
 };
 
 class Client {
  public:
   /// In      device, transport  must outlive the client
-  /// Fails   std::invalid_argument: as HapticCore
+  /// Fails   std::invalid_argument: same cases as HapticCore
   Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport);
-  /// Calls off a local model or ball's world that is being made, and waits for one piece of its work, about 10 ms.
+  /// Cancels a running build of a local model or ball's world and waits for its current piece of work, about 10 ms.
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// tick() is to be called every millisecond; service() is called by poll().
+  /// tick() must be called every millisecond; poll() calls service().
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }
-  /// Its on_… functions are for the transport, its poll() is called by the client's; on_assets is taken.
+  /// The transport calls its on_… functions; Client::poll() calls its poll(). The client itself uses on_assets.
   /// Thread  io
   ClientSession& session() { return session_; }
   const ClientSession& session() const { return session_; }
-  /// After every tick and every few milliseconds without: hands a made model over, sends the newest haptic update,
-  /// keeps time-outs and does what the stage leaves to this thread.
+  /// Must be called after every tick, and every few milliseconds when no ticks run. Hands over a finished model, sends
+  /// the newest haptic update, checks time-outs and runs the stage's off-path work.
   /// Thread  io
   void poll(LocalTime now);
-  /// Another stage, predictor or passivity controller, without a step of the force. What the stage needs of the scene is
-  /// fetched and made first. A scene that it cannot show leaves the old one, and stage_note() says why.
-  /// Fails   std::invalid_argument: as HapticCore; nothing changes
+  /// Selects another stage, predictor or passivity controller without a step of the force. Assets that the stage needs
+  /// are fetched, and its model is built, first. If the stage cannot display the current scene, the previous stage
+  /// remains and stage_note() gives the reason.
+  /// Fails   std::invalid_argument: same cases as HapticCore; nothing changes
   /// Thread  io
   void set_stage(const StageSettings& stage);
-  /// What was asked for last, in use or on its way.
+  /// The stage requested last; it may not be in use yet.
   /// Thread  io
   const StageSettings& stage() const { return settings_.haptics.stage; }
-  /// Why the last scene whose local model, or ball's world, was to be made has none; empty when it has one. Instead of
-  /// a local model the late pose is shown, instead of what a ball touches nothing.
+  /// Reason why the last build produced no local model or ball's world; empty if it succeeded. Without a local model
+  /// the late pose is displayed, without a ball's world no force.
   /// Thread  io
   const std::string& model_problem() const { return model_problem_; }
-  /// What a user should know of how the scene in force is shown: one line, or empty.
+  /// One line for the user about how the current scene is displayed; may be empty.
   /// Thread  io
   const std::string& stage_note() const { return stage_note_; }
-  /// From the last join until the hand was first shown a local model of its scene; none: not yet.
+  /// Time from the last join until a local model of its scene was first displayed; none if not yet.
   /// Thread  io
   std::optional<Duration> local_after() const { return local_after_; }
-  /// Likewise a model that all of the scene's assets are in, and none that stands for another.
+  /// Time from the last join until a model built from all full-resolution assets was first displayed; none if not yet.
   /// Thread  io
   std::optional<Duration> full_local_after() const { return full_local_after_; }
 
@@ -98,17 +99,17 @@ class Client {
   HapticCore core_;
   ClientSession session_;
   std::stop_source call_off_making_;
-  std::uint32_t making_generation_ = 0;  ///< of the scene that is being made
+  std::uint32_t making_generation_ = 0;  ///< generation of the scene that is being built
   std::future<std::unique_ptr<Made>> making_;
-  std::unique_ptr<Made> made_;    ///< not handed over yet
-  ContactShapes shapes_;          ///< of the local model that was made last: the next may need the same
-  bool is_stage_wanted_ = false;  ///< another one: begun once the scene's assets are here
+  std::unique_ptr<Made> made_;    ///< finished, not yet handed over
+  ContactShapes shapes_;          ///< shapes of the last local model, reused by the next if they are the same
+  bool is_stage_wanted_ = false;  ///< another stage is requested; built once the assets have arrived
   std::string model_problem_;
   std::string stage_note_;
-  std::uint32_t joined_generation_ = 0;   ///< of the last scene that was joined …
-  LocalTime joined_at_{};                 ///< … then
-  std::uint32_t offered_ = 0;             ///< number of the last rendering with a local model …
-  std::uint32_t offered_generation_ = 0;  ///< … of this scene
+  std::uint32_t joined_generation_ = 0;   ///< generation of the last joined scene
+  LocalTime joined_at_{};                 ///< time of that join
+  std::uint32_t offered_ = 0;             ///< number of the last offered rendering with a local model
+  std::uint32_t offered_generation_ = 0;  ///< scene generation of that rendering
   AssetLevel offered_level_ = AssetLevel::kNone;
   std::string offered_stage_;
   std::optional<Duration> local_after_;

@@ -26,7 +26,7 @@ bool is_graver(const haptics::StabilityFinding& a, const haptics::StabilityFindi
   return a.spectral_radius > b.spectral_radius;
 }
 
-/// Of findings about the same direction of motion the graver stays.
+/// Keeps the graver of two findings about the same kind of motion.
 void merge(const haptics::StabilityFinding& finding, std::vector<haptics::StabilityFinding>& into) {
   const auto same = std::find_if(into.begin(), into.end(), [&](const haptics::StabilityFinding& other) {
     return other.is_rotation == finding.is_rotation;
@@ -38,7 +38,7 @@ void merge(const haptics::StabilityFinding& finding, std::vector<haptics::Stabil
   }
 }
 
-/// What is to be checked, in numbers of the world; null where there is none.
+/// The scene's law, null if its index is invalid, and its parameters as rendered, in world units.
 const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
   return scene.law < haptics::coupling_laws().size() ? &haptics::coupling_laws()[scene.law] : nullptr;
 }
@@ -48,7 +48,7 @@ haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::Co
       law.name, scene.coupling, haptics::coupling_bounds_in_world(devices::coupling_bounds(device), scene.workspace));
 }
 
-/// As the server sent them; none where they are of no use.
+/// Masses from the server's message; none if missing or unusable.
 class MassesOnWire {
  public:
   explicit MassesOnWire(const wire::Joined& joined) : joined_(joined) {}
@@ -72,12 +72,12 @@ bool can_be_grabbed(const wire::Body& body) {
   return body.graspable() && body.mass_kg() > 0;
 }
 
-/// Of a symmetric matrix, rising.
+/// Eigenvalues of a symmetric matrix in ascending order.
 Vec3 eigenvalues(const Mat3& matrix) {
   return Eigen::SelfAdjointEigenSolver<Mat3>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-/// Both, or one where they say the same.
+/// Both limits, or one if they are equal.
 std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>& ends) {
   constexpr double kSame = 1 + 1e-9;
   const auto& [least, most] = ends;
@@ -85,7 +85,7 @@ std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>
   return {least, most};
 }
 
-/// From the less of both to the more of both.
+/// Smallest range that contains both.
 std::array<physics::MovedMass, 2> widened(const std::array<physics::MovedMass, 2>& a,
                                           const std::array<physics::MovedMass, 2>& b) {
   return {{{std::min(a[0].mass_kg, b[0].mass_kg), std::min(a[0].inertia_kg_m2, b[0].inertia_kg_m2), true},
@@ -195,7 +195,7 @@ bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, 
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
-  // What a tool holds from the start is told by the state alone.
+  // A body that the tool holds from the start appears only in the state stream.
   const BodyId moved = held.is_valid() ? held : gripped_;
   last_.moved = things_to_move(joined, *law, moved, moved == gripped_ ? &grip_B_ : nullptr);
   last_.is_refused = last_.moved.empty() || !is_stable_coupling(scene, last_.moved, *device_);

@@ -8,12 +8,12 @@ namespace tandem::client {
 namespace {
 
 constexpr double kInnerShare = 0.8;
-constexpr double kMaxWall_n = 2, kWallShare = 0.25;  // of the device's limit
-constexpr double kStandsAtShare = 0.5;               // likewise
+constexpr double kMaxWall_n = 2, kWallShare = 0.25;  // share of the device's limit
+constexpr double kStandsAtShare = 0.5;               // share of the device's limit
 constexpr double kWidths_per_s = 1;
-// Of the workspace's largest width: three strokes of a hand. It slows down over the last 0.6.
+// In largest widths of the workspace: three strokes of a hand. It slows down over the last 0.6.
 constexpr double kMaxTravel_widths = 3, kSlowShare = 0.2;
-constexpr double kFreshShare = 0.7;  // a handle that trembles about the border does not begin anew
+constexpr double kFreshShare = 0.7;  // hysteresis: a handle that trembles at the border does not reset the travel
 
 bool is_same(const WorkspaceMapping& a, const WorkspaceMapping& b) {
   return tandem::is_same(a.X_WD, b.X_WD) && a.position_scale == b.position_scale && a.force_scale == b.force_scale;

@@ -1,5 +1,5 @@
-// See haptic_core.hpp. Nothing that came over the wire is trusted here either: a scene that makes no sense
-// displays nothing, and coefficients are bounded before they touch a hand.
+// See haptic_core.hpp. Data from the wire is checked again here: an invalid scene displays nothing, and coefficients
+// are bounded before they affect the force.
 #include "client/haptics/haptic_core.hpp"
 
 #include <algorithm>
@@ -13,23 +13,23 @@
 namespace tandem::client {
 namespace {
 
-/// How long ago it came, and how old it was when the server sent it: a server that goes on sending a world that stands
-/// still is as silent as one that sends nothing.
+/// Age of a state: time since reception plus its age at the server when sent. A server that keeps sending the state of
+/// a halted world is thus as stale as one that sends nothing.
 Duration age_of(const ReceivedUpdate& newest, LocalTime now) noexcept {
   constexpr Duration kLongest = std::chrono::hours(1);
   const Duration kept_back = newest.update.sent - newest.update.stepped;
   return std::max(Duration{0}, now - newest.received) + std::clamp(kept_back, Duration{0}, kLongest);
 }
 
-// Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
-// updates at 1 kHz would seem to jump when it is read twice in a row.
+// Minimum gap between two samples when a speed is computed. Otherwise a device that updates at 1 kHz would seem to jump
+// when it is read twice in quick succession.
 constexpr double kMinSpeedGap_s = 0.001;
 
-/// Of ω of the blend from one rendering to the next: a difference of 18 N goes by less than 0.1 N in a millisecond.
+/// ω of the blend from one rendering to the next: a difference of 18 N changes by less than 0.1 N in a millisecond.
 constexpr double kRenderingBlend_per_s = 15;
-/// In which the passivity controller comes or goes.
+/// Time in which the passivity controller fades in or out.
 constexpr double kPassivityFade_s = 0.3;
-/// When somebody points: to be noticed, and no more; ours.
+/// Limit of the nudge when another user points, absolute and as a share of the device's force: just noticeable; ours.
 constexpr double kMaxNudge_n = 0.3, kNudgeShare = 0.1;
 
 bool is_clutch_down(const devices::DeviceSample& sample) {
@@ -118,7 +118,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   publish();
 }
 
-// After a stall nothing is computed as if the stall had been one long tick.
+// The period is clamped, so that a stall does not count as one long tick.
 void HapticCore::advance_time(LocalTime now) noexcept {
   constexpr double kUsual_s = 0.001, kShortest_s = 1e-5, kLongest_s = 0.01;
   const bool is_first = record_.tick.value == 1;
@@ -130,8 +130,8 @@ bool HapticCore::write_zero(LocalTime now) noexcept {
   return write(now, Wrench{}) && !writer_.may_be_on();
 }
 
-// What a device did not take, the hand does not feel: it keeps the command before, and what comes next starts there.
-// One that is not ready is given zero whatever the stages say.
+// A command that the device refused is not felt: the previous one remains, and the next starts from it. A device that
+// is not ready gets zero, whatever the stage computes.
 bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   const bool is_ready = record_.sample.state == devices::DeviceState::kReady;
   const bool is_taken = writer_.write(now, is_ready ? wrench_on_hand_D : Wrench{});
@@ -145,8 +145,8 @@ bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   return is_taken;
 }
 
-// The larger of what the device reports and what its poses say, so that neither a lagging filter nor a jump of
-// the position goes unseen.
+// Larger of the reported speed and the speed between two poses, so that neither a lagging filter nor a jump of the
+// position goes unnoticed.
 double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexcept {
   if (!sample.is_valid) return 0;
   const double reported_m_per_s = sample.V_DH.v.norm();
@@ -155,9 +155,9 @@ double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexc
   return std::max(reported_m_per_s, (sample.X_DH.p - last_sample_.X_DH.p).norm() / gap_s);
 }
 
-// The state before the scene: a state of an older connection, published just before the scene that replaces it,
-// is then forgotten with that connection. The other way round it could be taken for one of the new scene.
-// What a rendering is of was published before it was offered: the number is read first, so that its scene is here.
+// The inbox is polled before the scene. A state of an older connection, published just before the scene that replaces
+// it, is then discarded with that connection. In the other order it could count as a state of the new scene.
+// The rendering's number is read first: its scene was published before the rendering was offered, so it is available.
 void HapticCore::take_mail() noexcept {
   const std::uint32_t offered = offered_.load(std::memory_order_acquire);
   const bool has_new_state = mailboxes_.inbox.poll();
@@ -169,8 +169,8 @@ void HapticCore::take_mail() noexcept {
   take_state(mailboxes_.inbox.front());
 }
 
-// The start is on the server's clock. Its local time is estimated anew until it has come: the clock offset settles in
-// the first second.
+// Converts the server's start time to local time. The estimate is repeated until that time is reached, because the
+// clock offset settles within the first second.
 void HapticCore::follow_start(LocalTime now) noexcept {
   if (began_at_ <= now) return;
   if (scene_.hand_start.kind == HandStart::Kind::kAtOnce) {
@@ -185,7 +185,7 @@ void HapticCore::follow_start(LocalTime now) noexcept {
 
 void HapticCore::enter_rendering(std::uint32_t number) noexcept {
   entered_ = number;
-  // Before it is entered: from then on the maker may free the one before.
+  // Must precede enter(), after which the io thread may free the previous rendering.
   const Rendering& before = rendering();
   const Rendering& next = *renderings_.offered(number);
   const bool goes_on = next.generation == before.generation && next.local_model && before.local_model;
@@ -222,14 +222,14 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
 }
 
 void HapticCore::nudge_towards(const Vec3& place_W) noexcept {
-  if (!nudge_way_D_.isZero(0)) return;  // one at a time, so that no push breaks off
+  if (!nudge_way_D_.isZero(0)) return;  // one nudge at a time; a running one is not interrupted
   const Vec3 way_W = place_W - record_.handle_W.X.p;
   nudged_s_ = 0;
   if (way_W.allFinite() && way_W.norm() > 1e-6)
     nudge_way_D_ = workspace_.mapping().X_WD.q.conjugate() * way_W.normalized();
 }
 
-/// Three pushes, of which the place does not depend on the hand's way: they cannot ring.
+/// Three force pulses in a fixed direction. They do not depend on the hand's motion, so they cannot oscillate with it.
 void HapticCore::advance_nudge() noexcept {
   constexpr double kPeriod_s = 0.25, kPush_s = 0.08, kPushes = 3;
   nudge_D_.setZero();
@@ -247,7 +247,7 @@ void HapticCore::advance_nudge() noexcept {
 void HapticCore::change_scene() noexcept {
   workspace_.change(scene_.workspace);
   if (scene_is_usable_) coupling_.go_to(scene_);
-  // What nobody feels need not be ramped, and what was refused should not be felt on the way to something better.
+  // Nothing is felt, so no ramp is needed. A refused coupling must not be felt on the way to its replacement.
   if (!is_displaying()) coupling_.jump();
 }
 
@@ -266,7 +266,7 @@ void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
   energy_reported_at_ = received.received;
 }
 
-// Updates are thinned on the wire, so the body may be missing from this one: then its last state holds.
+// Updates are thinned on the wire: if the body is missing from this one, its last state remains valid.
 void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
   if (watched != watched_last_) record_.has_watched_body = false;
@@ -300,11 +300,11 @@ void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
   X_WH_path_.q = (raw_X_WH_.q * raw_W.X.q.conjugate() * X_WH_path_.q).normalized();
 }
 
-// Under the clutch, where the tool stands and nothing is felt, it stands too, and may be put elsewhere.
+// The base rests while the clutch is pressed. The tool is then frozen and no force is felt, so the mapping may change.
 void HapticCore::move_base(const devices::DeviceSample& sample) noexcept {
   if (workspace_.is_changing() && safety_.is_quiet() && clutch_.is_pressed()) {
     workspace_.take_change();
-    // Nothing is felt: the coupling need not be on its way in the new mapping, and the handle's jump is nobody's work.
+    // No force is felt: the coupling needs no ramp in the new mapping, and the handle's jump does no work.
     if (scene_is_usable_) coupling_.jump();
     passivity_.lose_hand();
   }
@@ -312,17 +312,17 @@ void HapticCore::move_base(const devices::DeviceSample& sample) noexcept {
   workspace_.advance(sample.X_DH.p, shown_of_scene_D().f, period_s_);
 }
 
-/// Also while another mapping waits for the force to be gone.
+/// The clutch also counts as pressed while a new mapping waits for the force to fade out.
 bool HapticCore::is_clutched() const noexcept {
   return is_clutch_down(record_.sample) || workspace_.is_changing();
 }
 
-// Without a hand for a tick or two the last tool and wave are sent again; who is not displaying has none.
+// After an invalid sample the last tool and wave are sent again. Without display neither is sent.
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
   if (!is_displaying() || newest() == nullptr || !record_.sample.is_valid) {
-    if (safety_.is_quiet()) blend_.reset();  // what was shown before is long gone
+    if (safety_.is_quiet()) blend_.reset();  // the force shown before has decayed
     return;
   }
   const StageInput input = stage_input(now);
@@ -391,10 +391,10 @@ Wrench HapticCore::through_safety(LocalTime now, const Wrench& controlled_on_han
   return safe;
 }
 
-// Along the handle, which is where the tool is pulled to: while the clutch is down it stands, and no work is done. Of a
-// user who drives a tool without a displayed force, the work against the force that the server computed counts.
+// Work is summed along the handle pose that the tool follows: with the clutch pressed it is frozen, so no work is done.
+// For a user who drives a tool without a displayed force, the server's wrench is used.
 void HapticCore::request(const Wrench& controlled_on_hand_W) noexcept {
-  // No coupling is that strong; a sum of less never leaves what the wire takes.
+  // Far above any coupling; bounded work per tick keeps the sum within the wire's range.
   constexpr double kMax_n = 1000, kMax_n_m = 100;
   if (record_.sample.is_valid && is_driving()) {
     requested_work_.move_to(X_WH_path_);
@@ -414,7 +414,7 @@ void HapticCore::report_displayed() noexcept {
   rendering().stage->set_displayed(on_hand_W);
 }
 
-/// Without the share of border and nudge.
+/// Displayed wrench without the share of border and nudge.
 Wrench HapticCore::shown_of_scene_D() const noexcept {
   const double asked_n = asked_D_.f.norm();
   if (asked_n <= 0 || own_force_D().isZero(0)) return writer_.written();

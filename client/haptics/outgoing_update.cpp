@@ -7,11 +7,11 @@
 namespace tandem::client {
 namespace {
 
-// While samples are invalid the server gets the last valid buttons for this long; as long as it goes without a handle
-// before it lets the tool go.
+// While samples are invalid, the last valid buttons are sent for this long: as long as the server waits for a handle
+// before it releases the tool.
 constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
 
-// Of the stage, which knows what it waits for besides; else of the newest exchange.
+// Round trip measured by the stage if it has one, else that of the newest exchange.
 Duration round_trip(const StageOutput& output, const ReceivedUpdate* newest) {
   if (output.round_trip > Duration{0}) return std::min(output.round_trip, proto::kMaxDelay);
   if (newest == nullptr || newest->update.echoed_sent == LocalTime{}) return Duration{0};
@@ -36,7 +36,7 @@ void OutgoingUpdate::write(proto::ClientUpdate& update, const TickRecord& record
   update.energy_from_hand_j = requested.from_hand_j();
 }
 
-// A sample missed on the bus must not drop what the hand holds; a hand that is lost must let go of it.
+// One missed sample must not release a held body; a lost hand must release it.
 std::uint32_t OutgoingUpdate::buttons_of(const TickRecord& record) noexcept {
   if (record.sample.is_valid) {
     buttons_ = record.sample.buttons;

@@ -1,4 +1,4 @@
-// The message that a tick leaves for the server.
+// Client update for the server, written at each tick.
 #pragma once
 
 #include "client/haptics/mailboxes.hpp"
@@ -8,14 +8,14 @@
 
 namespace tandem::client {
 
-/// Writes proto::ClientUpdate, but for the stamps of the exchange, which are the channel's
+/// Writes proto::ClientUpdate except the time stamps of the exchange, which the channel writes
 /// (proto/datagram_channel.hpp).
 ///
 /// Thread  haptic: no allocation, no throw
 class OutgoingUpdate {
  public:
-  /// In      newest  of the server; null: none in this scene yet
-  ///         is_driving  the hand may act on the scene: else handle and buttons are left out
+  /// In      newest  newest server state; null: none in this scene yet
+  ///         is_driving  the user may act on the scene; false: handle and buttons are omitted
   ///         requested  work of the wrench before the safety stages [world joules]
   void write(proto::ClientUpdate& update, const TickRecord& record, const StageOutput& output,
              const ReceivedUpdate* newest, bool is_driving, const PortWork& requested) noexcept;
@@ -25,7 +25,7 @@ class OutgoingUpdate {
  private:
   std::uint32_t buttons_of(const TickRecord& record) noexcept;
 
-  std::uint32_t buttons_ = 0;  ///< of the last valid sample in this scene
+  std::uint32_t buttons_ = 0;  ///< buttons of the last valid sample in this scene
   LocalTime buttons_seen_at_{};
 };
 

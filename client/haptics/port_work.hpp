@@ -1,21 +1,21 @@
-// Work at the hand's port, summed up over a run.
+// Work at the hand's port, summed over a run.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::client {
 
-/// Running sums of the work that a wrench, held from tick to tick, does on a hand.
+/// Running sums of the work of a wrench that is held constant from tick to tick.
 ///
 /// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ; positive parts go to the hand, negative parts come from it
 /// Thread  haptic: no allocation, no throw
 class PortWork {
  public:
-  /// Ends a period with the hand at `X`.
+  /// Ends a period, with the hand at `X`.
   void move_to(const Pose& X) noexcept;
-  /// What the hand did is unknown: the motion up to the next move_to() is left out.
+  /// The hand's motion is unknown: the path up to the next move_to() is not counted.
   void lose_pose() noexcept { has_pose_ = false; }
-  /// About the handle, from now on.
+  /// Sets the wrench about the handle for the following periods.
   void hold(const Wrench& on_hand) noexcept { held_ = on_hand; }
 
   double to_hand_j() const noexcept { return to_hand_j_; }

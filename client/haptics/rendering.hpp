@@ -1,4 +1,4 @@
-// What the hand is shown with, handed over to the haptic thread as one: a stage, and of the scene what that stage steps.
+// A stage with the model that it steps, handed over to the haptic thread as one object.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ struct Rendering {
   Rendering(const Rendering&) = delete;
   Rendering& operator=(const Rendering&) = delete;
 
-  std::unique_ptr<Stage> stage;             ///< never null once it is handed over
-  std::uint32_t generation = 0;             ///< of the scene that the next two are of; in another they are not used
+  std::unique_ptr<Stage> stage;             ///< never null after the hand-over
+  std::uint32_t generation = 0;             ///< scene that the two models below belong to; not used in another scene
   std::unique_ptr<LocalModel> local_model;  ///< null: none
-  std::unique_ptr<ProxyWorld> proxy_world;  ///< likewise
+  std::unique_ptr<ProxyWorld> proxy_world;  ///< null: none
 };
 
 }  // namespace tandem::client

@@ -1,4 +1,4 @@
-// The coupling that a hand is shown: the law that the scene asks for, with coefficients that this device bears.
+// The coupling displayed to the hand: the scene's law, with coefficients bounded by this device.
 #pragma once
 
 #include "client/haptics/mailboxes.hpp"
@@ -6,27 +6,27 @@
 
 namespace tandem::client {
 
-/// Coefficients that change are ramped and a law that changes fades, as at the server, so that a change under a
-/// stretched coupling is felt as no step.
+/// Ramps changed coefficients and fades a changed law, as the server does, so that a change under a stretched coupling
+/// causes no force step.
 ///
 /// Thread  haptic: no allocation, no throw after construction
 class SceneCoupling {
  public:
   explicit SceneCoupling(const haptics::CouplingParameters& device_bounds);
 
-  /// Law and coefficients exist and are in range.
+  /// True if the law exists and the coefficients are in range.
   static bool is_usable(const HapticScene& scene) noexcept;
-  /// Starts towards law and coefficients of a usable scene, as bounded by the device (rendered_coupling()).
+  /// Ramps towards law and coefficients of a usable scene, bounded by the device (rendered_coupling()).
   void go_to(const HapticScene& scene) noexcept;
-  /// Takes a usable scene's law and coefficients at once.
+  /// Sets a usable scene's law and coefficients at once.
   void start(const HapticScene& scene) noexcept;
-  /// Ends ramp and fade.
+  /// Ends ramp and fade at their targets.
   void jump() noexcept;
-  /// By a tick; after a stall too by no more than one (HapticCore).
+  /// Advances ramp and fade by one period; HapticCore clamps it after a stall.
   void advance(double period_s) noexcept;
 
   const haptics::CouplingLaw& law() const noexcept { return fade_.law(); }
-  /// In force in law().
+  /// Current coefficients of law().
   const haptics::CouplingParameters& parameters() const noexcept { return fade_.parameters(); }
   const haptics::CouplingParameters& device_bounds() const noexcept { return device_bounds_; }
 

@@ -7,10 +7,10 @@
 namespace tandem::client {
 namespace {
 
-/// Of whom the server has not told for so long, that user has left.
+/// A user without a received state for this long has left.
 constexpr Duration kUserKept = std::chrono::seconds(1);
 
-/// Replaces the one of the same id, or adds it; what the capacity does not hold is left out. Its index; past the end if so.
+/// Replaces the entry with the same id, or appends it if the capacity allows. Returns its index, or the size if full.
 template <class States, class State>
 std::size_t keep(States& states, const State& told) noexcept {
   const auto known = std::ranges::find(states, told.id, &State::id);
@@ -31,7 +31,7 @@ void ViewFeed::reset() noexcept {
   users_told_at_.clear();
 }
 
-// Updates are thinned on the wire, so a body or a user may be missing from this one: then the last state holds.
+// Updates are thinned on the wire: if a body or user is missing from this one, its last state remains valid.
 void ViewFeed::take(const proto::ServerUpdate& update) noexcept {
   for (const proto::BodyState& body : update.bodies) keep(next_.told_bodies, body);
   for (const proto::OtherUserState& user : update.users) {

@@ -1,5 +1,5 @@
-// What a window draws, handed from the haptic thread to it: one newest-wins mailbox, so that a window that stalls costs
-// the hand nothing.
+// Data that a window draws, sent by the haptic thread through one newest-wins mailbox. A window that stalls does not
+// delay the haptic loop.
 //
 //   haptic thread  take() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
 #pragma once
@@ -16,30 +16,30 @@ namespace tandem::client {
 
 class LocalModel;
 
-/// One haptic tick as a window draws it.
+/// One haptic tick, as drawn by a window.
 struct View {
   TickRecord record;           ///< handle, both tools, forces, faults
-  WorkspaceMapping workspace;  ///< of the scene of record.scene_generation
-  bool has_state = false;      ///< what follows is known
-  ReceivedUpdate newest;       ///< of the server; its bodies and users may be thinned
-  Duration loop_delay{0};      ///< from an input to its effect, as the local model measured it; 0: not known
-  Wrench residual_on_hand_W;   ///< the server's wrench beyond the local model's for the same input, newest known
-  /// As the server told of them last.
+  WorkspaceMapping workspace;  ///< of the scene record.scene_generation
+  bool has_state = false;      ///< the fields below are valid
+  ReceivedUpdate newest;       ///< newest server state; its bodies and users may be thinned
+  Duration loop_delay{0};      ///< from an input to its effect, measured by the local model; 0: not known
+  Wrench residual_on_hand_W;   ///< newest residual: the server's wrench minus the local model's for the same input
+  /// Last received state of each body.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> told_bodies;
-  /// As they are felt: the local model's where there is one, else as told.
+  /// Displayed bodies: the local model's state if there is a model, else the last received one.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// Where the local model's tool, or what it holds, touches; spread over them where there are more.
+  /// Contact points of the local model's tool, or of the body it holds; a spread subset if there are more.
   boost::container::static_vector<Vec3, 48> contacts_W;
-  /// Other users, with the tools that are felt.
+  /// Other users, with the tool states that are displayed.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
 };
 
-/// Ticks from one view to the next: 250 Hz, more than any window draws.
+/// Ticks between two views: 250 Hz, more than any window draws.
 inline constexpr std::uint64_t kViewEvery = 4;
 
 class ViewFeed {
  public:
-  /// A new scene: what was told before is forgotten.
+  /// Starts a new scene: discards the received states.
   void reset() noexcept;
   /// Thread  haptic: no allocation
   void take(const proto::ServerUpdate& update) noexcept;
@@ -48,7 +48,7 @@ class ViewFeed {
   void write(const TickRecord& record, const WorkspaceMapping& workspace, const ReceivedUpdate* newest,
              const LocalModel* model) noexcept;
 
-  /// Null before the first. Valid until the next call.
+  /// Newest view, null before the first. Valid until the next call.
   /// Thread  window
   const View* newest() noexcept;
 
@@ -56,9 +56,10 @@ class ViewFeed {
   void forget_users(ServerTime now) noexcept;
 
   View next_;
-  boost::container::static_vector<ServerTime, proto::kMaxUsers> users_told_at_;  ///< as next_.users
+  boost::container::static_vector<ServerTime, proto::kMaxUsers>
+      users_told_at_;  ///< time of the last state of each entry of next_.users
   realtime::Mailbox<View> mailbox_;
-  bool has_view_ = false;  ///< of the window
+  bool has_view_ = false;  ///< window thread
 };
 
 }  // namespace tandem::client

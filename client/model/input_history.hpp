@@ -1,4 +1,4 @@
-// What the local model was at each of the client's last inputs: what the server's answers are compared with.
+// History of the local model at the client's last inputs, with which the server's answers are compared.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ namespace tandem::client {
 /// A moving body at one input.
 struct BodyThen {
   RigidState state;
-  Shift given;               ///< by its reconciler so far
-  bool is_implicit = false;  ///< the model moved it by itself, and not after the server
+  Shift given;               ///< total correction by its reconciler until then
+  bool is_implicit = false;  ///< moved by the model, not by the server's states
 };
 
-/// The model after the tick of one input.
+/// State of the model after the tick of one input.
 struct ModelThen {
   Tick input;
   RigidState tool;
@@ -27,7 +27,7 @@ struct ModelThen {
   Wrench on_hand_W;
 };
 
-/// A ring of as many inputs as the longest round trip has.
+/// Ring buffer that covers the longest round trip.
 ///
 /// Thread  haptic: allocates only when constructed
 class InputHistory {
@@ -35,7 +35,7 @@ class InputHistory {
   InputHistory(std::size_t inputs, std::size_t bodies)
       : bodies_(bodies), models_(inputs), body_states_(inputs * bodies) {}
 
-  /// Room for the newest input: fill both in.
+  /// Allocates the entry of the newest input; the caller must fill in it and its bodies.
   ModelThen& add(Tick input) noexcept {
     ModelThen& model = models_[slot_of(input)];
     model.input = input;
@@ -44,7 +44,7 @@ class InputHistory {
   std::span<BodyThen> bodies(Tick input) noexcept {
     return std::span(body_states_).subspan(slot_of(input) * bodies_, bodies_);
   }
-  /// Null when the input is not known any more, or not yet.
+  /// Entry of an input; null if it is too old or not yet added.
   const ModelThen* find(Tick input) const noexcept {
     const ModelThen& model = models_[slot_of(input)];
     return input.value != 0 && model.input == input ? &model : nullptr;

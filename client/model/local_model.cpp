@@ -9,31 +9,32 @@
 namespace tandem::client {
 namespace {
 
-/// Longer round trips than this are not reconciled.
+/// Length of the input history; longer round trips are not reconciled.
 constexpr std::size_t kInputsKept = 2048;
-/// A tap counts as a touch for so long, so that a body is not given back between two of them.
+/// A touch counts for this long, so that a body remains predicted between two taps.
 constexpr double kTouchKept_s = 0.05;
-/// Predicted on after the last touch for this beside the loop's delay: what the touch did has then come back.
+/// Prediction continues for this time plus the loop delay after the last touch, until the server's answer to it
+/// arrives.
 constexpr double kImplicitAfterTouch_s = 0.25;
-/// Where a body was when it began to be followed is forgotten within about three of these.
+/// Time constant with which the offset of a body that begins to follow the server fades.
 constexpr double kFollowTime_s = 0.08;
-/// Divergence: a tool so far from the server's, for so long, is on the other side of something, and snaps to where the
-/// server has it.
+/// Divergence: a tool that is so far from the server's for so long is on the other side of an obstacle. It is reset to
+/// the server's state.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
-/// The server grants or refuses what a button asks within so many inputs of the one that pressed it.
+/// Number of inputs after a button press within which the server grants or refuses the grasp.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
-/// The client's loop, and so its model, runs at this whatever the room's rate.
+/// Period of the client's loop and model, whatever the room's rate.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
-/// A user whom the server has not told of for so long has left.
+/// A user without a received state for this long has left.
 constexpr Duration kHoldKept = std::chrono::seconds(1);
-/// Of the smoothed loop delay.
+/// Time constant of the loop delay's low pass.
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
 std::shared_ptr<const physics::WorldDescription> for_a_client(
     const std::shared_ptr<const physics::WorldDescription>& description, const ModelErrors& errors) {
   auto copy = std::make_shared<physics::WorldDescription>(*description);
-  // What the law chooses for a tool comes from the server.
+  // The server sends the coefficients that the law chooses for a tool.
   copy->coupling.fit.reset();
   copy->step_s = to_seconds(kInputPeriod);
   for (physics::BodyDescription& body : copy->bodies) {
@@ -73,7 +74,7 @@ LocalModel::LocalModel(const std::shared_ptr<const physics::WorldDescription>& d
       tool_reconciler_(settings.tool),
       playout_(settings.playout) {
   partners_.reserve(proto::kMaxUsers);
-  // Nobody touches what the server has not told of.
+  // Bodies are absent from the model until the server has sent their state.
   for (const Copy& copy : copies_) world_.remove_body(copy.id);
 }
 
@@ -113,7 +114,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   return input.has_handle ? tool_state_.wrench_on_hand_W : Wrench{};
 }
 
-// As the server has it: the first force comes under the start ramp, so nothing is blended.
+// Starts from the server's state. The first force is under the start ramp, so no blend is needed.
 void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   has_started_ = true;
   world_.activate_tool(tool_, false);
@@ -126,7 +127,7 @@ void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   tool_state_ = world_.tool(tool_);
 }
 
-// What has a size that depends on the scene is exchanged, so nothing is allocated.
+// Containers whose size depends on the scene are swapped, so nothing is allocated.
 void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike = copies_.size() == other.copies_.size() && tools_ == other.tools_ && tool_ == other.tool_;
   if (has_started_ || !other.has_started_ || !is_alike) return;
@@ -231,19 +232,19 @@ bool LocalModel::is_held_by_partner(BodyId body) const noexcept {
   return std::any_of(partners_.begin(), partners_.end(), [body](const PartnerHere& here) { return here.held == body; });
 }
 
-/// His tool appears where the server has it, and takes what he holds at his place of it.
+/// Adds the partner's tool at the server's pose, and lets it hold its body at the received grip.
 void LocalModel::bring_in(PartnerHere& here) noexcept {
   const Partner& partner = here.partner;
   if (!here.is_here) {
     here.tool = partner.tool();
-    // What the scene gives this tool at first is where the model has it.
+    // activate_tool() is called without the scene's initial grasp; the grip below comes from the server.
     world_.activate_tool(here.tool, false);
     world_.set_tool(here.tool, partner.told_tool());
     here.is_here = true;
     has_jumped_ = true;
   }
   if (here.held.is_valid() && here.held == partner.holds() && partner.place()) {
-    // Put elsewhere in his hand (Room::place()); else only what delay makes of a motion is between the two.
+    // Moves the grip if the server moved it (Room::place()); smaller differences come from the delay of a moving body.
     constexpr double kElsewhere_m = 0.005;
     const Pose X_BT = world_.body(here.held).X.inverse() * world_.tool(here.tool).tool.X;
     if ((X_BT.p - partner.place()->p).norm() > kElsewhere_m) {
@@ -269,7 +270,7 @@ PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duratio
     if ((hands >> here.tool & 1U) == 0 || (hands >> tool_ & 1U) == 0) continue;
     around.is_coupled = true;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world_.pressing_normal_W(here.tool, copy.id);
-    // Whoever moves it through another thing alone does not go along with it.
+    // A body that this user moves only through another one does not follow this hand, so it is no common body.
     const bool has_own_hand = tool_state_.held == copy.id || !world_.pressing_normal_W(tool_, copy.id).isZero();
     if (!has_own_hand || (!is_held && pressing_W.isZero())) continue;
     around.has_common_body = true;
@@ -282,7 +283,7 @@ PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duratio
   return around;
 }
 
-/// Partners' tools are stepped here: their answer to what our hand does then comes at once.
+/// Steps partners' tools locally, so that they respond to this user's hand without delay.
 void LocalModel::drive_partners(const LocalModelInput& input, Duration played, Duration present,
                                 double period_s) noexcept {
   for (PartnerHere& here : partners_) {
@@ -329,7 +330,8 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
   if (predicted_grasp_) {
-    // A hand that runs on through a gap at the server is ahead of its buttons.
+    // A new grasp: keeps the prediction until the server has received the button. A hand that is extrapolated through a
+    // gap at the server is ahead of its buttons.
     const bool has_come = update.echoed_sent == LocalTime{} || update.echoed_sent >= predicted_grasp_at_;
     if (!has_come || update.answered_input.value < predicted_grasp_->value + kGraspAnsweredAfter) return;
   }
@@ -341,12 +343,12 @@ void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
   }
   has_jumped_ = true;
   if (!update.held_body.is_valid()) return world_.release(tool_);
-  // Where our tool is on our copy; the grip then moves to where the server has it.
+  // Grasps at the tool's current pose on the local copy; the grip then moves to the server's.
   const Pose X_BT = world_.body(update.held_body).X.inverse() * tool_state_.tool.X;
   world_.hold(tool_, update.held_body, X_BT);
 }
 
-// The server does the same with this input when it gets it; what it finds else is mirrored then.
+// Predicts the server's handling of the same input; mirror_grasp() corrects a different outcome.
 void LocalModel::follow_buttons(const LocalModelInput& input) noexcept {
   const bool is_down = (input.buttons & kButtonGrab) != 0;
   if (is_down == grab_button_ || !input.has_handle) return;
@@ -394,7 +396,8 @@ void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noe
   }
 }
 
-/// What a partner alone moves goes where his predicted hand takes it: to pull it back would be felt as his force.
+/// A body that only a partner holds follows the partner's predicted hand: a correction would be felt as the partner's
+/// force.
 void LocalModel::reconcile(Copy& copy, double period_s) noexcept {
   copy.was_followed = false;
   world_.keep_implicit(copy.id, 2 * period_s);
@@ -434,7 +437,7 @@ void LocalModel::correct_tool(double period_s) noexcept {
 
 void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept {
   const Pose X_WT = tool_state_.held.is_valid() ? world_.body(tool_state_.held).X : tool_state_.tool.X;
-  // The contact is of what the tool holds, else of the tool: another thing's says nothing here.
+  // A soft contact acts on the held body or else on the tool; one for another body is ignored.
   if (std::exchange(soft_of_, tool_state_.held) != tool_state_.held) soft_ = SoftFollower{};
   if (is_new && update.held_body == tool_state_.held) soft_.take(update.soft_contact, X_WT);
   SoftContact here;

@@ -1,13 +1,13 @@
-// The client's own piece of the world: its tool and what it touches, stepped at 1 kHz by the code that the server runs,
-// so that contact, friction and fields answer the hand at once, whatever the delay.
+// Local model: the client's copy of its tool and of the bodies it touches. It is stepped at 1 kHz by the server's code,
+// so that contact, friction and fields respond to the hand at once, whatever the delay.
 //
-//   static things            here as at the server: nothing to reconcile but the tool itself
-//   other users' tools       stepped here too, each pulled to where its user's hand is by now (Partner)
-//   bodies that any tool     predicted here; the server's state answers an old input, is compared with what was here
-//   touches                  at that input, and the difference is taken out slowly (Reconciler)
-//   bodies that others       follow the server, played at a constant delay and carried on to the present by their
-//   move                     velocity
-//   soft bodies              the server's linearised contact, told before the touch (SoftFollower)
+//   static bodies            same as at the server: only the tool itself is reconciled
+//   other users' tools       stepped here too, each pulled to its user's predicted hand (Partner)
+//   bodies that any tool     predicted here; the server's state answers an old input and is compared with the model
+//   touches                  at that input; the difference is removed slowly (Reconciler)
+//   bodies that others       follow the server: played out at a constant delay, then extrapolated to the present
+//   move                     by their velocity
+//   soft bodies              the server's linearised contact, sent before the touch (SoftFollower)
 #pragma once
 
 #include <cstdint>
@@ -27,25 +27,25 @@
 
 namespace tandem::client {
 
-/// For experiments: in what the model is wrong.
+/// Deliberate errors of the model, for experiments.
 struct ModelErrors {
-  double mass_scale = 1;              ///< of moving bodies, times what the server says
-  double friction_scale = 1;          ///< of what bodies touch
-  Vec3 shape_shift_m = Vec3::Zero();  ///< every body's surface is off by this, in the body's frame
+  double mass_scale = 1;              ///< factor on the masses of moving bodies
+  double friction_scale = 1;          ///< factor on the friction of bodies
+  Vec3 shape_shift_m = Vec3::Zero();  ///< offset of every body's surface, in the body's frame
 
   bool operator==(const ModelErrors&) const = default;
 };
 
 struct LocalModelSettings {
   ReconcilerSettings body{};
-  /// The tool is held by its coupling, so it needs little: what friction or a gap passed on another side left.
+  /// Small, because the coupling holds the tool: removes errors left by friction or by a gap passed on the other side.
   ReconcilerSettings tool{.time_constant_s = 0.3,
                           .speed_limit_m_per_s = 0.02,
                           .turn_limit_rad_per_s = 0.3,
                           .dead_zone_m = 2e-4,
                           .dead_zone_rad = 5e-3};
   net::PlayoutSettings playout;
-  /// Bodies that others move are carried on by their velocity for so long at most.
+  /// Limits of the extrapolation of bodies that others move.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
   ModelErrors errors;
@@ -57,77 +57,79 @@ struct LocalModelInput {
   RigidState handle;
   bool has_handle = true;
   std::uint32_t buttons = 0;
-  const ReceivedUpdate* newest = nullptr;  ///< of this scene; null before the first
+  const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first
   bool is_new = false;
-  bool foresees_partners = true;       ///< where other users' hands go; else they stay where they were told
-  const HapticScene* scene = nullptr;  ///< the coupling that it asks for, and what the users' devices bear of it
+  bool foresees_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
+  const HapticScene* scene = nullptr;  ///< the scene's coupling, and its bounds by the users' devices
 };
 
-/// Thread  constructed anywhere; then haptic only: no allocation, no throw
+/// Thread  construction: any; then haptic only: no allocation, no throw
 class LocalModel {
  public:
-  /// In      tool  the user's own, index into description.tools
+  /// In      tool  the user's own tool, an index into description.tools
   LocalModel(const std::shared_ptr<const physics::WorldDescription>& description, std::size_t tool,
              const LocalModelSettings& settings = {});
   ~LocalModel();
 
-  /// One step. Zero before the first state of the server.
-  /// Out     on the hand, about the handle, in W
+  /// Makes one step. Returns zero before the first server state.
+  /// Out     wrench on the hand, about the handle, in W
   Wrench step(const LocalModelInput& input) noexcept;
 
-  /// Instead of starting as the server has it: goes on where another model of the same scene is, with all that it knew.
-  /// Does nothing when that one has not started, or has other bodies or tools. The other one is not to be stepped again.
-  /// Effects begin anew, and a tool that has just let go may touch what it held.
+  /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
+  /// nothing if that model has not started, or has other bodies or tools. The other model must not be stepped
+  /// afterwards. Effects start anew, and a just released body may collide with the tool.
   ///
-  /// In      scene  as in LocalModelInput: by whose coupling, within whose bounds, tools are pulled from the start
+  /// In      scene  gives the coupling and bounds with which tools are pulled from the start, as in LocalModelInput
   void go_on_from(LocalModel& other, const HapticScene& scene) noexcept;
 
   bool has_started() const { return has_started_; }
   RigidState tool() const { return tool_state_.tool; }
   BodyId held() const { return tool_state_.held; }
-  /// As the model has it now.
+  /// State of a body in the model.
   RigidState body(BodyId id) const { return world_.body(id); }
-  /// Where the tool, or what it holds, touches now (World::contact_points_W()).
+  /// Current contact points of the tool, or of the body it holds (World::contact_points_W()).
   std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
-  /// Another user's tool as the model steps it; `told` where it does not.
+  /// Another user's tool in the model; `told` if the model does not contain it.
   RigidState partner_tool(UserId user, const RigidState& told) const noexcept;
-  /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
+  /// Delay from an input to the use of the server's answer, including buffering at both ends; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
-  /// What the server's wrench on the hand was beyond the model's for the same input, of the newest update that answered
-  /// a known one; consumed by the call.
+  /// Residual: the server's wrench on the hand minus the model's for the same input, from the newest update that
+  /// answered a known input. Consumed by the call.
   std::optional<Wrench> take_residual() noexcept;
-  /// The same, whether taken or not; zero before the first.
+  /// The newest residual, consumed or not; zero before the first.
   const Wrench& newest_residual() const { return newest_residual_; }
-  /// When that input was.
+  /// Time of the input that the newest residual belongs to.
   LocalTime residual_of() const { return residual_of_; }
-  /// How far another user's hand is on what this user moves (Partner::common_share(), the largest); 1 where there is none.
+  /// Largest Partner::common_share() of the other users: 1 if one has a hand on a body that this user moves. 1 without
+  /// others.
   double common_share() const noexcept;
-  /// Work of the hand's coupling on the model, less what it gave back [J].
+  /// Net work of the hand's coupling on the model [J].
   double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
-  /// The tool was put where the server has it: what is displayed should not jump with it. Consumed by the call.
+  /// True if the model jumped, for example to the server's state; the displayed force must not jump. Consumed by the
+  /// call.
   bool take_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
  private:
-  /// A body that can move.
+  /// A movable body in the model.
   struct Copy {
     Copy(BodyId its_id, const LocalModelSettings& settings) : id(its_id), reconciler(settings.body) {}
     BodyId id;
     net::RigidTrack track;
     Reconciler reconciler;
-    bool is_known = false;     ///< the server has told of it
-    double unpressed_s = 1e9;  ///< since any tool did
-    double untouched_s = 1e9;  ///< since our tool last held or pressed it
-    Shift offset = {};         ///< left of where it was when it began to be followed, or to be ours
+    bool is_known = false;     ///< the server has sent its state
+    double unpressed_s = 1e9;  ///< time since any tool last pressed or held it [s]
+    double untouched_s = 1e9;  ///< time since this user's tool last held or pressed it [s]
+    Shift offset = {};         ///< remaining offset to its pose before it began to follow the server
     bool was_followed = false;
 
-    /// Now, or not long enough ago to have been given up.
+    /// True if the user's tool touches the body, or did within kTouchKept_s.
     bool is_touched() const;
   };
-  /// A partner, and what of him is in the model's world.
+  /// A partner and their tool in the model.
   struct PartnerHere {
     Partner partner;
-    std::size_t tool = 0;  ///< that is here, and holds `held` there
+    std::size_t tool = 0;  ///< the tool in the model, which holds `held`
     bool is_here = false;
     BodyId held;
   };
@@ -157,7 +159,7 @@ class LocalModel {
 
   LocalModelSettings settings_;
   std::size_t tool_;
-  std::size_t tools_;  ///< of the scene
+  std::size_t tools_;  ///< number of tools in the scene
   double step_s_;
   physics::World world_;
   std::vector<Copy> copies_;
@@ -172,13 +174,13 @@ class LocalModel {
   Wrench newest_residual_;
   LocalTime residual_of_{};
   std::vector<PartnerHere> partners_;    ///< reserved for kMaxUsers
-  std::optional<Tick> predicted_grasp_;  ///< input of a grasp or release that the server has not answered yet
+  std::optional<Tick> predicted_grasp_;  ///< input of a predicted grasp or release that the server has not answered yet
   LocalTime predicted_grasp_at_{};
   bool grab_button_ = false;
   bool has_jumped_ = false;
-  double diverged_s_ = 0;  ///< for how long the tool has been far from the server's
+  double diverged_s_ = 0;  ///< time for which the tool has differed from the server's beyond kDivergence_m [s]
   SoftFollower soft_;
-  BodyId soft_of_;  ///< what soft_ is about: what the tool holds, else itself
+  BodyId soft_of_;  ///< body that soft_ belongs to: the held body, else invalid for the tool itself
 };
 
 }  // namespace tandem::client

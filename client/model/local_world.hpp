@@ -1,5 +1,5 @@
-// What a client may know of the scene to touch it at once: made of what the server sent when the user joined, with the
-// scene's assets, and every number checked before it can reach a hand.
+// Builds the client's copy of the scene from the join message and the scene's assets. Every number is checked before it
+// can affect the force.
 #pragma once
 
 #include <map>
@@ -14,23 +14,23 @@
 
 namespace tandem::client {
 
-/// By what they were made of: a shape's message without its placement, with the hash of the asset that was there.
+/// Contact shapes by their source: the shape's message without placement, with the hash of the asset used.
 using ContactShapes = std::map<std::string, std::shared_ptr<const contact::ContactShape>>;
 
-/// The world of a LocalModel. Of a mesh whose contact asset is not here, the coarse one if that is.
+/// Builds the world of a LocalModel. A mesh without its full contact asset uses the coarse one if that has arrived.
 ///
-/// In      joined  of a manipulator, as fill_haptic_scene() accepts it
-///         shapes  of the world that was made before: what is alike is not made again
-/// Out     shapes  of this one
-/// Fails   std::exception whose message names the field or asset that cannot be used; the hand is then shown the
-///         late pose
-/// Cost    milliseconds a shape of its own kind, tens of milliseconds a mesh: not for the io thread of a live client
+/// In      joined  a manipulator's message, accepted by fill_haptic_scene()
+///         shapes  of the previous world: equal shapes are reused
+/// Out     shapes  of this world
+/// Fails   std::exception whose message names the unusable field or asset; the late pose is then displayed
+/// Cost    milliseconds for each distinct shape, tens of milliseconds for a mesh: not for the io thread of a live
+///         client
 std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets,
                                                                   ContactShapes& shapes);
 
-/// Takes some steps with every tool at its start.
+/// Times some steps with every tool at its start.
 ///
-/// Fails   std::runtime_error: the quickest took longer than `most`; this machine could not keep the haptic loop's rate
+/// Fails   std::runtime_error: the quickest took longer than `most`, so this machine cannot keep the haptic rate
 void require_in_time(const std::shared_ptr<const physics::WorldDescription>& world, Duration most);
 
 }  // namespace tandem::client

@@ -1,10 +1,10 @@
-// Another user in one's own local world: where his hand is by now, foreseen from what the server told of it.
+// Another user in the local model: predicted pose of their hand, from the last received states.
 //
-//   told, and some time old        foreseen                             stepped in the local world
-//   handle, wrench on the hand ──▶ where his hand wants to go ──▶ handle ──▶ his tool, by the coupling ──▶ what it touches
-//                                  + how it gives way to ◀──────────── wrench of the model on his hand
+//   received, and some time old    predicted                            stepped in the local model
+//   handle, wrench on the hand ──▶ intended pose of the hand ──▶ handle ──▶ their tool, by the coupling ──▶ contact
+//                                  + how it yields to ◀──────────────── wrench of the model on their hand
 //
-// So all that is stiff closes its loop here, at 1 kHz, and only where his hand goes by its own will comes late.
+// Stiff interaction thus closes its loop locally, at 1 kHz. Only voluntary motion of the other hand is late.
 #pragma once
 
 #include <array>
@@ -17,12 +17,12 @@
 
 namespace tandem::client {
 
-/// A person's hand on a handle that gives way to what pushes it.
+/// Impedance of a person's hand: its displacement under a force on the handle.
 ///
-/// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, from where the hand wants to be; implicit Euler
+/// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, relative to the intended pose; implicit Euler
 class GivingHand {
  public:
-  static constexpr double kMass_kg = 0.3;  ///< of a relaxed hand, likewise the others
+  static constexpr double kMass_kg = 0.3;  ///< relaxed hand, as all constants below
   static constexpr double kStiffness_n_per_m = 200;
   static constexpr double kDamping_n_s_per_m = 8;
   static constexpr double kInertia_kg_m2 = 4e-4;
@@ -43,15 +43,15 @@ class GivingHand {
   Twist V_;
 };
 
-/// How heavy and how stiff a hand is, from where it went and what it was shown.
+/// Estimates mass and stiffness of a hand from its motion and the displayed force.
 ///
-/// Model   each of kHands hands, a grid of m and k, says where the hand wants to be: x − a_j, a_j how it gives way to the
-///         force shown. For the right one that is what a person does by will, slow and smooth; so each is scored by how
-///         well a fixed forecast of it over kHorizon_s came true (RMS over kMemory_s). The estimate is the mean of log m
-///         and log k, with weights of prior · score⁻⁸. Where nothing shakes the hand all score alike, and it is the relaxed
-///         one.
-/// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes", IEEE
-///         Trans. Automatic Control 10(4), 1965; scores and grid are ours
+/// Model   each of kHands hands, a grid of m and k, gives an intended position x − a_j; a_j is its yield to the
+///         displayed force. For the right hand the intended position is the voluntary motion, slow and smooth. So each
+///         hand is scored by the error of a fixed forecast of it over kHorizon_s (RMS over kMemory_s). The estimate is
+///         the mean of log m and log k, with weights prior · score⁻⁸. Without excitation all scores are alike, and the
+///         estimate is the relaxed hand.
+/// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
+///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are ours
 /// Thread  one; no allocation
 class HandEstimate {
  public:
@@ -78,47 +78,47 @@ class HandEstimate {
   double log_stiffness_;
 };
 
-/// What the local world has of the partner in a step.
+/// State of the local model around a partner in one step.
 struct PartnerSurroundings {
-  Wrench on_hand_W;                ///< of the model, on the partner's hand
-  bool is_foreseen = true;         ///< where the partner's hand goes by its own will; else it stays where it was told
-  bool is_coupled = false;         ///< what the partner moves touches what this user moves, be it through others
-  bool has_common_body = false;    ///< the partner and this user both have a hand on a body itself
-  RigidState body;                 ///< that, as the model has it now
-  Pose X_WB_then;                  ///< as the server had it when the partner's handle was told
-  bool is_held = false;            ///< by the partner's tool, and not only pressed
-  Vec3 pressing_W = Vec3::Zero();  ///< along which the partner's tool presses on it, unit; zero: holds it, or unknown
+  Wrench on_hand_W;              ///< wrench of the model on the partner's hand
+  bool is_foreseen = true;       ///< predicts the partner's voluntary motion; false: it stays at the last received pose
+  bool is_coupled = false;       ///< the partner's bodies touch this user's, possibly through others
+  bool has_common_body = false;  ///< partner and this user both have a hand on the same body
+  RigidState body;               ///< that body, current state in the model
+  Pose X_WB_then;                ///< its pose at the server when the partner's handle was sampled
+  bool is_held = false;          ///< held by the partner's tool, not only pressed
+  Vec3 pressing_W = Vec3::Zero();  ///< unit direction in which the partner's tool presses on it; zero: held, or unknown
 };
 
-/// One other user.
+/// Predictor of one other user: received states and predicted handle.
 ///
-/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, with t_s when the told handle was there;
-///         e: how the hand gives way to the model's force, a: to the force that it was really shown then (GivingHand, as
-///         heavy and stiff as HandEstimate finds it)
-///         u: forecast of where the hand wants to be, X_H − a, from how that moved, and from how a body that both have a
-///         hand on has moved since t_s, across the pressing direction (TrajectoryForecast: cautious where the two touch, be
-///            it through other things, for then this user's answer pushes the partner's hand)
-///         At rest e = a wherever the model's force is the true one, so the handle is the told one and the force exact.
-/// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: what is known of
-///         the far end is closed locally, what is not is held; ours here with the far hand's own force told
+/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, t_s the time of the received handle;
+///         e: yield of the hand to the model's force; a: yield to the force really displayed then (GivingHand with mass
+///         and stiffness of HandEstimate);
+///         u: forecast of the intended pose X_H − a, from its motion and from the motion since t_s of a body that both
+///         hold or press, across the pressing direction. TrajectoryForecast is cautious where the two touch, also
+///         through other bodies, because this user's response then pushes the partner's hand.
+///         At rest e = a where the model's force is true, so the handle is the received one and the force exact.
+/// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: the known part of
+///         the far end is closed locally, the unknown part is held; ours here with the far hand's force received
 /// Thread  haptic: no allocation, no throw; finite for finite input
 class Partner {
  public:
   explicit Partner(UserId id) : id_(id) {}
 
-  /// In      told  of this user, in `update`
+  /// In      told  this user's state in `update`
   void take(const proto::OtherUserState& told, const proto::ServerUpdate& update) noexcept;
-  /// His handle as it is by now; only while has_handle().
-  /// In      played   server time of the update in use
-  ///         since_s  how long ago that was
+  /// Predicted current handle; only while has_handle().
+  /// In      played   server time of the playout
+  ///         since_s  time since then [s]
   RigidState foresee(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
 
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
   bool has_handle() const { return !handle_.is_empty(); }
-  /// 1: he and this user both have a hand on one body, or had a moment ago; 0: they have not. Smooth.
+  /// 1: this user and the partner have, or had a moment ago, a hand on the same body; 0: they have not. Smooth.
   double common_share() const { return lately_common_; }
-  /// What he holds, as last told, and his tool's place on it; none before both were told together.
+  /// Body that the partner holds, as last received, and the tool's pose on it; none until both were in one update.
   BodyId holds() const { return holds_; }
   const std::optional<Pose>& place() const { return X_BT_; }
   const RigidState& told_tool() const { return told_tool_; }
@@ -126,7 +126,7 @@ class Partner {
 
  private:
   void follow_grip(const PartnerSurroundings& around, double period_s) noexcept;
-  /// `way` without the part along which he presses.
+  /// `way` without its component along the pressing direction.
   Vec3 across(const Vec3& way) const noexcept;
 
   UserId id_;
@@ -137,21 +137,21 @@ class Partner {
   ServerTime told_at_{};
   Duration handle_age_{0};
   net::RigidTrack handle_;
-  net::RigidTrack force_;   ///< on his hand, in place of positions
-  net::RigidTrack torque_;  ///< likewise
+  net::RigidTrack force_;   ///< force on the partner's hand, stored as a position
+  net::RigidTrack torque_;  ///< torque on the partner's hand, stored as a position
   HandEstimate hand_;
   GivingHand modelled_;  ///< e
   GivingHand shown_;     ///< a
-  // A partner who is taken to go along with what both hold gives way to its swing. With more than this, a bar that two turn
-  // by its ends keeps swinging along itself, and gains energy.
-  haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< of X_H − a [m]
-  haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< likewise, as the sum of its turns [rad]
+  // Arguments: typical way, and prior share of a common body's motion that the partner is assumed to follow. Above this
+  // value a bar that two users turn by its ends keeps swinging along its length and gains energy.
+  haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< forecast of X_H − a [m]
+  haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< forecast of the accumulated rotation [rad]
   Vec3 turned_ = Vec3::Zero();
   Quat q_before_ = Quat::Identity();
-  double common_share_ = 0;         ///< 1: both have a hand on a body; comes and goes in kChange_s
-  double lately_common_ = 0;        ///< likewise; goes slowly
-  double coupled_share_ = 0;        ///< likewise, of is_coupled; goes slowly
-  Vec3 pressing_W_ = Vec3::Zero();  ///< its length says how far it counts
+  double common_share_ = 0;         ///< 1: both have a hand on a body; changes within kChange_s
+  double lately_common_ = 0;        ///< same, but falls slowly
+  double coupled_share_ = 0;        ///< 1: is_coupled; falls slowly
+  Vec3 pressing_W_ = Vec3::Zero();  ///< its length is the weight of the direction
 };
 
 }  // namespace tandem::client

@@ -18,15 +18,15 @@ namespace {
 
 using contact::ExactField;
 
-/// What a ball may have (GodObjectSettings).
+/// Limits of the ball's radius (GodObjectSettings).
 constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
-/// Of all meshes of a scene, each made once: a server must not fill the memory with their trees.
+/// Limit of the triangles in all distinct meshes of a scene: bounds the memory for their search trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
-/// Of one vertex: what a mesh's normals cost grows with the square of it. Fans of real meshes have tens, rarely
-/// hundreds.
+/// Limit of the triangles at one vertex: the cost of a mesh's normals grows with the square. Real meshes have tens,
+/// rarely hundreds.
 constexpr int kMaxTrianglesOfVertex = 4096;
-/// Of a box around a flat mesh.
+/// Minimum size of the bounding box of a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
 
 bool is_touchable(const wire::Shape& shape) {
@@ -41,7 +41,7 @@ std::size_t touchable_shapes(const wire::Scene& scene) {
   return count;
 }
 
-/// Of a sphere, cylinder, capsule or box.
+/// Field of a sphere, cylinder, capsule or box.
 std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   if (shape.has_sphere()) return contact::sphere_field(shape.sphere().radius_m());
   if (shape.has_cylinder()) return contact::cylinder_field(shape.cylinder().radius_m(), shape.cylinder().length_m());
@@ -50,7 +50,7 @@ std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   return contact::box_field({size[0], size[1], size[2]});
 }
 
-/// The largest ball about the tool's origin that is inside one of its shapes; 0 or less: there is none.
+/// Radius of the largest ball about the tool's origin that is inside one of its shapes; 0 or less: none.
 double largest_ball_m(const wire::Tool& tool) {
   double largest_m = 0;
   for (const wire::Shape& shape : tool.shapes()) {
@@ -61,7 +61,7 @@ double largest_ball_m(const wire::Tool& tool) {
   return largest_m;
 }
 
-/// The frame of `part`, fixed in a frame that moves.
+/// Motion of the frame `part`, which is fixed in the moving frame `frame`.
 RigidState fixed_in(const RigidState& frame, const Pose& part) {
   return {frame.X * part, {frame.V.v + frame.V.w.cross(frame.X.q * part.p), frame.V.w}};
 }
@@ -71,7 +71,7 @@ RigidState fixed_in(const RigidState& frame, const Pose& part) {
 struct ProxyWorld::Part {
   std::size_t body = 0;
   Pose X_BS;
-  /// What the ball has to be clear of before the part is felt again: the shape, or a box around its triangles.
+  /// Region that the ball must leave before the part is felt again: the shape, or the bounding box of its triangles.
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
   bool is_left_out = false;
@@ -79,16 +79,16 @@ struct ProxyWorld::Part {
 
 namespace {
 
-/// A shape as the ball meets it.
+/// A shape as an obstacle for the ball.
 struct TouchedShape {
-  std::shared_ptr<const haptics::ProxyMesh> mesh;  ///< null: `outline` is what is touched
+  std::shared_ptr<const haptics::ProxyMesh> mesh;  ///< null: `outline` is the obstacle
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
 };
-/// Those of meshes, by the hash of their surface: made once.
+/// Meshes by the hash of their surface, each loaded once.
 using TouchedMeshes = std::map<std::string, TouchedShape>;
 
-/// The largest number of triangles that share a vertex.
+/// Returns the largest number of triangles that share a vertex.
 int largest_fan(const geometry::TriangleMesh& mesh) {
   std::vector<int> fans(mesh.vertices.size());
   int largest = 0;
@@ -196,7 +196,7 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
 
 ProxyWorld::~ProxyWorld() = default;
 
-// A tick without a valid hand takes no state, so whether one is new is asked of its step.
+// Ticks with an invalid hand skip this function, so a new state is recognised by its step number.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
   if (!has_begun_ || newest.update.step != taken_) take(newest);
   move_parts(now);
@@ -206,7 +206,7 @@ const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpda
   return state;
 }
 
-// The bodies first come to where they are, then the ball beside them.
+// First update(): moves the bodies to their states. reset(): places the ball.
 void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   leave_out(newest.held_body, newest.tool.X.p);
   ball_->update(newest.tool.X.p, motions_);
@@ -214,7 +214,7 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   has_begun_ = true;
 }
 
-// Updates are thinned on the wire: what is missing from this one has its last state.
+// Updates are thinned on the wire: a body that is missing from this one keeps its last state.
 void ProxyWorld::take(const ReceivedUpdate& newest) noexcept {
   if (newest.received - heard_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;

@@ -1,5 +1,5 @@
-// The server's word on a thing answers an input that is one round trip old. Compared with what the model made of that
-// same input, it says how wrong the model is, whatever the delay; the difference is then taken out without a step.
+// Reconciliation at matched time: the server's state answers an input one round trip old. Its difference to the model's
+// state at the same input is the model's error, independent of the delay. It is removed without a step.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -7,7 +7,7 @@
 
 namespace tandem::client {
 
-/// A displacement of a rigid thing with its rates, all in W: added to its pose and twist.
+/// A displacement of a rigid body with its rates, all in W: added to its pose and twist.
 struct Shift {
   Vec3 p = Vec3::Zero();      ///< [m]
   Vec3 theta = Vec3::Zero();  ///< rotation vector [rad]
@@ -19,41 +19,44 @@ struct Shift {
   Shift operator*(double scale) const { return {p * scale, theta * scale, v * scale, w * scale}; }
 };
 
-/// What takes `from` to `to`.
+/// Displacement from `from` to `to`.
 Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 
-/// How quickly a difference is taken out, and how fast at most.
+/// Rate of the correction and its limits.
 struct ReconcilerSettings {
   double time_constant_s = 0.1;  ///< without a delay
-  /// And this times the loop's delay more. Taken out at once, an error of a thing that swings would come back a part of
-  /// a swing later with the other sign; with 1/τ below 2 ζ ω of every swing the loop is stable whatever the phase.
+  /// Additional time constant in loop delays. An immediate correction of an oscillating body would return a part of the
+  /// oscillation later with the opposite sign. With 1/τ below 2 ζ ω of every oscillation the loop is stable at any
+  /// phase.
   double loops = 5;
-  double speed_limit_m_per_s = 0.05;  ///< of the correction: slow enough to be felt as a drift, not as a knock
-  double turn_limit_rad_per_s = 0.5;  ///< likewise
-  double dead_zone_m = 0;             ///< smaller differences are left alone (of a thing that its coupling holds)
+  double speed_limit_m_per_s = 0.05;  ///< limit of the correction: felt as a slow drift, not as a jerk
+  double turn_limit_rad_per_s = 0.5;  ///< same for rotation
+  double dead_zone_m = 0;             ///< smaller differences are not corrected (for a tool that its coupling holds)
   double dead_zone_rad = 0;
 };
 
-/// One thing's correction.
+/// Correction of one body or tool.
 ///
-/// Model   C is the sum of all shifts so far, remembered with every input. The server's state for input k, less the
-///         model's at k, is what the model then lacked beside C(k): so C ought to have been C(k) + e, and what is
-///         missing now is C(k) + e − C. Corrections that are still under way to be seen are thereby not given twice.
-///         A share h/τ of what is missing is given in a tick, at most the limit; τ = time_constant + loops · delay.
+/// Model   C is the sum of all shifts so far, stored with every input. The error e is the server's state for input k
+///         less the model's at k, which already contained C(k). The required sum is thus C(k) + e, and C(k) + e − C is
+///         missing now. Corrections that are not yet visible in the server's answers are therefore not applied twice.
+///         In each tick a share h/τ of the missing part is applied, within the limits; τ = time_constant + loops ·
+///         delay.
 /// Source  a Smith predictor's inner difference; the bookkeeping by cumulative sums is ours
 /// Thread  haptic: no allocation; finite for finite input
 class Reconciler {
  public:
   explicit Reconciler(const ReconcilerSettings& settings) : settings_(settings) {}
 
-  /// The server's `server` answers an input at which the model was at `then`, shifted by `given_then` in all.
+  /// Records the server's state `server` for an input at which the model was at `then`, with a total shift of
+  /// `given_then`.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
-  /// What to shift the thing by in this tick.
+  /// Returns the shift to apply in this tick.
   /// In      loop_s  delay from an input to the server's answer to it
   Shift step(double period_s, double loop_s) noexcept;
-  /// Everything given so far.
+  /// Sum of all shifts so far.
   const Shift& given() const { return given_; }
-  /// The last difference of positions that was observed [m].
+  /// Length of the last observed position difference [m].
   double error_m() const { return error_m_; }
   void reset() noexcept { *this = Reconciler(settings_); }
 

@@ -5,8 +5,8 @@
 namespace tandem::client {
 namespace {
 
-/// Of the difference between two contacts. Three steps of the soft bodies: with one, a hand at rest is shaken by
-/// 1 to 2 mm/s, with three by 0.15 mm/s.
+/// Decay time of the difference between two contacts. Three steps of the soft bodies: with one step, a resting hand is
+/// shaken by 1 to 2 mm/s, with three by 0.15 mm/s.
 constexpr double kSettling_s = 0.05;
 
 bool is_same(const SoftContact& a, const SoftContact& b) {
@@ -27,7 +27,7 @@ Wrench SoftFollower::step(const Pose& X_WT, double period_s) noexcept {
   left_rate_ += (left_ * (-kRate * kRate) + left_rate_ * (-2 * kRate)) * period_s;
   left_ += left_rate_ * period_s;
   Wrench wrench = physics::soft_wrench(told_, X_WT) + left_;
-  // What is left of a weaker contact must not make the present one pull.
+  // The remainder of an older contact must not make the present one pull.
   const double pressing = told_.wrench_W.f.norm();
   if (pressing > 0) {
     const Vec3 normal_W = told_.wrench_W.f / pressing;

@@ -1,4 +1,4 @@
-// What soft bodies do to the user's own tool, between what the server says of it: their linearised contact, felt at
+// Contact of soft bodies with the user's own tool between the server's updates: their linearised contact, evaluated at
 // 1 kHz.
 #pragma once
 
@@ -6,19 +6,19 @@
 
 namespace tandem::client {
 
-/// Feels the newest contact at once as the tool moves; goes smoothly from what an older one said to what it says.
+/// Evaluates the newest linearised contact at the tool's current pose and blends smoothly from the previous one.
 ///
-/// Model   W = W_told(X) + e. A new contact changes e so that W does not change; e then goes to zero as a critically
-///         damped spring does, so the steps of the soft bodies (60 Hz) are not felt. A touch is there before the server
-///         has heard of it, for the server predicts it (PredictedSoftContact). Never pulls.
-/// Limits  what the soft body does by itself, or under others' hands, comes late by the delay and the settling of e; so
-///         does its end, when it is taken away from the tool
+/// Model   W = W_told(X) + e. A new contact changes e so that W does not change. Then e decays like a critically damped
+///         spring, so the steps of the soft bodies (60 Hz) are not felt. The first touch is not late, because the
+///         server predicts it (PredictedSoftContact). The force never pulls.
+/// Limits  motion of the soft body by itself, or by other users, is late by the delay and the decay of e. The end of a
+///         contact is also late when the soft body moves away from the tool.
 /// Thread  haptic: no allocation, no throw
 class SoftFollower {
  public:
-  /// The newest contact as the server tells it, for the thing at `X_WT` here.
+  /// Sets the newest received contact, for the tool or held body at `X_WT`.
   void take(const SoftContact& told, const Pose& X_WT) noexcept;
-  /// On the thing about its origin, in W; for the next period.
+  /// Returns the wrench on the tool or held body about its origin, in W, for the next period.
   Wrench step(const Pose& X_WT, double period_s) noexcept;
 
  private:

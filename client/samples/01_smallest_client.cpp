@@ -1,5 +1,5 @@
-// The smallest client: a simulated hand joins the room of a server on this machine and feels it for two seconds.
-// Read this first to embed the client in a program of your own; tandem-client is the same, with options and reports.
+// The smallest client: a simulated hand joins the room of a server on this machine and feels it for two seconds. Read
+// this first to embed the client in a program of your own. tandem-client adds options and reports.
 //
 //   tandem-server --scene peg_in_hole &        01_smallest_client [PORT]
 #include <charconv>
@@ -31,15 +31,14 @@ std::uint16_t port_of(std::string_view text) {
 }
 
 bool run(std::uint16_t port) {
-  // The device: anything that implements devices/device.hpp. This one brings its own hand, which follows a path; a
-  // real one is opened here, before any real-time thread runs, because opening may block.
+  // The device: any implementation of devices/device.hpp. This one includes a simulated hand that follows a path. A
+  // real device is opened here, before any real-time thread runs, because opening may block.
   devices::SimDevice device(devices::SimDevice::default_spec(), devices::HandParameters{},
                             devices::named_hand_path("peg-left"), /*seed=*/1);
 
-  // The client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a manipulator,
-  // and joins again by itself when it is lost; a program with users would set session.room and session.role.
-  // "late-pose" is the stage that needs no assets. The force limits come from the device's spec; no server can widen
-  // them.
+  // The client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a manipulator and
+  // rejoins automatically after a lost connection. A program with users would set session.room and session.role. The
+  // stage "late-pose" needs no assets. The force limits come from the device's spec; no server can raise them.
   client::ClientIoSettings settings;
   settings.port = port;
   settings.client.session.user_name = "smallest";
@@ -55,17 +54,18 @@ bool run(std::uint16_t port) {
     std::this_thread::sleep_for(10ms);
   }
 
-  // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. What the machine does not
-  // grant is only reported: the loop runs without it, with more lateness.
+  // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. Rights that the machine
+  // refuses are only reported: the loop runs without them, with more lateness.
   client::HapticLoop loop({.realtime_priority = 70}, io.haptics(), [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
-  // Ctrl-C lets the hand go, too, and from a thread of its own: this one may hang in a write to its terminal.
+  // Ctrl-C also releases the hand. It is handled on a thread of its own, because this one may block in a terminal
+  // write.
   client::StopSignals signals;
   signals.when_requested([&loop] { loop.request_stop(); });
 
-  // From here on the hand feels the scene. This thread is free: draw, log, ask the user. The records of the ticks
-  // wait in a ring of four seconds; what is not taken in time is counted, not waited for.
+  // From here on the hand feels the scene. This thread is free to draw, log or ask the user. The tick records are
+  // buffered in a ring of four seconds; records not read in time are lost and counted.
   client::TickRecord newest;
   for (int second = 1; second <= 2 && !loop.is_over(); ++second) {
     std::this_thread::sleep_for(1s);
@@ -74,7 +74,7 @@ bool run(std::uint16_t port) {
                 tandem::to_seconds(newest.state_age) * 1e3);
   }
 
-  // In this order: the loop lets the hand go (ramp to zero, zero written last), then the session says good-bye.
+  // Order matters: the loop first ramps the force to zero and writes zero last, then the session leaves the room.
   loop.stop();
   const bool has_state = io.snapshot().has_state;
   io.stop();
@@ -87,7 +87,7 @@ bool run(std::uint16_t port) {
 
 int main(int argc, char** argv) {
   client::block_stop_signals();  // before any thread: a signal must not end the program with a force on
-  try {  // set-up errors (no server, wrong version, full room) are exceptions whose text says what would help
+  try {  // set-up errors (no server, wrong version, full room) are exceptions whose text names the remedy
     return run(argc > 1 ? port_of(argv[1]) : 47800) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "01_smallest_client: %s\n", error.what());

@@ -1,6 +1,6 @@
-// Touch for one user, without a server: a simulated hand presses a point into a still box and a sphere that comes by.
-// Read this to give a program of your own the sense of touch; what several users share begins with 01, and the stage
-// god-object of a client touches it this way.
+// Touch for one user, without a server: a simulated hand presses a point into a fixed box and a passing sphere. Read
+// this to add touch to a program of your own. Sample 01 covers scenes shared by several users; a client's stage
+// "god-object" renders them with the method shown here.
 //
 //   02_god_object            prints a table; a force of 0 means that nothing is touched
 #include <array>
@@ -24,7 +24,7 @@ Pose at(const Vec3& p) {
   return {p, tandem::Quat::Identity()};
 }
 
-/// What the simulated hand wants: down into the box, along its top, and to the place where the sphere comes by.
+/// Path that the simulated hand tries to follow: down into the box, along its top, then to the sphere's path.
 tandem::devices::HandPath hand_path() {
   return tandem::devices::HandPath({{0ms, at({0, 0, 0.03}), 0, "approach"},
                                     {600ms, at({0, 0, -0.01}), 0, "press"},
@@ -33,20 +33,20 @@ tandem::devices::HandPath hand_path() {
                                     {3000ms, at({0.015, 0, 0.03}), 0, ""}});
 }
 
-/// The sphere passes through the hand's last place at 0.1 m/s.
+/// The sphere passes through the last point of the hand's path at 0.1 m/s.
 tandem::RigidState sphere_at(double t_s) {
   const Vec3 v_W(-0.1, 0, 0);
   return {at(Vec3(0.27, 0.004, 0.03) + v_W * t_s), {v_W, Vec3::Zero()}};
 }
 
 int run() {
-  // Any device of devices/ will do; this one brings its own hand. The writer clamps to what the device may display.
+  // Any device of devices/ works here; this one includes a simulated hand. The writer clamps to the device's limits.
   tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
                                     hand_path(), /*seed=*/1);
   tandem::devices::DeviceWriter writer(device);
 
-  // What can be touched: primitives with a formula, or a ProxyMesh of any triangles. The device's frame is the world's
-  // here; a program with a scene puts its workspace mapping between them (common/base/workspace.hpp).
+  // Obstacles: primitives with a formula, or a ProxyMesh of any triangles. The device's frame equals the world's here;
+  // a program with a scene applies its workspace mapping between them (common/base/workspace.hpp).
   tandem::haptics::ProxyObstacle box;
   box.primitive = tandem::contact::box_field(Vec3(0.08, 0.08, 0.02));
   box.static_friction = 0.5;
@@ -64,8 +64,7 @@ int run() {
   std::puts("      s       mm       mm       mm       mm        N");
   for (int tick = 0; tick < 3000; ++tick) {
     // A program with a real device waits here for the next millisecond: common/realtime/realtime.hpp has the loop, with
-    // absolute deadlines, priority and a record of lateness. This one steps as fast as it can, the simulated hand along
-    // with it.
+    // absolute deadlines, priority and a record of lateness. This sample steps the simulated hand as fast as it can.
     const tandem::LocalTime now(1ms * tick);
     const tandem::devices::DeviceSample sample = device.read(now);
     if (!sample.is_valid) {
@@ -82,7 +81,7 @@ int run() {
                   1e3 * (state.goal_W - state.p_W).norm(), force_on_hand_W.norm());
     }
   }
-  // Whatever ends the loop, the hand is let go.
+  // The force is set to zero at the end of the loop.
   writer.write_zero(tandem::LocalTime(3s));
   return 0;
 }

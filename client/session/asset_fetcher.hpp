@@ -1,4 +1,4 @@
-// Fetches the files of a scene by content hash, in pieces, and keeps only what hashes right.
+// Fetches the files of a scene by content hash, in pieces; discards files with a wrong hash.
 #pragma once
 
 #include <cstdint>
@@ -19,51 +19,51 @@
 
 namespace tandem::client {
 
-/// Memory that a server can make a client use for assets.
+/// Limit of the memory that a server can make a client use for assets.
 inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
 
 using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
 
-/// Asks for piece after piece, as many ahead as its caller lets it, and puts together what comes. What has come of an asset
-/// is kept when the connection is lost, as long as the asset is wanted.
+/// Requests pieces ahead, as far as the caller permits, and assembles the answers. Received pieces are kept after a
+/// lost connection as long as the asset is wanted.
 ///
 /// Thread  io
 class AssetFetcher {
  public:
-  /// Without an answer of the store for this long, the server is queried instead: a disk may hang.
+  /// Time without an answer of the store after which the server is queried instead, since a disk may hang.
   static constexpr Duration kStoreTimeout = std::chrono::seconds(1);
 
-  /// In      store  queried before the server; what is fetched is kept there; null: none
+  /// In      store  queried before the server, and stores fetched assets; null: none
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// Starts to look for these in the store, in their order, within the limit.
+  /// Starts the look-ups of these assets in the store, in order, within the memory limit.
   void look_up(const AssetInfos& wanted);
-  /// Takes what the store has found so far. True: it has answered all look-ups.
+  /// Collects the store's answers so far. Returns true once all look-ups are answered.
   bool take_found();
-  /// Drops the look-ups that the store does not answer (kStoreTimeout).
+  /// Drops all look-ups when the store has not answered for kStoreTimeout.
   void check_store(LocalTime now);
 
-  /// A new list to fetch from the server, in its order, without what is here already. Returns one line for each asset that is
-  /// left out (bad hash, over the limit).
+  /// Sets a new list to fetch from the server, in order, except available assets. Returns one line for each asset that
+  /// is left out (bad hash, over the limit).
   std::vector<std::string> begin(const AssetInfos& wanted);
-  /// The connection is another one: what was asked for is not answered any more.
+  /// Starts a new connection, on which earlier requests are not answered.
   void reconnect();
   bool has(const wire::AssetInfo& info) const;
 
-  /// The next piece to ask for, of `max_bytes` at most, as request number `request`; empty while all is asked for.
+  /// Next piece to request, of at most `max_bytes`, as request number `request`; empty if all is requested.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
-  /// Anything was asked for and not answered.
+  /// True if a request is unanswered.
   bool is_awaiting() const { return !awaited_.empty(); }
-  /// Answers come in the order of the requests: this one's is the next.
+  /// True if `request` is the next to be answered: answers arrive in the order of the requests.
   bool is_next(std::uint32_t request) const { return is_awaiting() && awaited_.front().request == request; }
-  /// Takes the answer to a request that is_next(). The problem when it cannot be used (its asset is then given up); else
+  /// Takes the answer to a request that is_next(). Returns the problem if it is unusable, and gives up its asset; else
   /// empty.
   std::string on_chunk(std::uint32_t request, const wire::AssetChunk& chunk);
-  /// The server refused a request that is_next(): its asset is given up.
+  /// Gives up the asset of a request that is_next() and that the server refused.
   void on_refused(std::uint32_t request);
 
-  /// How many of these are still to come: on the list, not here, not left out, not given up.
+  /// Number of these assets that are still expected: listed, not available, not given up.
   std::size_t left_of(const AssetInfos& some) const;
   const AssetMap& assets() const { return assets_; }
   std::uint64_t bytes() const { return held_bytes_; }
@@ -72,12 +72,12 @@ class AssetFetcher {
   struct Wanted {
     wire::AssetInfo info;
     proto::Sha256 hash{};
-    std::uint64_t number = 0;    ///< no other one, of the same asset neither, has it
-    proto::Bytes bytes{};        ///< that have come
-    std::uint64_t asked_to = 0;  ///< all before it has come or is awaited
+    std::uint64_t number = 0;    ///< unique, also among entries of the same asset
+    proto::Bytes bytes{};        ///< received so far
+    std::uint64_t asked_to = 0;  ///< all bytes before it are received or requested
     secure::ContentHasher hasher{};
   };
-  /// A piece that was asked for and not answered.
+  /// A requested piece without an answer yet.
   struct Awaited {
     std::uint32_t request = 0;
     std::uint64_t wanted = 0;  ///< Wanted::number
@@ -104,7 +104,7 @@ class AssetFetcher {
   std::deque<Wanted> wanted_;
   std::deque<Awaited> awaited_;
   std::deque<Lookup> lookups_;
-  std::optional<LocalTime> store_answered_;  ///< or began to be waited for
+  std::optional<LocalTime> store_answered_;  ///< time of its last answer, or of the start of waiting
 };
 
 }  // namespace tandem::client

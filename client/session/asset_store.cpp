@@ -96,8 +96,8 @@ class DiskAssetStore final : public AssetStore {
   std::mutex mutex_;  // protects lookups_ and waiting_; never held while the disk is used
   std::condition_variable_any news_;
   std::deque<Lookup> lookups_;
-  std::deque<Kept> waiting_;  ///< until it is in its file
-  std::jthread worker_;       ///< the last member, for it uses the others
+  std::deque<Kept> waiting_;  ///< kept until written to their files
+  std::jthread worker_;       ///< last member, because it uses the others
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
@@ -117,18 +117,18 @@ std::future<FoundAsset> DiskAssetStore::find(const proto::Sha256& hash, std::uin
 FoundAsset DiskAssetStore::read(const Lookup& wanted) const noexcept try {
   const fs::path file = file_of(wanted.hash);
   std::error_code error;
-  // A pipe of that name would block this thread for ever.
+  // A named pipe would block this thread for ever.
   if (!fs::is_regular_file(file, error) || fs::file_size(file, error) != wanted.size_bytes || error) return nullptr;
   auto bytes = read_(file);
   if (!bytes || bytes->size() != wanted.size_bytes || proto::sha256_of(*bytes) != wanted.hash) {
     fs::remove(file, error);
     return nullptr;
   }
-  // Used now: what is old goes first.
+  // The time stamp marks the file as used, for the removal of the least recently used.
   fs::last_write_time(file, fs::file_time_type::clock::now(), error);
   return std::make_shared<const proto::Bytes>(std::move(*bytes));
 } catch (const std::exception&) {
-  return nullptr;  // out of memory: it is fetched from the server, in pieces
+  return nullptr;  // out of memory: the asset is fetched from the server, in pieces
 }
 
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
@@ -140,7 +140,7 @@ void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const
   news_.notify_one();
 }
 
-/// A disk that hangs then holds up no force. Files that wait at the end are written before it; look-ups are dropped.
+/// Disk access on this thread cannot delay the force. At the end pending files are still written; look-ups are dropped.
 void DiskAssetStore::work_until(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (news_.wait(lock, stop, [this] { return !waiting_.empty() || !lookups_.empty(); })) {

@@ -42,7 +42,7 @@ void Credentials::fill(wire::JoinRoom& join, ClientTransport& transport, Connect
 void Credentials::take(const wire::Joined& joined) {
   secure::wipe(token_);
   token_.clear();
-  // Of another length it is none of ours, and what is sent back must fit into a message.
+  // A credential of another length is not from our server, and the echo must fit into a message.
   const bool is_one = joined.resume_credential().size() == kCredentialBytes;
   credential_ = is_one ? joined.resume_credential() : std::string();
 }

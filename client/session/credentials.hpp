@@ -1,4 +1,4 @@
-// What lets a session in: the token of an invitation the first time, later the key that it made itself.
+// Credentials of a session: the token of an invitation for the first join, then the session's own key.
 #pragma once
 
 #include <memory>
@@ -10,34 +10,34 @@
 
 namespace tandem::client {
 
-/// Shows nothing where the connection is not encrypted: who listens could use it.
+/// Sends nothing over an unencrypted connection, where an eavesdropper could use it.
 ///
 /// Thread  io
 class Credentials {
  public:
-  /// In      token  of an invitation; empty: none
+  /// In      token  from an invitation; empty: none
   explicit Credentials(proto::Bytes token);
   ~Credentials() { secure::wipe(token_); }
   Credentials(const Credentials&) = default;
   Credentials& operator=(const Credentials&) = default;
 
   void fill(wire::JoinRoom& join, ClientTransport& transport, ConnectionId connection);
-  /// The server lets nobody in without.
+  /// True if the server requires credentials.
   bool are_asked_for() const { return resume_key_.has_value(); }
-  /// Their holder may be in one room only.
+  /// True if the holder may join one room only.
   bool are_for_one_room() const { return are_for_one_room_; }
-  /// They let the user come back after leaving to return.
+  /// True if the user can rejoin after leaving with the intent to return.
   bool can_return() const { return !credential_.empty(); }
-  /// For a second device of the user, while this one is joined; none: not joined, or none are asked for.
+  /// Credentials for a second device of the user while this one is joined; null: not joined, or none required.
   std::shared_ptr<const Credentials> beside() const;
-  /// From now on the session may be resumed, where the server says so.
+  /// Stores the server's resume credential, with which the session can be resumed.
   void take(const wire::Joined& joined);
 
  private:
   proto::Bytes token_;
   std::optional<secure::KeyPair> resume_key_;
-  std::string credential_;  ///< of the last join; names the session, and is worth nothing without the key
-  std::optional<secure::KeyPair> first_key_;  ///< of a second device: what the first one has
+  std::string credential_;                    ///< from the last join; names the session, useless without the key
+  std::optional<secure::KeyPair> first_key_;  ///< second device only: key of the first device
   std::string first_credential_;
   bool are_for_one_room_ = false;
 };

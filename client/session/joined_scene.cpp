@@ -106,10 +106,10 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (!watch_.is_due(now)) return;
   watch_.forget_changes();
   const HapticScene before = scene_;
-  // What a hand feels changes when all of a burst is here, and found fit for the device.
+  // The displayed coupling changes only after a burst is complete and the check is done.
   scene_.coupling = told_;
   scene_.law = told_law_;
-  // A local model that is made later starts with what is in force.
+  // A local model that is built later starts with the current coupling.
   wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
   in_force.set_law(std::string(law().name));
   for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(told_.*field.value);
@@ -118,7 +118,7 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (scene_.may_display != before.may_display || is_changed) publish();
 }
 
-// The session goes on either way, and the hand drives its tool: only what it would feel is left out.
+// After a refusal the session continues, and the hand still drives its tool without a displayed force.
 void JoinedScene::check() {
   if (!scene_.may_drive) return;
   const bool may_display = watch_.check(scene_, *joined_, held_);

@@ -1,4 +1,4 @@
-// What the server says about the scene, checked before it can reach the haptic path.
+// Checks the server's description of the scene before it reaches the haptic path.
 #pragma once
 
 #include <optional>
@@ -9,20 +9,20 @@
 
 namespace tandem::client {
 
-/// An observer has none.
+/// True for roles with a tool; an observer has none.
 inline bool has_tool(wire::Role role) {
   return role == wire::ROLE_MANIPULATOR || role == wire::ROLE_OPERATOR;
 }
-/// As --role has it.
+/// Name of the role, as for the option --role.
 std::string role_name(wire::Role role);
 
-/// When the hands of a room begin. Nothing: users are awaited and the time is set, or neither, or more than a room has.
+/// Reads the start of a room's hands. None if invalid: both or neither of awaited users and a time, or too many users.
 std::optional<HandStart> read_start(const wire::RoomStart& start);
 
-/// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
-/// `may_display` tell a manipulator from an observer.
+/// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and `may_display` are
+/// false for an observer.
 ///
-/// Out     empty, or the first field that cannot be used, with its value and what would do (`out` is then unspecified)
+/// Out     empty, or the first unusable field with its value and the remedy (`out` is then unspecified)
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out);
 
 }  // namespace tandem::client

@@ -57,7 +57,7 @@ void ClientSession::Impl::end(const std::string& why, bool is_setup_error) {
   stop_state();
   transport.close();
   status = {SessionState::kEnded, printable(why), is_setup_error};
-  // A set-up error is the program's last word; it prints `why` itself.
+  // `main` prints a set-up error itself.
   if (!is_setup_error) log(why);
   refuse_poses(why);
 }

@@ -1,4 +1,4 @@
-// Which assets of the joined scene are looked up and fetched, in which order.
+// Selects the assets of the joined scene to look up and fetch, and their order.
 #include <algorithm>
 #include <map>
 #include <string_view>
@@ -10,8 +10,8 @@
 namespace tandem::client {
 namespace {
 
-/// Assets of a list, for what is felt and what is drawn each; the rest is left out. A server chooses how many it offers, and the
-/// io thread goes through the list once a chunk.
+/// Limit of each list, tactile and drawn assets; the rest is ignored. The server chooses the number of assets, and the
+/// io thread scans the list for each chunk.
 constexpr int kMaxAssets = 1024;
 
 AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& offered) {
@@ -23,7 +23,7 @@ AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& off
   return wanted;
 }
 
-/// Of each surface the smallest drawing.
+/// Smallest drawing of each surface.
 AssetInfos first_drawings(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> smallest;
   for (const wire::AssetInfo& info : offered) {
@@ -36,7 +36,7 @@ AssetInfos first_drawings(const AssetInfos& offered) {
   return first;
 }
 
-/// What may stand for others until those are here, by their hashes.
+/// Coarse replacements, by the hash of the asset that they replace.
 std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> coarse;
   for (const wire::AssetInfo& info : offered) {
@@ -45,7 +45,7 @@ std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos&
   return coarse;
 }
 
-/// What stands for `fine`; null: nothing. Whatever else names itself coarse stands for nothing.
+/// Coarse replacement of `fine`; null: none. Entries of the wrong kind or size are not accepted as replacements.
 const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
                                 const std::map<std::string_view, const wire::AssetInfo*>& coarse) {
   const auto found = coarse.find(fine.sha256());
@@ -56,7 +56,7 @@ const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
 
 }  // namespace
 
-/// Starts with the look-ups in the store. One that reads a disk answers later (go_on_fetching()).
+/// Starts the look-ups in the store. A store on a disk answers later (go_on_fetching()).
 void ClientSession::Impl::fetch(bool is_connected_anew) {
   if (is_connected_anew) assets.reconnect();
   if (scene.joined()->assets_size() > kMaxAssets) {
@@ -123,7 +123,7 @@ void ClientSession::Impl::request_assets(LocalTime now) {
     if (!settings.fetches_one_at_a_time) return fetch_rate.may_ask(now);
     return assets.is_awaiting() ? 0 : proto::kAssetChunkBytes;
   };
-  // The list of before may hold what this scene does not offer.
+  // During planning the list may still hold assets of the previous scene.
   if (is_planning()) return;
   while (const std::size_t bytes = may_ask()) {
     const auto wanted = assets.next_request(last_request + 1, bytes);
@@ -135,7 +135,7 @@ void ClientSession::Impl::request_assets(LocalTime now) {
   }
 }
 
-/// Then the rest of what is only drawn follows.
+/// Reports a higher asset level. At the full level the fetch of the remaining drawings begins.
 void ClientSession::Impl::announce_assets() {
   if (asset_level == AssetLevel::kFull || is_planning()) return;
   const AssetLevel before = asset_level;

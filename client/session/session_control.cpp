@@ -10,7 +10,7 @@
 namespace tandem::client {
 namespace {
 
-/// True for refusals that time can cure: our own old connection may still hold the place.
+/// True for refusals that may pass with time: the user's own old connection may still occupy the place.
 bool may_pass(wire::ErrorCode code) {
   return code == wire::ERROR_ROOM_FULL || code == wire::ERROR_SERVER_FULL;
 }
@@ -52,7 +52,7 @@ void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime n
   answer_pose(message);
 }
 
-/// Only a message that can answer a request about poses does, whatever number another one carries.
+/// Only message types that can answer a pose request do so; the request number of others is ignored.
 void ClientSession::Impl::answer_pose(const wire::ServerControl& message) {
   const bool is_answer = message.has_kept_pose() || message.has_pose_taken() || message.has_pose_deleted() ||
                          message.has_pose_progress() || message.has_error();
@@ -63,7 +63,7 @@ void ClientSession::Impl::answer_pose(const wire::ServerControl& message) {
   on_answer(message, own_progress);
 }
 
-/// No answer comes any more: the connection that would bring it has ended.
+/// Answers all open pose requests with an error, because their connection has ended.
 void ClientSession::Impl::refuse_poses(const std::string& why) {
   wire::ServerControl answer;
   answer.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
@@ -136,7 +136,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   }
 }
 
-/// By ascending numbers from 0 on; one that is there gets another name. A pose that cannot be is dropped.
+/// Accepts poses in ascending order from number 0. A known number is a new name. An invalid pose is dropped.
 void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
   constexpr std::size_t kMaxPoses = 256;
   auto poses = kept_poses ? std::make_shared<std::vector<wire::KeptPose>>(*kept_poses)
@@ -164,7 +164,7 @@ void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
   kept_poses = std::move(poses);
 }
 
-/// The pose of the files stays.
+/// The pose of the files, number 0, cannot be deleted.
 void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& told) {
   if (!kept_poses || told.number() == 0) return;
   auto poses = std::make_shared<std::vector<wire::KeptPose>>(*kept_poses);
@@ -183,7 +183,7 @@ void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& told) {
   pose_progress = told;
 }
 
-/// Of a user who is here, and a place that is one.
+/// Accepts pointers of users in the room at valid places only.
 void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now) {
   const wire::Point& point = told.point();
   const bool is_own = told.user() == scene.joined()->user();
@@ -310,14 +310,14 @@ void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime n
   lose(now, "the server ended the connection: " + goodbye.text(), is_final);
 }
 
-/// Only where the scene has such a body.
+/// Ignored if the scene has no such body.
 void ClientSession::Impl::take_soft_shape(const wire::SoftShape& told) {
   auto offsets = proto::read_soft_shape(told);
   if (!offsets || told.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
   soft_offsets[told.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
 }
 
-/// To the room that was left for one that is not to be had.
+/// Returns to the previous room after another one refused.
 void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
   news = "room " + printable(settings.room) + ": " + printable(why);
   log(news);
@@ -350,7 +350,7 @@ void ClientSession::Impl::send_request(wire::ClientControl& message) {
   send(message);
 }
 
-/// The last request was one to set something: a refusal of it is counted.
+/// Marks the last request as one to set something, so that its refusal is counted.
 void ClientSession::Impl::remember_setting() {
   if (status.state != SessionState::kActive) return;
   settings_requested.push_back(last_request);
@@ -389,7 +389,7 @@ void ClientSession::ask_pose(const wire::AskPose& asked, PoseReply on_answer) {
   const bool is_active = impl_->status.state == SessionState::kActive;
   impl_->request([&asked](wire::ClientControl& message) { *message.mutable_ask_pose() = asked; });
   if (!on_answer) return;
-  // Without a room, the number stays that of an earlier request; it is answered at once.
+  // Without a room nothing was sent, and the number is that of an earlier request; the answer follows at once.
   impl_->pose_requests.insert_or_assign(impl_->last_request, std::move(on_answer));
   if (!is_active) impl_->refuse_poses(impl_->status.why);
 }

@@ -1,7 +1,7 @@
-// Private to this folder: what a ClientSession is made of, and what its two sources do with it.
-//   session.cpp          the connection as a whole: connect, lose, time-outs, state both ways
-//   session_assets.cpp   which assets are looked up and fetched
-//   session_control.cpp  what the server's control messages say, and what is asked of it
+// Private to this folder: implementation of ClientSession and the tasks of its sources.
+//   session.cpp          the connection: connect, lose, time-outs, state in both directions
+//   session_assets.cpp   selection and order of the assets to look up and fetch
+//   session_control.cpp  the server's control messages and the requests to it
 #pragma once
 
 #include <deque>
@@ -23,9 +23,9 @@ namespace tandem::client {
 /// Next step of fetching a scene's assets, taken when the store has answered all look-ups.
 enum class FetchStep : std::uint8_t {
   kNone,     ///< nothing
-  kSelect,   ///< the assets that are felt were looked up: where one is missing, what stands for it is looked up
-  kFetch,    ///< those too, and the first drawings: the rest is fetched from the server
-  kDrawings  ///< the rest of what is only drawn was looked up, and is fetched
+  kSelect,   ///< tactile assets were looked up; next, look up coarse replacements of missing ones
+  kFetch,    ///< replacements and first drawings were looked up; next, fetch from the server
+  kDrawings  ///< remaining drawings were looked up; next, fetch them
 };
 
 struct ClientSession::Impl {
@@ -80,7 +80,7 @@ struct ClientSession::Impl {
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
   void remember_setting();
-  /// Of an active user; else nothing.
+  /// Sends a request if the session is active, else does nothing.
   template <class Fill>
   void request(const Fill& fill) {
     if (status.state != SessionState::kActive) return;
@@ -105,7 +105,7 @@ struct ClientSession::Impl {
   StateStream stream;
 
   SessionStatus status;
-  LocalTime entered{};  // the present state
+  LocalTime entered{};  // time of the last change of state
   bool has_joined = false;
   Credentials credentials;
   Duration retry_delay;
@@ -116,20 +116,20 @@ struct ClientSession::Impl {
 
   std::string room;
   std::vector<std::string> rooms;
-  std::optional<std::string> room_left;  // where it is wanted back when the next one refuses
+  std::optional<std::string> room_left;  // returned to if the next room refuses
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
   std::string news;
   AssetFetcher assets;
   net::FetchRate fetch_rate;
-  AssetLevel asset_level = AssetLevel::kNone;  // of this join and these kinds
+  AssetLevel asset_level = AssetLevel::kNone;  // level for this join and its asset kinds
   FetchStep fetch_step = FetchStep::kNone;
-  AssetInfos felt_coarse;  // of those kinds: themselves, or what stands for them …
-  AssetInfos felt_fine;    // … and for these, which come after
+  AssetInfos felt_coarse;  // the tactile assets or their coarse replacements
+  AssetInfos felt_fine;    // full assets that follow the replacements
   std::vector<wire::UserJoined> users;
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
   std::optional<wire::PoseProgress> pose_progress;
-  wire::PoseProgress own_progress;                   // last of this user's minimisations
-  std::map<std::uint32_t, PoseReply> pose_requests;  // by their numbers, until they are answered
+  wire::PoseProgress own_progress;                   // last progress of this user's minimisations
+  std::map<std::uint32_t, PoseReply> pose_requests;  // open requests by number
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;
 
   ConnectionId connection;

@@ -1,4 +1,4 @@
-// How the session speaks of itself.
+// Names of the session's states.
 #include <array>
 
 #include "client/session/session.hpp"

@@ -1,4 +1,4 @@
-// The state half of a client's session: between the haptic thread's mailboxes and the datagrams of one connection.
+// State part of a client's session, between the haptic thread's mailboxes and the datagrams of one connection.
 #pragma once
 
 #include <functional>
@@ -14,31 +14,33 @@ namespace tandem::client {
 /// Thread  io
 class StateStream {
  public:
-  /// Hands over a datagram; false when it could not be sent now.
+  /// Sends a datagram; returns false if it could not be sent now.
   using Deliver = std::function<bool(std::span<const std::byte>)>;
 
-  /// All must outlive the stream.
+  /// In      all arguments  must outlive the stream
   StateStream(const SessionSettings& settings, ClientMailboxes& mailboxes, proto::ChannelCounters& counters);
 
-  /// A connection has joined. Forgets all of the one before, and what the haptic thread wrote so far.
-  /// In      secret  for the seals of its datagrams; none: null cipher
+  /// Starts a joined connection. Discards all state of the previous one, and pending updates of the haptic thread.
+  /// In      secret  for the encryption of its datagrams; none: null cipher
   void begin(ConnectionId connection, std::uint8_t epoch, const std::optional<secure::Exported>& secret, LocalTime now);
-  /// From now on every datagram is of an unknown connection, and none is sent.
+  /// Drops all datagrams as of an unknown connection from now on, and sends none.
   void end() { channel_.reset(); }
 
-  /// Publishes the server update in the datagram, or says why it is dropped. Asked whether the client is here, answers.
+  /// Publishes the server update in the datagram, or returns why it was dropped. Answers a path challenge of the
+  /// server.
   proto::DropReason receive(std::span<const std::byte> datagram, LocalTime now, const Deliver& answer);
-  /// Sends the newest haptic update, unless it is suppressed or paced; without a new one for `keep_alive` the last.
+  /// Sends the newest haptic update, unless it is suppressed or paced. Without a new one for `keep_alive`, repeats the
+  /// last.
   ///
-  /// In      coupling    in force: places are compared by the force that it makes of them
-  ///         is_blocked  state goes over TCP, and the connection has not taken all that was sent before
+  /// In      coupling    current; converts pose differences to force for the deadband
+  ///         is_blocked  state is sent over TCP, and the connection has not accepted all earlier bytes
   void send_newest(const haptics::CouplingParameters& coupling, bool is_blocked, LocalTime now, const Deliver& deliver);
 
-  /// Since begin().
+  /// True if an update was received since begin().
   bool has_heard() const { return channel_ && channel_->has_heard(); }
-  /// When the last update came, or begin() was.
+  /// Time of the last update, or of begin().
   LocalTime last_heard() const { return channel_ ? channel_->last_heard() : LocalTime{}; }
-  /// The update received last.
+  /// Last received update.
   const proto::ServerUpdate& newest_update() const { return received_.update; }
   net::ClockSync& clock() { return clock_; }
 
@@ -56,10 +58,10 @@ class StateStream {
   std::optional<proto::DatagramChannel> channel_;  ///< while joined
   net::ClockSync clock_;
   ReceivedUpdate received_;     ///< newest
-  proto::ClientUpdate newest_;  ///< of the haptic thread since begin()
+  proto::ClientUpdate newest_;  ///< newest of the haptic thread since begin()
   LocalTime newest_taken_{};
-  proto::ClientUpdate sent_;  ///< last
-  // Of the newest state received.
+  proto::ClientUpdate sent_;  ///< last sent
+  // Step number and time of the newest received state.
   Step newest_step_;
   ServerTime newest_stepped_{};
 };

@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-/// `offset` where the target has moved by `way`, and its slope with it.
+/// Shrinks `offset` by the part of the target's motion `way` that points along it, and its slope in proportion.
 void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
   const double length = offset.norm();
   const double along = length > 0 ? way.dot(offset) / length : 0.0;

@@ -7,18 +7,18 @@
 namespace tandem::client {
 namespace {
 
-// Ours: above what damping and noise of a free tool show, below what a hand feels as touch.
+// Hysteresis thresholds, ours: above the force that damping and noise cause on a free tool, below a perceptible touch.
 constexpr double kTouching_n = 0.10, kFree_n = 0.05;
 constexpr double kTouching_n_m = 0.005, kFree_n_m = 0.0025;
 
-/// A wrench that is older than this counts as this old; the safety chain displays none of that age.
+/// Upper limit of a wrench's age; the safety chain displays no force at that age.
 constexpr Duration kMaxSampleAge = std::chrono::seconds(1);
 
-/// When the wrench of step `update.stepped` was true, on this machine's clock.
+/// Time of the step `update.stepped` on this machine's clock.
 ///
-/// The server's stamp and the estimated offset of its clock are bounded by what is certain: a wrench is not newer than
-/// the datagram that carried it. Before the first exchange of time stamps, and after a wrong one, the offset may be off by
-/// years; a sample from the future would make the stream reject all later ones.
+/// The result is bounded, because a wrench is not newer than the datagram that carried it. Before the first exchange of
+/// time stamps, and after a wrong one, the estimated clock offset may be off by years. A sample from the future would
+/// make the stream reject all later ones.
 LocalTime stepped_at(const ReceivedUpdate& received) {
   const LocalTime by_server(received.update.stepped.time_since_epoch() - received.clock_offset);
   return std::clamp(by_server, received.received - kMaxSampleAge, received.received);

@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-/// Of the coupling's limits: what a residual may add.
+/// Limit of the residual as a share of the coupling's limits.
 constexpr double kResidualShare = 1.0 / 3;
 
 LocalModelInput model_input(const StageInput& input) {
@@ -26,15 +26,16 @@ LocalModelInput model_input(const StageInput& input) {
   return result;
 }
 
-/// A residual that is shown as far as such came true lately.
+/// Predictor of a residual that displays it to the extent that recent predictions were right.
 ///
-/// Model   r̂(t) = g r̄(t), r̄ the newest known residual through a low pass of kTime_s and a loop; g, apart for force and
-///         torque: the regression, over kMemory_s, of what the residual was on what r̄ was a loop before, 0 to
-///         kMaxShare, with a prior of 0. So what stays (a wrong mass, a soft body) is made up for, and what nobody can
-///         foresee is not shown at all.
-///         Beside another user who has no hand on the same thing, times how lasting it is: a single move of his hand that
-///         was not foreseen looks like what stays, until he stops. D = (Σ r²)² / Σ r⁴, over kLastingMemory_s, is for how
-///         long a residual was there; it counts from kFirst to kAll times what r̄ lags by.
+/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low pass of kTime_s plus one loop delay. The gain g
+///         is the regression over kMemory_s of the residual on r̄ one loop earlier. It is separate for force and torque,
+///         has a prior of 0 and lies between 0 and kMaxShare. Lasting errors (a wrong mass, a soft body) are thus
+///         compensated, and unpredictable ones are not displayed.
+///         If another user is present without a hand on the same body, g is multiplied by a factor for how lasting the
+///         residual is. One unforeseen move of that user's hand would otherwise resemble a lasting error until it stops.
+///         D = (Σ r²)² / Σ r⁴, over kLastingMemory_s, is the duration of the residual. The factor rises from 0 to 1 as D
+///         rises from kFirst to kAll times the lag of r̄.
 /// Source  direct autoregression of order one over the loop; D: participation ratio; figures ours
 class ScoredResidual {
  public:
@@ -49,15 +50,15 @@ class ScoredResidual {
   static constexpr double kLastingMemory_s = 5;
   static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
-  /// Residuals of so much for so long say that g is half of what it seems to be.
+  /// Prior: residuals of this size for this duration make g half of the plain regression.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 
-  /// What part of a force or a torque is shown.
+  /// Displayed share of a force or a torque.
   class Share {
    public:
     explicit Share(double worth) : worth_(worth) {}
-    /// In      then  r̄ of a loop ago; null: that is not known
+    /// In      then  r̄ one loop ago; null: not known
     void learn(const Vec3& known, const Vec3* then, double period_s) noexcept;
     double of_lag(double lag_s, double common_share) const noexcept;
 
@@ -131,7 +132,7 @@ class LocalModelStage final : public Stage {
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
-  bool has_shown_ = false;  ///< what a stage shows first comes from none of its own: HapticCore blends it in
+  bool has_shown_ = false;  ///< false: HapticCore blends in the first output
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
