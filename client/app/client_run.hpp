@@ -1,11 +1,11 @@
 // One run of tandem-client, in a window or headless: owns all parts of the program and their order of start and end.
 //
-//    main thread (client_run)           haptic thread (haptic_loop.hpp)     io thread (net/client_io.hpp)
-//    join, then every 10 ms:            1 kHz: read, compute, write         sockets, session, simulated links
-//    take tick records ◀──── ring ───── record
-//    trace, report, status line         outbox ─────────── mailbox ───────▶ send
-//                                       ◀───────────────── mailboxes ────── state, scene
-//                                       ◀─ request_stop() ── signal thread (stop_signals.hpp)
+//   main thread (client_run)           haptic thread (haptic_loop.hpp)     io thread (net/client_io.hpp)
+//   join, then every 10 ms:            1 kHz: read, compute, write         sockets, session, simulated links
+//   take tick records ◀──── ring ───── record
+//   trace, report, status line         outbox ─────────── mailbox ───────▶ send
+//                                      ◀───────────────── mailboxes ────── state, scene
+//                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
 // Separate threads write the output of main and io (realtime/output.hpp), because a terminal may block. Main may still
 // block when it writes its trace, so the end of the force does not depend on main: the signal thread stops the haptic
@@ -24,7 +24,7 @@ namespace tandem::client {
 /// block_stop_signals() first.
 ///
 /// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, detected before any force is
-///          displayed
+///         displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
 

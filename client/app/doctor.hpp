@@ -39,7 +39,7 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
 
 /// Findings about the kernel's clock and timers.
 /// In      clocksource  the file /sys/devices/system/clocksource/clocksource0/current_clocksource
-///          resolution   of the kernel's timers
+///         resolution   of the kernel's timers
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
 
 /// Warns if a host takes idle processors and the haptic thread's processor is not kept awake: no priority, or a quota
@@ -47,8 +47,7 @@ std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Dura
 Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
 /// Evaluates a loop of 1 ms. Bad: one tick in a thousand is late by a period or is missed, or a tick is late by 20 ms,
-/// at
-/// which the force is released. Warning: from half a period on.
+/// at which the force is released. Warning: from half a period on.
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 
 /// Figures of a connection to a server.
@@ -59,10 +58,8 @@ struct LinkSample {
   std::uint64_t states = 0;
 };
 /// Evaluates a link. Bad: no states, gaps as long as those after which the force falls (SafetySettings::silence_start),
-/// or
-/// a round trip above 300 ms, for which there are no measurements. Warning: a round trip above 100 ms or varying by
-/// more
-/// than 30 ms, or gaps above 50 ms.
+/// or a round trip above 300 ms, for which there are no measurements. Warning: a round trip above 100 ms or varying by
+/// more than 30 ms, or gaps above 50 ms.
 Finding judge_link(const LinkSample& link);
 
 /// Joins as an observer and samples the states for `length`. A server that cannot be joined is a bad finding.

@@ -1,6 +1,5 @@
 // Parameters of a run as JSON, under the names of an experiment file (lab/README.md), so that a live run can be
-// repeated
-// in the lab.
+// repeated in the lab.
 #pragma once
 
 #include "common/base/json.hpp"

@@ -14,8 +14,7 @@ namespace tandem::client {
 
 ClientRecording recording_settings(const ClientOptions& options, const std::filesystem::path& file);
 /// File of a recording that is started in the window: tandem-TIME.mcap, in UTC, in the folder of --record's file, or
-/// else
-/// in the working folder. Absolute.
+/// else in the working folder. Absolute.
 std::filesystem::path next_recording_file(const ClientOptions& options,
                                           std::chrono::system_clock::time_point since_1970);
 LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now);

@@ -74,8 +74,8 @@ class RunReport {
   void explain_silence(const std::string& why);
 
   /// Text of describe() if the device's state has changed since the last report; otherwise empty. While the state stays
-  /// the
-  /// same, validity and reason are reported at most once a second, so that a loose contact does not fill the terminal.
+  /// the same, validity and reason are reported at most once a second, so that a loose contact does not fill the
+  /// terminal.
   std::string take_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }

@@ -14,8 +14,7 @@ namespace tandem::client {
 void block_stop_signals();
 
 /// Waits for one of the signals that block_stop_signals() blocked. A second signal, at least a second after the first,
-/// ends
-/// the program at once with exit code 1: by then the force has been ramped down, and main is blocked.
+/// ends the program at once with exit code 1: by then the force has been ramped down, and main is blocked.
 ///
 /// Thread  its own; constructed and destroyed by one thread
 class StopSignals {

@@ -24,7 +24,7 @@ struct Command {
 /// \" and \\ stand for " and \.
 ///
 /// Fails   std::invalid_argument: the line is empty, too long or not printable UTF-8; the command does not exist (lists
-///          all commands); a field is missing, superfluous, not a number or out of range (names it and its unit)
+///         all commands); a field is missing, superfluous, not a number or out of range (names it and its unit)
 Command parse_command(std::string_view line);
 
 /// First field of a line, for its answer: printable and short; "" for an empty line.

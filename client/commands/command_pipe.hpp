@@ -1,8 +1,8 @@
 // Reads lines and writes their answers, one at a time, in a thread that may block on the standard input and output, so
 // that the main thread never does.
 //
-//    thread of this file: read a line ──▶ wait for its answer ──▶ write the answer ──▶ read the next line
-//    main thread:            take() ──────▶ … ──────▶ answer()
+//   thread of this file: read a line ──▶ wait for its answer ──▶ write the answer ──▶ read the next line
+//   main thread:            take() ──────▶ … ──────▶ answer()
 #pragma once
 
 #include <memory>
@@ -12,8 +12,7 @@
 namespace tandem::client {
 
 /// Backpressure: a line is read only after the previous answer was written. A peer that writes lines without reading
-/// the
-/// answers is blocked, and no answer is lost.
+/// the answers is blocked, and no answer is lost.
 ///
 /// Thread  one, besides its own
 class CommandPipe {

@@ -1,7 +1,7 @@
 // Scripted docking: executes the commands of --commands in order, by the same requests as the window's panel.
 //
-//    standard input ──▶ command_pipe ──▶ command (parsed) ──▶ this ──▶ ClientIo::ask_pose(), ScriptedHand
-//    standard output ◀── command_pipe ◀── one JSON object a line ◀──┘
+//   standard input ──▶ command_pipe ──▶ command (parsed) ──▶ this ──▶ ClientIo::ask_pose(), ScriptedHand
+//   standard output ◀── command_pipe ◀── one JSON object a line ◀──┘
 #pragma once
 
 #include <memory>
@@ -21,8 +21,8 @@ class CommandRun {
  public:
   /// Reads the first line once the room is joined and its state and kept poses have arrived.
   /// In      io              must outlive this
-  ///          pointer         of the device that the commands move; null: movement commands are refused
-  ///          lines, answers  file descriptors
+  ///         pointer         of the device that the commands move; null: movement commands are refused
+  ///         lines, answers  file descriptors
   /// Fails   std::system_error: as CommandPipe
   CommandRun(ClientIo& io, std::shared_ptr<devices::Pointer> pointer, int lines, int answers);
   CommandRun(const CommandRun&) = delete;

@@ -11,9 +11,8 @@
 namespace tandem::client {
 
 /// Moves the pointer of the device "mouse" along a straight line to a goal in the world. The device's simulated hand,
-/// with
-/// mass, damping and spring, follows the pointer and yields to forces; forces are therefore limited as for any other
-/// hand.
+/// with mass, damping and spring, follows the pointer and yields to forces; forces are therefore limited as for any
+/// other hand.
 ///
 /// Thread  main
 class ScriptedHand {
@@ -22,8 +21,7 @@ class ScriptedHand {
   static constexpr double kSpeed_m_per_s = 0.1;
   static constexpr double kTurn_rad_per_s = 1;
   /// Maximum distance between pointer and hand, as for the window's mouse. At this distance the hand's spring applies
-  /// about
-  /// the device's maximum force; the pointer stops there.
+  /// about the device's maximum force; the pointer stops there.
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;
   /// The hand is at rest after moving slower than these limits for kRestFor.

@@ -1,14 +1,12 @@
 // The client's sockets, and the optional simulated links between them and the session.
 //
-//    session ──▶ [link up] ──▶ socket        without links: bytes pass unchanged
-//    session ◀── [link down] ◀── socket      with links: bytes are held until due, by one timer on the io thread
+//   session ──▶ [link up] ──▶ socket        without links: bytes pass unchanged
+//   session ◀── [link down] ◀── socket      with links: bytes are held until due, by one timer on the io thread
 //
 // Control bytes pass through a secure::TlsStream between link and socket; with --insecure it leaves them unchanged.
 // State and control have a link in each direction (control: reliable). Each connection has its own sockets and links,
-// so
-// that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept are queued here.
-// State
-// over TCP is sent only when the queue is empty.
+// so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept are queued here.
+// State over TCP is sent only when the queue is empty.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -47,8 +45,8 @@ struct LinkTraffic {
 class AsioClientTransport final : public ClientTransport {
  public:
   /// In      host     a numeric address; with `trust` also a host name, which is looked up on connecting
-  ///          trust    authorities that the server is verified with; none: no TLS, loopback only
-  ///          resolve  look-up function for names
+  ///         trust    authorities that the server is verified with; none: no TLS, loopback only
+  ///         resolve  look-up function for names
   /// Fails   std::invalid_argument: another address, a file that holds no authority, or a bad link parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
                       const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,

@@ -1,9 +1,9 @@
 // A live client: the sockets, the io thread and the Client that they drive. The haptic thread (haptic_loop.hpp) ticks
 // the same client. The two threads share its mailboxes only.
 //
-//    haptic thread                        io thread (this file)
-//    haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send
-//    ◀──── inbox, scene, local model ───── sockets readable: check, decode, publish
+//   haptic thread                        io thread (this file)
+//   haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send
+//   ◀──── inbox, scene, local model ───── sockets readable: check, decode, publish
 //
 // An eventfd wakes the thread after each haptic tick (one write system call there, no lock). Polling the outbox instead
 // would delay each input by up to the polling period. The thread runs below the haptic thread's priority: a late
@@ -70,7 +70,7 @@ class ClientIo {
  public:
   /// In      device  must outlive this
   /// Fails   std::invalid_argument: no address, an address that needs encryption, a bad link parameter, or as Client;
-  ///          std::system_error: no sockets
+  ///         std::system_error: no sockets
   ClientIo(ClientIoSettings settings, devices::Device& device);
   /// Calls stop().
   ~ClientIo();
@@ -97,9 +97,9 @@ class ClientIo {
   void reset_room();
   /// Calls ClientSession::ask_pose().
   /// In      number     number of a kept pose, for GO_TO, DELETE and RENAME
-  ///          name       for KEEP and RENAME
-  ///          on_answer  may be empty; called on the io thread when snapshot() has the answer's effect, or never after
-  ///          stop()
+  ///         name       for KEEP and RENAME
+  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect, or never after
+  ///         stop()
   void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},
                 const PoseReply& on_answer = {});
   void point(const wire::Point& place);

@@ -28,7 +28,7 @@ class NameLookup {
       std::function<void(const std::vector<net::Address>& addresses, bool is_v6, const std::string& problem)>;
 
   /// In      io       must outlive this; `answer` is called on its thread
-  ///          resolve  called by the look-up threads
+  ///         resolve  called by the look-up threads
   NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer);
   /// No answer is delivered after this.
   ~NameLookup();

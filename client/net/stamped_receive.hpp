@@ -13,21 +13,17 @@ namespace tandem::client {
 /// Reads the datagrams of one socket.
 ///
 /// Model   came = now − (wall clock − stamp). The wall clock may be set while a datagram waits. A datagram read now
-///         arrived
-///          after the socket was last found empty. The difference is used if both clocks advanced alike since then, and
-///          if it is neither negative nor longer than that time. Otherwise the datagram counts as that old, the
-///          maximum.
-///          An old datagram therefore never passes for a fresh one, for any waiting time and any change of the wall
-///          clock.
-///          The wall clock is read after the datagram: a delay of the thread in between makes the age larger, not
-///          smaller.
+///         arrived after the socket was last found empty. The difference is used if both clocks advanced alike since
+///         then, and if it is neither negative nor longer than that time. Otherwise the datagram counts as that old,
+///         the maximum. An old datagram therefore never passes for a fresh one, for any waiting time and any change of
+///         the wall clock. The wall clock is read after the datagram: a delay of the thread in between makes the age
+///         larger, not smaller.
 /// Thread  any, one at a time; no allocation
 class StampedReceiver {
  public:
   StampedReceiver() = default;
   /// Enables kernel time stamps on `socket`, which must be empty. If they are not available, a datagram's reception
-  /// time
-  /// is the time at which it is read.
+  /// time is the time at which it is read.
   StampedReceiver(int socket, LocalTime now) noexcept;
 
   /// Reads the next waiting datagram.
@@ -44,8 +40,8 @@ class StampedReceiver {
 /// Age of a datagram: `waited` if plausible, otherwise `empty_for`.
 ///
 /// In      waited          time since its stamp, by the wall clock
-///          empty_for       time since the socket was empty, by the own clock …
-///          empty_for_wall  … and by the wall clock
+///         empty_for       time since the socket was empty, by the own clock …
+///         empty_for_wall  … and by the wall clock
 Duration believed_age(Duration waited, Duration empty_for, Duration empty_for_wall) noexcept;
 
 }  // namespace tandem::client

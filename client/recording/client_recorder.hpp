@@ -1,7 +1,7 @@
 // The recording of one client.
 //
-//    main thread                   recorder thread
-//    add(tick), add(link) ──ring──▶ to messages ▶ RecordingFile
+//   main thread                   recorder thread
+//   add(tick), add(link) ──ring──▶ to messages ▶ RecordingFile
 //
 // Records that do not fit into the ring are discarded and counted.
 #pragma once

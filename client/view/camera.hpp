@@ -25,8 +25,8 @@ class Camera {
   void zoom(double steps);
   /// Moves the view as if a 3D mouse's cap held the scene: at a speed proportional to the cap's deflection.
   /// In      deflection  −1..1: to the right, away, up
-  ///          turn        −1..1: about the same axes
-  ///          seconds     since the last call
+  ///         turn        −1..1: about the same axes
+  ///         seconds     since the last call
   void steer(const Vec3& deflection, const Vec3& turn, double seconds);
 
   /// Centres the focus in the part of the window left of this share of its width.

@@ -15,8 +15,7 @@ namespace {
 /// Above this number of atoms balls have fewer triangles.
 constexpr std::size_t kFineAtoms = 1500;
 /// Above this number of atoms balls are octahedra with a ball's normals, and sticks have few sides: each is a few
-/// pixels
-/// wide.
+/// pixels wide.
 constexpr std::size_t kCoarseAtoms = 20'000;
 constexpr int kSides = 20, kCoarseSides = 5;
 /// Above this number of atoms a ball represents several, and there are no sticks. Bounds the vertices of the largest
@@ -63,8 +62,7 @@ Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rg
 }
 
 /// Colour by the first three letters of the name: some force fields append the protonation state. Other names are
-/// listed
-/// in full.
+/// listed in full.
 Rgba residue_color(std::string_view name) {
   constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
       kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};

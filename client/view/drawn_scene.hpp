@@ -43,12 +43,11 @@ struct DrawnScene {
 };
 
 /// Colour of a tool by its index: those of Okabe and Ito, distinguishable with any colour vision. Their yellow and cyan
-/// are
-/// reserved for the arrows.
+/// are reserved for the arrows.
 Rgba tool_color(std::size_t tool);
 
 /// In      assets  may be incomplete: shapes without their asset are omitted and named in `missing`
-///          stop    once requested, meshes are omitted and molecules are left incomplete
+///         stop    once requested, meshes are omitted and molecules are left incomplete
 /// Cost    with molecular surfaces up to some seconds (molecular_surface.hpp)
 /// Thread  any
 DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules = {},

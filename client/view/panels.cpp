@@ -245,8 +245,7 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
 }
 
 /// Draws settings of the user's own hand. The workspace mapping is set on release of a slider, because each change
-/// fades
-/// the force out and ramps it up again.
+/// fades the force out and ramps it up again.
 void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   auto scale = static_cast<float>(workspace.scale);
   auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);

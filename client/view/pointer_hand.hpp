@@ -14,8 +14,7 @@ namespace tandem::client {
 class PointerHand {
  public:
   /// Maximum distance between target and hand, in device metres. At this distance the arm's spring applies about the
-  /// device's
-  /// maximum force. A larger distance would add a dead band on the way back.
+  /// device's maximum force. A larger distance would add a dead band on the way back.
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;  ///< maximum rotation, for the same reason
 
@@ -25,8 +24,7 @@ class PointerHand {
   Pose X_WH() const { return workspace_.world_pose(target_.X_DH); }
 
   /// Moves the hand sideways and vertically by shares of the window's height, so that it stays under the mouse. With
-  /// the
-  /// camera high above the scene, away and towards replace up and down.
+  /// the camera high above the scene, away and towards replace up and down.
   void move(const Camera& camera, double right, double down);
   /// Moves the hand sideways and horizontally away or towards; with the camera high above the scene, up and down.
   void move_level(const Camera& camera, double right, double down);

@@ -1,6 +1,5 @@
 // Draws a scene with OpenGL 3.3: a sun with soft shadows, ambient light of the sky, and a floor with a grid.
-// Transparent
-// objects are drawn last.
+// Transparent objects are drawn last.
 #pragma once
 
 #include <Eigen/Geometry>

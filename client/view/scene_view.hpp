@@ -35,8 +35,8 @@ class SceneView {
   explicit SceneView(Renderer& renderer);
 
   /// Rebuilds the scene's meshes in a thread when scene, assets or style have changed, and shows them when complete.
-  /// Molecules appear as balls first. Deformed soft bodies are updated at once. The surface shown last is kept.
-  /// Returns true if another scene, or more of it, is shown.
+  /// Molecules appear as balls first. Deformed soft bodies are updated at once. The surface shown last is kept. Returns
+  /// true if another scene, or more of it, is shown.
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,

@@ -1,9 +1,8 @@
 // The window of tandem-client: displays the scene, and moves the hand of the device "mouse". Only this folder uses
-// GLFW,
-// OpenGL and Dear ImGui, and this header includes none of them.
+// GLFW, OpenGL and Dear ImGui, and this header includes none of them.
 //
-//    haptic thread ── view mailbox ──▶ draw() ◀── snapshot of the session (io thread, its own lock)
-//                  ◀── pointer mailbox ── mouse and keys
+//   haptic thread ── view mailbox ──▶ draw() ◀── snapshot of the session (io thread, its own lock)
+//                 ◀── pointer mailbox ── mouse and keys
 //
 // No other thread waits for the window: a stalled, hidden or slow window delays only itself.
 #pragma once
@@ -42,8 +41,8 @@ struct WindowSettings {
 class Window {
  public:
   /// Opens an empty window.
-  /// Fails   std::runtime_error: no display, no OpenGL 3.3, or a program built without its window;
-  ///          the message names the remedy
+  /// Fails   std::runtime_error: no display, no OpenGL 3.3, or a program built without its window; the message names
+  ///         the remedy
   explicit Window(WindowSettings settings);
   ~Window();
   Window(const Window&) = delete;
@@ -52,10 +51,9 @@ class Window {
   /// Adds a tick; call for each tick, in order.
   void add(const TickRecord& record);
   /// Evaluates mouse and keys, and draws one frame. Waits first, so that there are at most 60 frames a second (30
-  /// without a
-  /// graphics card).
+  /// without a graphics card).
   /// In      view    null: none yet
-  ///          notice  for the top of the window; "": the session's own, if any
+  ///         notice  for the top of the window; "": the session's own, if any
   void draw(const View* view, const ClientIoSnapshot& io, const std::string& notice);
   /// Sets the session panel's text about recordings, below a button that begins or ends one. "": no text.
   void show_recording(bool is_recording, const std::string& state);
