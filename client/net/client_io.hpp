@@ -98,8 +98,7 @@ class ClientIo {
   /// Calls ClientSession::ask_pose().
   /// In      number     number of a kept pose, for GO_TO, DELETE and RENAME
   ///         name       for KEEP and RENAME
-  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect, or never after
-  ///         stop()
+  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect; never after stop()
   void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},
                 const PoseReply& on_answer = {});
   void point(const wire::Point& place);

@@ -27,9 +27,7 @@ class Connector {
 
   /// In      host          a numeric address; "localhost", this machine, if not encrypted; otherwise a name
   ///         is_encrypted  false: only loopback addresses
-  ///         accepted      receives a connection to set up, and another one after set_up_failed() or when the set-up
-  ///         took
-  ///                       too long
+  ///         accepted      receives a connection to set up; another one after set_up_failed() or a slow set-up
   ///         lost          called when no address of the host is left
   /// Fails   std::invalid_argument: not a numeric address, or one that needs encryption
   Connector(boost::asio::io_context& io, const std::string& host, std::uint16_t port, bool is_encrypted,
