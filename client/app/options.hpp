@@ -38,7 +38,7 @@ struct ClientOptions {
   Duration start_timeout{std::chrono::seconds(60)};  ///< with a duration: maximum wait for the room to begin
   int realtime_priority = 70;
   int cpu = -1;
-  std::optional<bool> keeps_awake;  ///< as HapticLoopSettings::keeps_awake
+  std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
   bool insists_on_realtime = false;
   bool prints_json = false;
   bool reads_commands = false;  ///< reads commands from stdin and writes the answers to stdout

@@ -25,8 +25,10 @@ class SecondHand {
   static ClientOptions options_of(const ClientOptions& first);
 
   /// Opens the device.
-  /// In      options  from options_of(); io  made from them; say  receives a line for the user
-  /// Fails   as devices::open_device() and ClientIo
+  /// In      options  from options_of()
+  ///         io       made from these options
+  ///         say      receives a line for the user
+  /// Fails   see devices::open_device() and ClientIo
   SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> say);
 
   /// Starts to join the room of `first`, which has joined; poll() continues the join.

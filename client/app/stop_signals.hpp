@@ -34,7 +34,7 @@ class StopSignals {
   void watch();
   void request();
 
-  std::mutex mutex_;  // protects on_stop_, and is_requested_ against it
+  std::mutex mutex_;  // protects on_stop_, and orders its calls with changes of is_requested_
   std::function<void()> on_stop_;
   std::atomic<bool> is_requested_{false};
   std::atomic<bool> is_closing_{false};

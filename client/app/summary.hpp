@@ -32,7 +32,7 @@ std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& se
 
 /// All results of a run.
 struct RunSummary {
-  ClientOptions options;  ///< as given, to repeat the run
+  ClientOptions options;  ///< options as given, to repeat the run
   devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;

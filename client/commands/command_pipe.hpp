@@ -35,7 +35,7 @@ class CommandPipe {
   bool is_over() const;
   /// Reason why answers could not be written; "" if there is none.
   std::string problem() const;
-  /// Stops reading. Waits until the last answer is written, at most half a second.
+  /// Stops reading. The last answer may still be written for half a second; waits for the thread at most one second.
   void finish();
 
  private:

@@ -30,7 +30,7 @@ constexpr Duration kBetweenPoses = std::chrono::milliseconds(260);
 constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
-constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // as for the window's mouse
+constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // same as for the window's mouse
 // Minimum press of a button, long enough that one of its datagrams arrives.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
@@ -155,7 +155,7 @@ struct CommandRun::Impl {
   const View* view = nullptr;
   LocalTime now{};
 
-  Step step;  ///< of the present command; empty if there is none
+  Step step;  ///< step of the present command; empty if there is none
   std::string word;
   std::size_t lines_taken = 0;
   std::size_t failures = 0;

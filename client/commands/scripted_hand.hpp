@@ -29,7 +29,7 @@ class ScriptedHand {
   static constexpr double kRestTurn_rad_per_s = 0.02;
   static constexpr Duration kRestFor = std::chrono::milliseconds(300);
 
-  /// In      pointer  of the device; not null
+  /// In      pointer  the device's; not null
   explicit ScriptedHand(std::shared_ptr<devices::Pointer> pointer);
 
   /// In      X_WH  goal of the handle in the world
@@ -55,7 +55,7 @@ class ScriptedHand {
   devices::PointerTarget target_;
   std::optional<Pose> goal_WH_;
   bool has_arrived_ = true;
-  std::uint32_t scene_ = 0;  ///< generation
+  std::uint32_t scene_ = 0;  ///< generation of the newest view's scene
   LocalTime followed_{};
   LocalTime moved_{};  ///< last time at which the hand was faster than at rest, or go_to() was called
 };

@@ -45,7 +45,7 @@ struct LinkTraffic {
 class AsioClientTransport final : public ClientTransport {
  public:
   /// In      host     a numeric address; with `trust` also a host name, which is looked up on connecting
-  ///         trust    authorities that the server is verified with; none: no TLS, loopback only
+  ///         trust    key or authorities to verify the server with; none: no TLS, loopback only
   ///         resolve  look-up function for names
   /// Fails   std::invalid_argument: another address, a file that holds no authority, or a bad link parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,

@@ -25,7 +25,7 @@ namespace tandem::client {
 struct ClientIoSettings {
   std::string host = "127.0.0.1";  ///< without `trust` a numeric loopback address or "localhost"; with it also a name
   std::uint16_t port = 47800;
-  std::optional<secure::Trust> trust{};  ///< authorities that the server is verified with; none: no TLS (--insecure)
+  std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server with; none: no TLS (--insecure)
   ClientSettings client;                 ///< makes_models_aside is always set
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler

@@ -6,7 +6,7 @@
 
 namespace tandem::client {
 
-/// In      phase  of the simulated hand's path; −1: none
+/// In      phase  index in the simulated hand's path; −1: none
 wire::RecordedTick recorded(const TickRecord& tick, int phase);
 /// Non-finite values and invalid rotations are kept unchanged, because a recording is read for display. Use `sample` of
 /// a damaged file only through devices::DeviceReader.

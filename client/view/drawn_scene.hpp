@@ -39,7 +39,7 @@ struct DrawnScene {
   /// Ball around the objects of interest: tools, moving bodies, and static bodies that are not much larger.
   Vec3 focus_W = Vec3::Zero();
   double focus_radius_m = 0.1;
-  double floor_z_m = 0;  ///< lowest z of all static bodies
+  double floor_z_m = 0;  ///< lowest z of the static bodies; without any, of the focus ball
 };
 
 /// Colour of a tool by its index: those of Okabe and Ito, distinguishable with any colour vision. Their yellow and cyan

@@ -47,7 +47,8 @@ struct PanelContent {
 };
 
 /// Draws the panels in the current ImGui context.
-/// In      link  the simulated link; workspace  of the hand: the sliders write both
+/// In      link       simulated link, changed by the sliders
+///         workspace  of the hand, changed by the sliders
 /// Thread  the window's
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace);

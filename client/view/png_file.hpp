@@ -1,4 +1,4 @@
-// Pictures as files.
+// Writes pictures as PNG files.
 #pragma once
 
 #include <cstdint>

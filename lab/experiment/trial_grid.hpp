@@ -27,7 +27,7 @@ struct GridRequest {
 
 /// Expands the grid into trials in a fixed order, without duplicates.
 ///
-/// The blocks are the file's `grid`. The built-in ones are: the default stage with passivity controller on delays ×
+/// The blocks are the file's `grid`, otherwise the built-in ones: the default stage with passivity controller on delays ×
 /// jitter × loss; and every other stage without it on four delays of a perfect link, where further seeds give the same
 /// result.
 /// Fails   std::invalid_argument: a name or value that does not exist, more than kMaxTrials

@@ -31,7 +31,7 @@ struct JoinFigures {
 
 /// Runs one trial for each of asset_deliveries(). With "here" nothing is fetched; its state figures cover the whole
 /// trial.
-/// Fails   as run_virtual_session() and load_experiment_scene()
+/// Fails   see run_virtual_session() and load_experiment_scene()
 std::vector<JoinFigures> measure_join(Experiment experiment, const std::shared_ptr<const server::LoadedScene>& scene);
 
 }  // namespace tandem::lab
