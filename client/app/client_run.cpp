@@ -38,15 +38,14 @@ namespace {
 
 constexpr Duration kMainPeriod{std::chrono::milliseconds(10)};
 constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
-// The session has time-outs of its own for each step; this only bounds their sum.
+// Bounds the sum of the session's own time-outs for the steps of a join.
 constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 
-/// Of the run with a window, while its hand may feel something.
+/// Haptic loops of a run with a window, while they may apply a force; null otherwise.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
 
-/// A window's library ends the program by exit() when its display is gone, in the midst of a frame: the hand is let go
-/// first.
+/// Ramps the force down at exit: when its display is lost, the window library calls exit() in the middle of a frame.
 void let_go_at_exit() {
   HapticLoop* const loop = loop_to_stop.exchange(nullptr);
   if (loop == nullptr) return;
@@ -55,7 +54,7 @@ void let_go_at_exit() {
   if (second != nullptr) second->request_stop();
   loop->stop();
   if (second != nullptr) second->stop();
-  // A device with a thread of its own has zero by then (devices/threaded_device.hpp).
+  // A device with its own thread has received zero force by then (devices/threaded_device.hpp).
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
   std::cerr << "tandem-client: the display was lost\n";
   std::_Exit(1);
@@ -106,12 +105,12 @@ class ClientRun {
   haptics::SafetySettings safety_;
   std::optional<Window> window_;  ///< none: headless
   std::unique_ptr<devices::Device> device_;
-  devices::HandPath hand_path_;  ///< names the phases of the run
+  devices::HandPath hand_path_;  ///< source of the names of the run's phases
   ClientIo io_;
   std::optional<TraceWriter> trace_;
-  std::unique_ptr<ClientRecorder> recorder_;  ///< of the newest recording, which may have ended; null: there was none
+  std::unique_ptr<ClientRecorder> recorder_;  ///< newest recording, which may have ended; null: none yet
   bool is_recording_ = false;
-  std::string recording_problem_;  ///< why none was begun
+  std::string recording_problem_;  ///< why the last recording could not begin
   LocalTime recording_since_{};
   Duration recorded_for_{0};
   std::uint64_t lost_of_recordings_ = 0;
@@ -131,16 +130,16 @@ class ClientRun {
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
   bool has_begun_ = false;      ///< the hand follows its path
-  std::string waited_in_vain_;  ///< for the room to begin: the problem in words; empty: not so
+  std::string waited_in_vain_;  ///< why the room did not begin in time; empty: it did
   LocalTime waiting_since_{};
   LocalTime next_status_{};
   LocalTime picture_due_{};
   TickRecord newest_;
   bool is_over_ = false;
-  std::optional<HapticLoop> loop_;      ///< gone before what it uses
+  std::optional<HapticLoop> loop_;      ///< destroyed before the objects that it uses
   std::unique_ptr<SecondHand> second_;  ///< null: one device
   std::optional<CommandRun> commands_;  ///< none: --commands is not used
-  StopSignals stop_signals_;            ///< last: it stops the loop
+  StopSignals stop_signals_;            ///< last member: stops the loop
 };
 
 ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
@@ -155,7 +154,7 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
   if (options.is_verbose) io_.on_log = [this](const std::string& line) { say(line); };
 }
 
-/// Fails   std::invalid_argument: the file cannot be made
+/// Fails   std::invalid_argument: the file cannot be created
 void ClientRun::begin_recording(const std::filesystem::path& file) {
   auto recorder = std::make_unique<ClientRecorder>(
       recording_settings(options_, file),
@@ -167,7 +166,7 @@ void ClientRun::begin_recording(const std::filesystem::path& file) {
   is_recording_ = true;
 }
 
-/// Main waits for what is to be written; nobody waits for main.
+/// Blocks main until the recording is written; no other thread waits for main.
 void ClientRun::end_recording() {
   if (!std::exchange(is_recording_, false)) return;
   recorder_->finish();
@@ -175,7 +174,7 @@ void ClientRun::end_recording() {
   lost_of_recordings_ += recorder_->lost();
 }
 
-/// At the window.
+/// Starts or ends a recording, from the window.
 void ClientRun::switch_recording() {
   recording_problem_.clear();
   if (is_recording_) {
@@ -191,7 +190,7 @@ void ClientRun::switch_recording() {
   }
 }
 
-/// For the window; empty: there was none.
+/// State of the recording, shown in the window; empty: there was none.
 std::string ClientRun::recording_state() const {
   if (!recording_problem_.empty()) return recording_problem_;
   if (!recorder_) return {};
@@ -215,7 +214,7 @@ int ClientRun::run() {
   return finish();
 }
 
-/// Before anything is joined: what cannot be opened is said at once.
+/// Opens the second device before joining, so that its errors are reported at once.
 void ClientRun::open_second() {
   if (!options_.second_device) return;
   const ClientOptions options = SecondHand::options_of(options_);
@@ -240,13 +239,13 @@ void ClientRun::open_window() {
   settings.client = &io_;
   settings.recording_folder = next_recording_file(options_, std::chrono::system_clock::now()).parent_path().string();
   if (options_.window.screenshot.empty()) settings.cap = cap_for_camera(options_.device.name);
-  // A picture is the same whoever takes it.
+  // A screenshot does not depend on remembered settings.
   settings.remembers = options_.window.screenshot.empty();
   window_.emplace(std::move(settings));
   std::atexit(let_go_at_exit);
 }
 
-/// Until main has something to do again: at a window, for a frame.
+/// Pauses until main's next poll; with a window, draws a frame.
 void ClientRun::pause() {
   if (window_) {
     window_->show_recording(is_recording_, recording_state());
@@ -257,7 +256,7 @@ void ClientRun::pause() {
   }
 }
 
-/// A window stays, and says why the session has ended; so do the answers to commands.
+/// Ends the run with its session, unless a window or --commands is in use: these stay and report why the session ended.
 void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   if (!window_) {
     is_over_ = is_over_ || (io.status.state == SessionState::kEnded && !commands_);
@@ -272,7 +271,7 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
   is_over_ = true;
 }
 
-/// False when a signal came first.
+/// Joins the room. Returns false when a stop signal arrives first.
 bool ClientRun::join() {
   const SteadyClock clock;
   const LocalTime give_up = clock.now() + kMaxJoin;
@@ -296,7 +295,7 @@ bool ClientRun::join() {
   }
 }
 
-/// Anew in each scene.
+/// Selects the body to watch in a new scene.
 void ClientRun::watch_body(const std::shared_ptr<const wire::Joined>& joined) {
   watched_in_ = joined;
   watched_ = watched_body(*joined);
@@ -321,7 +320,7 @@ void ClientRun::start_loop() {
   if (loop_->keeps_awake()) say("keeping a processor awake for the haptic thread; --keep-awake off spares it");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
-  // The mouse of a window moves the hand itself.
+  // With a window its mouse moves the hand, not the commands.
   if (options_.reads_commands) {
     commands_.emplace(io_, window_ ? nullptr : options_.device.pointer, STDIN_FILENO, STDOUT_FILENO);
   }
@@ -358,7 +357,7 @@ void ClientRun::run_commands(const ClientIoSnapshot& io, LocalTime now) {
   is_over_ = is_over_ || commands_->is_over();
 }
 
-/// Ends a run of a stated length whose room does not begin.
+/// Ends a run of stated duration whose room does not begin within the start time-out.
 void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
   if (io.hand_start.kind != HandStart::Kind::kAwaited || has_begun_) waiting_since_ = now;
   if (!options_.duration || now - waiting_since_ < options_.start_timeout) return;
@@ -414,8 +413,8 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   end_by_itself(io);
 }
 
-// Here and not on the io thread, which has displayed or refused it already: the search for a remedy takes tens of
-// milliseconds.
+// The search for a remedy takes tens of milliseconds, so it runs here and not on the io thread, which has already
+// displayed or refused the coupling.
 void ClientRun::explain_coupling(const CouplingCheck& check) {
   if (check.number == explained_check_) return;
   explained_check_ = check.number;
@@ -466,7 +465,7 @@ int ClientRun::finish() {
   return problems.empty() ? 0 : 1;
 }
 
-/// Tasks of the run that are not done, in words. Any of them makes the exit code 1.
+/// Failed tasks of the run, in words. Each of them makes the exit code 1.
 std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) {
   const auto if_true = [](bool is_so, const std::string& problem) { return is_so ? problem : std::string(); };
   const std::size_t unset = options_.sets.size() - sets_done_;

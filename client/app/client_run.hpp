@@ -1,4 +1,4 @@
-// One headless run of tandem-client: everything that main() puts together, in the order in which it lives and dies.
+// One run of tandem-client, in a window or headless: owns all parts of the program and their order of start and end.
 //
 //   main thread (client_run)           haptic thread (haptic_loop.hpp)     io thread (net/client_io.hpp)
 //   join, then every 10 ms:            1 kHz: read, compute, write         sockets, session, simulated links
@@ -7,12 +7,12 @@
 //                                      ◀───────────────── mailboxes ────── state, scene
 //                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
-// What main and io say is written by threads of their own (realtime/output.hpp), because a terminal may hang. Main may still
-// hang where it writes its trace, so nothing that ends the force depends on it: the signal thread stops the haptic thread,
-// which knows its duration and shows the hand out by itself.
+// Separate threads write the output of main and io (realtime/output.hpp), because a terminal may block. Main may still
+// block when it writes its trace, so the end of the force does not depend on main: the signal thread stops the haptic
+// thread, which ends by itself after its duration and ramps the force down.
 //
-// The haptic thread starts when the room is joined, so that the hand's path and the session share their zero, and
-// stops first, so that the hand is let go while the session still stands.
+// The haptic thread starts when the room is joined, so that the hand's path and the session have the same time zero. It
+// stops first, so that the force is ramped down while the session is still open.
 #pragma once
 
 #include "client/app/options.hpp"
@@ -20,10 +20,10 @@
 
 namespace tandem::client {
 
-/// Runs until the duration is over, a signal comes, or the session ends. Returns the exit code. block_stop_signals()
-/// must come before.
+/// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. Call
+/// block_stop_signals() first.
 ///
-/// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, found before anything was
+/// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, detected before any force is
 ///         displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);

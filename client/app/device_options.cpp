@@ -66,7 +66,7 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
       ->capture_default_str()
       ->type_name("auto|off|/dev/input/eventN");
   devices::HandParameters& hand = device.hand_parameters;
-  // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
+  // Same ranges as in an experiment file (lab/experiment/experiment.cpp), so that settings can be exchanged.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
   add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000,
              "arm stiffness, towards the intended trajectory [N/m]", "N/M");
@@ -84,7 +84,7 @@ void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
   app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
 }
 
-/// The second device takes what the options say of its kind.
+/// Options of the second device: those of the first, with its own name and recorded hand.
 devices::DeviceOptions second_device(const devices::DeviceOptions& first, const devices::DeviceOptions& named) {
   if (named.name == first.name && named.name == "inverse3") {
     throw std::invalid_argument(
@@ -98,7 +98,7 @@ devices::DeviceOptions second_device(const devices::DeviceOptions& first, const 
   return second;
 }
 
-/// Not before the command line is parsed: help and version need no file.
+/// Called after parsing, because --help and --version need no device file.
 void complete_device(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool has_pointer) {
   const char* option = "--device: ";
   try {
@@ -115,7 +115,7 @@ void complete_device(devices::DeviceOptions& device, const std::string& profile,
   }
 }
 
-/// "replay:FILE" is the device "replay" with what is in the file.
+/// Replaces "replay:FILE" by the device "replay" with the recorded hand of the file.
 void take_recorded(devices::DeviceOptions& device) {
   constexpr std::string_view kReplay = "replay:";
   if (!device.name.starts_with(kReplay)) return;

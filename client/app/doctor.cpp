@@ -55,7 +55,7 @@ Finding not_joined(const std::string& why) {
           {}};
 }
 
-/// Joined, or ended, or it took too long.
+/// Waits until the client has joined, the session has ended, or the time is over. Returns whether it has joined.
 bool wait_for_join(const ClientIo& io) {
   const SteadyClock clock;
   const LocalTime give_up = clock.now() + kMaxJoin;

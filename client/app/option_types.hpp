@@ -1,4 +1,4 @@
-// Kinds of options that the command line of tandem-client is made of.
+// Building blocks for the command line of tandem-client.
 #pragma once
 
 #include <functional>
@@ -12,10 +12,10 @@ class App;
 
 namespace tandem::client {
 
-/// Registers an option of text that `take` turns into a setting; the error that it throws names the option.
+/// Registers a text option that `take` turns into a setting; the error that `take` throws names the option.
 void add_text(CLI::App& app, const std::string& name, const std::string& help, const std::string& type,
               const std::function<void(const std::string&)>& take);
-/// Registers a number from `least` to `largest`; the error for another value names both.
+/// Registers a number from `least` to `largest`; the error for another value names both limits.
 void add_number(CLI::App& app, const std::string& name, double& value, double least, double largest,
                 const std::string& help, const std::string& type);
 /// "a, b, c".

@@ -1,5 +1,5 @@
-// What a run was given, as JSON, under the names that an experiment file has for the same (lab/README.md), so that
-// a live run can be repeated in the lab.
+// Parameters of a run as JSON, under the names of an experiment file (lab/README.md), so that a live run can be
+// repeated in the lab.
 #pragma once
 
 #include "common/base/json.hpp"

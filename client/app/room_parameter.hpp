@@ -1,4 +1,4 @@
-// What the room's operator sets of it, as text.
+// Room parameters that the operator sets, as text.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace tandem::client {
 
-/// "coupling.law=spring-damper", "coupling.stiffness_n_per_m=400@5s": what, and how long after joining.
+/// Parses "coupling.law=spring-damper" or "coupling.stiffness_n_per_m=400@5s": name, value, and time after joining.
 ///
-/// Fails   std::invalid_argument: no such parameter, or a value that no room accepts; what the scene makes of it is the
-///         server's to say
+/// Fails   std::invalid_argument: no such parameter, or a value that no room accepts. Limits that depend on the scene
+///         are checked by the server.
 std::pair<Duration, wire::SetParameter> parameter_to_set(const std::string& text);
 
 }  // namespace tandem::client

@@ -1,5 +1,5 @@
-// What a session felt like, gathered tick by tick: per phase of the hand's path, per silence of the server, and how
-// far the watched body went. The JSON at the end of a headless run is made from this (client/app/summary.hpp).
+// Statistics of a session, gathered tick by tick: per phase of the hand's path, per silence of the server, and the
+// displacement of the watched body. Source of the JSON at the end of a headless run (client/app/summary.hpp).
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class StretchStatistics {
   double hand_speed_max_m_per_s() const { return speed_max_; }
   double hand_speed_rms_m_per_s() const;
   double force_mean_n() const { return mean(force_sum_); }
-  /// Norm of the mean vector: far below force_mean_n() where the force swings about zero.
+  /// Norm of the mean vector: far below force_mean_n() if the force oscillates about zero.
   double force_mean_vector_n() const;
   double force_max_n() const { return force_max_; }
   double torque_mean_n_m() const { return mean(torque_sum_); }
@@ -33,7 +33,7 @@ class StretchStatistics {
   double mean(double sum) const { return ticks_ > 0 ? sum / static_cast<double>(ticks_) : 0.0; }
 
   std::uint64_t ticks_ = 0;
-  std::uint64_t hand_ticks_ = 0;  ///< with a valid sample
+  std::uint64_t hand_ticks_ = 0;  ///< ticks with a valid sample
   std::uint64_t holding_ticks_ = 0;
   double speed_max_ = 0;
   double speed_square_sum_ = 0;
@@ -49,10 +49,10 @@ struct PhaseReport {
   std::string name;
   Duration duration{0};
   StretchStatistics whole;
-  StretchStatistics settled;  ///< without the first second after the phase was entered
+  StretchStatistics settled;  ///< without the first second of the phase
 };
 
-/// A stretch in which nothing came from the server until the force had to be zero.
+/// A period without messages from the server, long enough that the force must be zero.
 struct Silence {
   Duration last_arrival{0};            ///< since the first tick
   std::optional<Duration> zero_after;  ///< from the last arrival to the first tick of lasting zero; none: never zero
@@ -70,18 +70,19 @@ class RunReport {
   /// `phase` is an index into the names, −1 for none.
   void add(const TickRecord& record, int phase);
   bool is_silent() const { return is_silent_; }
-  /// Says why the present silence is; the first reason stays.
+  /// Sets the reason of the present silence; only the first reason is kept.
   void explain_silence(const std::string& why);
 
-  /// What the newest tick says of the device that the last news did not, as describe() has it; empty: nothing. While it
-  /// is ready at most once a second, so that a loose contact does not fill the terminal.
+  /// Text of describe() if the device's state has changed since the last report; otherwise empty. While the state stays
+  /// the same, validity and reason are reported at most once a second, so that a loose contact does not fill the
+  /// terminal.
   std::string take_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }
   const std::vector<Silence>& silences() const { return silences_; }
   std::uint32_t server_tick_faults_seen() const { return server_tick_faults_seen_; }
   bool has_seen_body() const { return has_seen_body_; }
-  /// Farthest that the watched body was from where it was first seen.
+  /// Largest distance of the watched body from its first pose.
   double body_displacement_m() const { return body_displacement_m_; }
   double body_rotation_rad() const { return body_rotation_rad_; }
   Duration length() const { return newest_ - start_; }
@@ -102,7 +103,7 @@ class RunReport {
   std::optional<LocalTime> zero_since_;
   std::vector<Silence> silences_;
   devices::DeviceSample sample_;
-  devices::DeviceSample told_;  ///< at the last news
+  devices::DeviceSample told_;  ///< sample of the last report
   std::optional<LocalTime> told_at_;
   std::uint32_t server_tick_faults_seen_ = 0;
   bool has_seen_body_ = false;

@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-// The io thread runs this far below the haptic thread.
+// Difference between the priorities of the haptic thread and the io thread.
 constexpr int kIoPriorityBelow = 10;
 
 }  // namespace
@@ -29,7 +29,7 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   if (!options.window.is_open) return settings;
   settings.client.session.wants_soft_shapes = true;
   settings.client.session.drawn_asset_kinds = {geometry::kDrawingAssetKind, "molecule"};
-  // So that the window's sliders have a link to change.
+  // The window's sliders need a link that they can change.
   if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
   return settings;
 }

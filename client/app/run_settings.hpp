@@ -1,4 +1,4 @@
-// What a run of the client is set up with, from its options.
+// Settings of a run of the client, derived from its options.
 #pragma once
 
 #include <memory>
@@ -13,18 +13,18 @@
 namespace tandem::client {
 
 ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
-/// The device "mouse" needs a pointer: of a window, or of commands.
+/// Adds a pointer if the device is "mouse" and a window or commands can move it.
 ClientOptions with_pointer(ClientOptions options);
-/// Where one is plugged in and is not the hand's device; null: none.
+/// Opens a SpaceMouse for the camera if one is usable and is not the hand's device; otherwise null.
 std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand);
-/// So that nobody waits in vain.
+/// Checks the file before the run instead of at its end.
 /// Fails   std::invalid_argument: it cannot be written
 void check_screenshot(const std::filesystem::path& file);
 /// "stage local-model, predictor ar, passivity on".
 std::string stage_line(const StageSettings& stage);
 /// "a; b; c".
 std::string joined_lines(const std::vector<std::string>& lines);
-/// What a check of the coupling found, for the terminal: a line each.
+/// Findings of a coupling check for the terminal, one per line.
 std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings);
 
 }  // namespace tandem::client

@@ -33,7 +33,7 @@ ClientOptions SecondHand::options_of(const ClientOptions& first) {
   options.device.seed = options.seed;
   SessionSettings& session = options.io.client.session;
   session.user_name += " 2";
-  if (session.role == wire::ROLE_OPERATOR) session.role = wire::ROLE_MANIPULATOR;  // there is one a room
+  if (session.role == wire::ROLE_OPERATOR) session.role = wire::ROLE_MANIPULATOR;  // a room has one operator
   return options;
 }
 
@@ -64,7 +64,7 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
   last_why_ = last_.status.why;
 }
 
-/// Once: it may be full.
+/// Follows the first hand to `room`; one attempt only, because the room may be full.
 void SecondHand::follow(const std::string& room) {
   const bool is_tried = room == std::exchange(followed_to_, room);
   if (room != last_.room && !is_tried) io_.change_room(room);

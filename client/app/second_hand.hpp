@@ -1,5 +1,5 @@
-// The other hand of a person with two devices: a second user of the room, in the same program. It joins after the first,
-// and so has the next tool; left and right, or receptor and ligand.
+// The other hand of a user with two devices: a second user of the room in the same program. It joins after the first
+// and therefore gets the next tool: left and right, or receptor and ligand.
 //
 //   haptic thread of its own      io thread of its own      main thread: poll()
 #pragma once
@@ -21,24 +21,26 @@ namespace tandem::client {
 /// Thread  main
 class SecondHand {
  public:
-  /// What the first hand's options make of the second's: its device, " 2" after the user's name, no window, no trace.
+  /// Derives the options of the second hand: its device, " 2" after the user name, no window, no trace.
   static ClientOptions options_of(const ClientOptions& first);
 
   /// Opens the device.
-  /// In      options  options_of(); io  made of them; say  one line for people
-  /// Fails   as devices::open_device() and ClientIo
+  /// In      options  from options_of()
+  ///         io       made from these options
+  ///         say      receives a line for the user
+  /// Fails   see devices::open_device() and ClientIo
   SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> say);
 
-  /// Begins to join beside the first, which has joined; poll() goes on.
+  /// Starts to join the room of `first`, which has joined; poll() continues the join.
   void start(const ClientIoSnapshot& first);
-  /// Takes what its loop recorded; starts the loop once it has joined; goes to the room that the first has gone to.
+  /// Takes the loop's records, starts the loop after the join, and follows the first hand to another room.
   /// Fails   std::runtime_error: it cannot join
   void poll(const ClientIoSnapshot& first);
-  /// Lets the hand go, now or in the end.
+  /// Ramps the force down and ends the loop. Does not wait.
   /// Thread  any
   void request_stop() noexcept;
   void stop();
-  /// As of a run (summary.hpp); after stop().
+  /// Summary of the second hand's run (summary.hpp); after stop().
   boost::json::object summary() const;
   /// problem_at_end() of its session; after stop().
   std::string problem() const;
@@ -57,7 +59,7 @@ class SecondHand {
   std::string last_why_;
   std::string followed_to_;
   std::vector<std::string> realtime_not_granted_;
-  HapticLoop loop_;  ///< gone before what it uses
+  HapticLoop loop_;  ///< destroyed before the objects that it uses
   bool has_started_ = false;
 };
 

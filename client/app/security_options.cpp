@@ -28,7 +28,7 @@ void take_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& io
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
-/// Arguments can be read by other users of the machine.
+/// Text of an option, or a line of stdin for "-": other users of the machine can read command lines.
 std::string or_from_stdin(const std::string& text) {
   std::string line = text;
   if (text == "-") std::getline(std::cin, line);
@@ -37,7 +37,7 @@ std::string or_from_stdin(const std::string& text) {
 
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
   const auto invitation = proto::invitation_of(or_from_stdin(text));
-  // It is not repeated: what is wrong with it may be a letter, and the rest is a secret.
+  // The error does not repeat the text: the fault may be one character, and the rest is a secret.
   if (!invitation) throw std::invalid_argument("--join: no invitation; copy all of what tandem-server --invite prints");
   take_server(invitation->server, io);
   io.trust = secure::Trust{.pin = invitation->key};
@@ -71,7 +71,7 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   }
   if (!options.invitation.empty()) return apply_invitation(options.invitation, keeps_role, io);
   if (options.is_insecure) return;
-  // A certificate has no zone: that is an interface of this machine.
+  // A certificate contains no zone, which names an interface of this machine.
   io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
   const auto token = secure::bytes_of_text(or_from_stdin(options.token));

@@ -1,4 +1,4 @@
-// By what the client knows its server, and by what the server lets it in: the same options for each program that joins.
+// Options for the server's authentication and the user's token, shared by all programs that join a room.
 #pragma once
 
 #include <string>
@@ -23,8 +23,8 @@ void add_security_options(CLI::App& app, SecurityOptions& options);
 
 /// Fills in server, trust and token.
 ///
-/// In      keeps_role  the user has named a role; else it is that of the token
-/// Fails   std::invalid_argument: one line that names the option and what would do
+/// In      keeps_role  the user has named a role; otherwise the token's role is used
+/// Fails   std::invalid_argument: one line that names the option and the remedy
 void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io);
 
 }  // namespace tandem::client

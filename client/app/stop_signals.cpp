@@ -13,9 +13,9 @@
 namespace tandem::client {
 namespace {
 
-// How long the end of the program may wait for this thread.
+// Maximum delay of the program's end caused by this thread.
 constexpr Duration kLookPeriod{std::chrono::milliseconds(50)};
-// Far longer than a hand takes to be let go (haptic_loop.cpp), short for a person who presses Ctrl-C again.
+// Far longer than the force takes to ramp down (haptic_loop.cpp), short for a user who presses Ctrl-C again.
 constexpr Duration kSecondSignalAfter{std::chrono::seconds(1)};
 
 bool is_ignored(int signal) {
@@ -27,7 +27,7 @@ sigset_t stop_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM, SIGQUIT}) sigaddset(&signals, signal);
-  // A blocked signal is kept even when it is ignored, so the wish of nohup has to be kept here.
+  // A blocked signal stays pending even if it is ignored, so SIGHUP is excluded here to respect nohup.
   if (!is_ignored(SIGHUP)) sigaddset(&signals, SIGHUP);
   return signals;
 }

@@ -1,5 +1,5 @@
-// Why a program that moves a hand has a thread for signals: main also writes files, and what is behind a file can block
-// for ever (a pipe, a disk far away). Whoever takes the signals must never write, or nobody could end the force.
+// Thread for the signals of a program that moves a hand. Main also writes files, which may block without limit (a pipe,
+// a remote disk). The thread that receives the signals must never write, otherwise the force could not be ended.
 #pragma once
 
 #include <atomic>
@@ -9,15 +9,14 @@
 
 namespace tandem::client {
 
-/// Blocks SIGINT, SIGTERM, SIGQUIT and, unless the program was started to ignore it (nohup), SIGHUP for this thread
-/// and those it starts; ignores SIGPIPE, so that a reader who goes away does not kill the program with a force on.
-/// First of all in main().
+/// Blocks SIGINT, SIGTERM, SIGQUIT and SIGHUP for this thread and those it starts; SIGHUP not if it is ignored (nohup).
+/// Ignores SIGPIPE, so that a reader's exit does not end the program with a force applied. Call first in main().
 void block_stop_signals();
 
-/// Waits for one of the signals that block_stop_signals() blocked. A second one, a second or more after the first,
-/// ends the program at once with exit code 1: by then the hand has been let go, and main hangs.
+/// Waits for one of the signals that block_stop_signals() blocked. A second signal, at least a second after the first,
+/// ends the program at once with exit code 1: by then the force has been ramped down, and main is blocked.
 ///
-/// Thread  its own; made and destroyed by one thread
+/// Thread  its own; constructed and destroyed by one thread
 class StopSignals {
  public:
   StopSignals();
@@ -25,7 +24,8 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   ~StopSignals();
 
-  /// `on_stop` runs once, on the thread of this object, or here when a signal has already come. It must not block.
+  /// Sets `on_stop`, which runs once, on this object's thread, or here if a signal has already arrived. It must not
+  /// block.
   void when_requested(std::function<void()> on_stop);
   /// Thread  any
   bool is_requested() const noexcept { return is_requested_.load(std::memory_order_relaxed); }
@@ -34,7 +34,7 @@ class StopSignals {
   void watch();
   void request();
 
-  std::mutex mutex_;  // protects on_stop_, and is_requested_ against it
+  std::mutex mutex_;  // protects on_stop_, and orders its calls with changes of is_requested_
   std::function<void()> on_stop_;
   std::atomic<bool> is_requested_{false};
   std::atomic<bool> is_closing_{false};

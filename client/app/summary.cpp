@@ -44,7 +44,7 @@ json::object link_of(const net::LinkCounters& link) {
           {"queue_full", link.queue_full}};
 }
 
-/// Together with the scene and the version, enough to run it again.
+/// Adds the settings that, with the scene and the version, suffice to repeat the run.
 void add_setup(const RunSummary& s, json::object& out) {
   const ClientOptions& options = s.options;
   const SessionSettings& session = options.io.client.session;
@@ -147,7 +147,7 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
   out["force_limit_n"] = s.device.force_limit_n;
   out["torque_limit_n_m"] = s.device.torque_limit_n_m;
-  // Computed and displayed alike: a single NaN in between would stay in the sums for good.
+  // Covers computed and displayed forces: a single NaN would stay in the sums.
   out["all_forces_finite"] =
       c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
   out["not_finite_ticks"] = c.not_finite_ticks;
@@ -166,7 +166,7 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["energy_from_hand_j"] = c.energy_from_hand_j;
 }
 
-/// The same names for a whole phase and for its settled part, which is null when the phase was too short.
+/// Adds the same fields for a whole phase and for its settled part, which is null if the phase was too short.
 void add_stretch(const StretchStatistics& stretch, const std::string& prefix, json::object& out) {
   const auto add = [&](const char* name, double value) {
     out[prefix + name] = stretch.ticks() > 0 ? json::value(value) : json::value();
@@ -249,7 +249,7 @@ BodyId watched_body(const wire::Joined& joined) {
 }
 
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest) {
-  char round_trip[16] = "     -";  // of a connection that there is
+  char round_trip[16] = "     -";  // shown without a connection
   if (io.status.state == SessionState::kActive) {
     std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.round_trip) * 1e3);
   }

@@ -1,4 +1,4 @@
-// The one JSON object that a headless run ends with. Field names carry units; what is unknown is null.
+// The JSON object that a headless run prints at its end. Field names carry units; unknown values are null.
 #pragma once
 
 #include <optional>
@@ -13,33 +13,33 @@
 
 namespace tandem::client {
 
-/// The body that a run watches: the one that the user's tool holds from the start, else the first that can be grasped;
-/// the invalid id when there is none.
+/// Selects the body that a run watches: the one that the user's tool holds at the start, else the first graspable one;
+/// an invalid id if there is none.
 BodyId watched_body(const wire::Joined& joined);
-/// What the server says of the scene's files, fit for a terminal and bounded.
+/// The server's notes on the scene's files, bounded and safe for a terminal.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 
-/// What a user got: two that join together may get each other's tool.
+/// Line with the scene, user id and tool of the user: two users who join at the same time may get each other's tool.
 std::string joined_line(const wire::Joined& joined);
-/// What of a scene with forces and torques this device cannot show; empty: nothing.
+/// Forces or torques that this device cannot display; empty: none.
 std::string missing_of(const devices::DeviceSpec& device);
 
-/// For a person, each second: time of the run, session, delays, what the hand feels.
+/// Status line of each second: time of the run, session state, delays, displayed force.
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest);
 
-/// Why a session is of no use at the end of its run; empty: it is in a room, and states arrive.
+/// Why a session is unusable at the end of its run; empty: it is in a room and receives states.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 
-/// Everything that a run leaves behind.
+/// All results of a run.
 struct RunSummary {
-  ClientOptions options;  ///< as given: what it takes to repeat the run
+  ClientOptions options;  ///< options as given, to repeat the run
   devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;
   std::uint64_t trace_overflows = 0;
   HapticCounters counters;
   ClientIoSnapshot io;
-  std::vector<haptics::StabilityFinding> coupling_findings;  ///< of the coupling in force
+  std::vector<haptics::StabilityFinding> coupling_findings;  ///< findings for the coupling in force
   BodyId watched;                                            ///< invalid: none
   std::string watched_name;
   RunReport run;

@@ -1,4 +1,4 @@
-// See trace.hpp. One function names and fills the cells, so that header and rows cannot drift apart.
+// See trace.hpp. One function names and fills the cells, so that header and rows always match.
 #include "client/app/trace.hpp"
 
 #include <charconv>
@@ -9,11 +9,11 @@
 namespace tandem::client {
 namespace {
 
-// Nine digits: a nanometre in a metre, far below any device's resolution, at half the size of full precision.
+// Nine digits resolve a nanometre in a metre, far below any device's resolution, at half the size of full precision.
 constexpr int kDigits = 9;
 constexpr int kTimeDecimals = 6;
 
-/// Where cells go: names in the first row, values in the others.
+/// Appends cells to a line: names in the header row, values in the others.
 class Row {
  public:
   enum class Kind { kNames, kValues };
@@ -55,7 +55,7 @@ class Row {
   }
 
  private:
-  /// Names cost time only in the header.
+  /// Joins the parts of a name; empty in value rows, to save time.
   std::string joined(std::string_view a, std::string_view b, std::string_view c = "") const {
     std::string name;
     if (kind_ == Kind::kValues) return name;

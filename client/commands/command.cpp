@@ -1,4 +1,4 @@
-// See command.hpp. One table has the commands with their fields, so that parser, help and README cannot drift apart.
+// See command.hpp. One table has the commands with their fields, so that parser, help and README always match.
 #include "client/commands/command.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kMaxWordShown = 40;
 constexpr std::size_t kMaxPosesListed = 20;
 
-/// A field of a command. Without a unit it is a text.
+/// A field of a command; text if it has no unit.
 struct Field {
   const char* name;
   const char* unit = nullptr;
@@ -30,7 +30,7 @@ struct Field {
 struct Usage {
   const char* verb;
   const char* purpose;
-  std::array<Field, 4> fields{};  ///< those with a name
+  std::array<Field, 4> fields{};  ///< unused ones have no name
 
   std::span<const Field> used() const {
     const auto end = std::ranges::find_if(fields, [](const Field& field) { return field.name == nullptr; });
@@ -38,7 +38,7 @@ struct Usage {
   }
 };
 
-constexpr double kMaxPlace_m = 1000;  // as of a place on the wire
+constexpr double kMaxPlace_m = 1000;  // limit of a position on the wire
 constexpr double kMaxWait_s = 3600;
 
 constexpr Field metres(const char* name) {
@@ -104,14 +104,14 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
 
-/// A line that a program of another system wrote may end with a carriage return.
+/// Removes blanks at both ends, and the carriage return with which other operating systems end a line.
 std::string_view without_rim(std::string_view line) {
   while (!line.empty() && (is_blank(line.back()) || line.back() == '\r')) line.remove_suffix(1);
   while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
   return line;
 }
 
-/// Takes a field in quotes off the front of `line`, which begins with its quote.
+/// Removes a quoted field from the front of `line`, which begins with the quote, and returns it.
 std::string take_quoted(std::string_view& line) {
   std::string word;
   for (std::size_t i = 1; i < line.size(); ++i) {

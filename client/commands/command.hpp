@@ -1,4 +1,4 @@
-// The commands of tandem-client --commands: their names, fields and units, and how one is read from a line.
+// The commands of tandem-client --commands: their names, fields and units, and the parser of a line.
 #pragma once
 
 #include <cstddef>
@@ -10,32 +10,33 @@
 
 namespace tandem::client {
 
-/// Bytes of a line; a longer one is refused.
+/// Maximum size of a line [bytes]; a longer one is refused.
 inline constexpr std::size_t kMaxCommandBytes = 1024;
 
-/// A line that names a command and has each of its fields within its range.
+/// A parsed line: the command exists, and each field is within its range.
 struct Command {
   std::string verb;
-  std::vector<std::string> texts;  ///< fields that are no numbers, in the order of the command's usage
-  std::vector<double> numbers;     ///< the others, likewise, in the units of its usage
+  std::vector<std::string> texts;  ///< text fields, in the order of the command's usage
+  std::vector<double> numbers;     ///< numeric fields, in the same order and in the units of the usage
 };
 
-/// Fields are separated by blanks; a field with blanks in it stands in double quotes, where \" and \\ stand for " and \.
+/// Parses a line. Fields are separated by blanks. A field that contains blanks is enclosed in double quotes, in which
+/// \" and \\ stand for " and \.
 ///
 /// Fails   std::invalid_argument: the line is empty, too long or not printable UTF-8; the command does not exist (lists
-///         those that do); a field is missing, left over, no number or out of its range (names it and its unit)
+///         all commands); a field is missing, superfluous, not a number or out of range (names it and its unit)
 Command parse_command(std::string_view line);
 
-/// The first field of a line as an answer repeats it: printable and short; "" of an empty line.
+/// First field of a line, for its answer: printable and short; "" for an empty line.
 std::string command_word(std::string_view line);
 
-/// "keep [NAME]", "move X Y Z", …: all commands, and what each does.
+/// Usage and purpose of all commands: "keep [NAME]", "move X Y Z", …
 std::vector<std::pair<std::string, std::string>> command_usages();
 
-/// The pose that a user means by its number ("2", "#2") or by its name.
+/// Finds the pose with this number ("2", "#2") or name.
 ///
-/// In      pose  "2" is also a name; "#2" is a number only
-/// Fails   std::invalid_argument: none or more than one is meant (lists those that are there, or those that are meant)
+/// In      pose  "2" may also be a name; "#2" is a number only
+/// Fails   std::invalid_argument: no match (lists all poses), or more than one (lists the matches)
 const wire::KeptPose& find_pose(const std::vector<wire::KeptPose>& poses, const std::string& pose);
 
 }  // namespace tandem::client

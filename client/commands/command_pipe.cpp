@@ -24,7 +24,7 @@ namespace {
 
 constexpr Duration kFinishWithin = std::chrono::milliseconds(500);
 constexpr int kPollPeriod_ms = 100;
-// POSIX: so much is written to a pipe at once, where poll() has said that it takes something.
+// POSIX (_POSIX_PIPE_BUF): after poll() reports POLLOUT a pipe accepts this many bytes without blocking.
 constexpr std::size_t kMaxWriteBytes = 512;
 
 }  // namespace
@@ -49,20 +49,20 @@ struct CommandPipe::Impl {
 
   const int lines;
   const int answers;
-  const int wake;  ///< readable once this is to stop
+  const int wake;  ///< readable once the thread must stop
 
-  // Of the thread of this object.
+  // Used by this object's thread only.
   std::array<char, 4096> buffer{};
   std::string_view unread;
   bool has_ended = false;
 
-  mutable std::mutex mutex;  // protects what follows
+  mutable std::mutex mutex;  // protects the members below
   std::condition_variable changed;
   Turn turn = Turn::kRead;
   std::string text;  ///< the line, or its answer
   std::string why_not_written;
   bool should_stop = false;
-  LocalTime give_up{};  ///< once should_stop
+  LocalTime give_up{};  ///< deadline for the last answer; valid with should_stop
   bool is_over = false;
 };
 
@@ -83,7 +83,7 @@ void CommandPipe::Impl::run() {
   changed.notify_all();
 }
 
-/// False: there is none any more.
+/// Returns false if there are no more lines.
 bool CommandPipe::Impl::read_line() {
   std::string line;
   bool has_some = false;
@@ -102,7 +102,7 @@ bool CommandPipe::Impl::read_line() {
   return true;
 }
 
-/// False: the input has ended, or this is to stop.
+/// Waits for input. Returns false if the input has ended or the thread must stop.
 bool CommandPipe::Impl::has_input() {
   while (!has_ended && !is_closing()) {
     std::array<pollfd, 2> watched{{{lines, POLLIN, 0}, {wake, POLLIN, 0}}};
@@ -121,7 +121,7 @@ bool CommandPipe::Impl::has_input() {
   return false;
 }
 
-/// False: the reader of the answers is gone, or takes none until this has to stop.
+/// Returns false if the reader of the answers has closed its end, or reads none until the deadline.
 bool CommandPipe::Impl::write_answer() {
   std::string answer;
   {
@@ -147,7 +147,7 @@ bool CommandPipe::Impl::write_answer() {
   return true;
 }
 
-/// False: not before this has to stop.
+/// Waits until the answers can be written. Returns false after the deadline of a stop.
 bool CommandPipe::Impl::can_write() const {
   while (true) {
     pollfd watched{answers, POLLOUT, 0};

@@ -24,26 +24,26 @@ namespace {
 
 namespace json = boost::json;
 
-// The server takes four requests about poses a second of a user (proto/WIRE.md).
+// The server accepts four pose requests a second from a user (proto/WIRE.md).
 constexpr Duration kBetweenPoses = std::chrono::milliseconds(260);
-// How long the first line waits for the room: kept poses follow the join at once, states a round trip later.
+// Delay of the first line after the join: kept poses follow the join at once, states a round trip later.
 constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
-constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // as of the window's mouse
-// A button that goes down and up has to be in a datagram that arrives.
+constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // same as for the window's mouse
+// Minimum press of a button, long enough that one of its datagrams arrives.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
-/// Part of a command that is called at each poll until it gives the fields of its answer. It throws when the command fails.
+/// Part of a command, called at each poll until it returns the fields of the answer. It throws if the command fails.
 using Step = std::function<std::optional<json::object>()>;
 using Describe = std::function<json::object(const wire::ServerControl& answer, const wire::PoseProgress& minimising)>;
 
-/// A command that is done at once.
+/// Step of a command that completes at once.
 Step done(json::object fields) {
   return [fields = std::move(fields)] { return std::optional(fields); };
 }
 
-/// A command that cannot be done, in words for people.
+/// Fails the present command; `why` is shown to the user.
 [[noreturn]] void refuse(const std::string& why) {
   throw std::runtime_error(why);
 }
@@ -62,7 +62,7 @@ json::object to_json(const Pose& X) {
   return {{"position_m", to_json(X.p)}, {"orientation_wxyz", orientation}};
 }
 
-/// "2026-01-31T12:00:00Z"; null of the pose of the files, which nobody kept.
+/// "2026-01-31T12:00:00Z"; null for the pose of the scene file, which has no time.
 json::value utc_of(std::uint64_t unix_ms) {
   const auto seconds = static_cast<std::time_t>(unix_ms / 1000);
   std::tm parts{};
@@ -103,7 +103,7 @@ Step help() {
   return done({{"commands", commands}});
 }
 
-/// The text of a request that brought the molecules elsewhere.
+/// Text of a request that moved the molecules.
 json::object text_of_answer(const wire::ServerControl& answer, const wire::PoseProgress& /*minimising*/) {
   return {{"text", printable(answer.pose_taken().text())}};
 }
@@ -150,22 +150,22 @@ struct CommandRun::Impl {
   ClientIo& io;
   CommandPipe pipe;
   std::optional<ScriptedHand> hand;
-  // Of the present poll().
+  // Arguments of the present poll().
   const ClientIoSnapshot* snapshot = nullptr;
   const View* view = nullptr;
   LocalTime now{};
 
-  Step step;  ///< of the present command; empty: there is none
+  Step step;  ///< step of the present command; empty if there is none
   std::string word;
   std::size_t lines_taken = 0;
   std::size_t failures = 0;
   bool has_quit = false;
   bool is_ready = false;
   std::optional<LocalTime> first_poll, joined_since;
-  LocalTime next_request{};  ///< about poses
+  LocalTime next_request{};  ///< earliest time of the next pose request
 };
 
-/// True once the room is here, or does not come: then each command says so.
+/// Returns true once the room is complete or its time is over; in the latter case each command reports the error.
 bool CommandRun::Impl::await_room() {
   if (!first_poll) first_poll = now;
   const bool is_complete = snapshot->has_state && view != nullptr && view->has_state;
@@ -248,7 +248,7 @@ Step CommandRun::Impl::begun(const Command& command) {
   return actions.at(command.verb)();
 }
 
-/// The newest state of the room.
+/// Newest state of the room; fails the command if there is none.
 const View& CommandRun::Impl::seen() const {
   const SessionStatus& status = snapshot->status;
   if (status.state != SessionState::kActive) refuse("not in a room: " + status.why);
@@ -287,7 +287,7 @@ Step CommandRun::Impl::request(wire::AskPose::Kind kind, std::uint32_t number, c
       io.ask_pose(wire::AskPose::CANCEL);
     }
     if (answer->wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-      // A session that has ended may have no thread any more that would answer.
+      // After the end of the session there may be no thread that answers.
       if (snapshot->status.state == SessionState::kEnded) refuse("not in a room: " + snapshot->status.why);
       return std::nullopt;
     }
@@ -396,7 +396,7 @@ Step CommandRun::Impl::turn(const Command& command) {
   return go_to({goal.p, (turn * goal.q).normalized()});
 }
 
-// As the window's mouse does it: by the button of the handle, which takes the body within reach.
+// Same as the window's mouse: presses the grab button of the handle, which grabs a body within reach.
 Step CommandRun::Impl::grab() {
   seen();
   own_hand().press(kButtonGrab, true);
@@ -413,7 +413,7 @@ Step CommandRun::Impl::grab() {
 Step CommandRun::Impl::release() {
   if (!seen().record.held_body.is_valid()) refuse("the hand holds nothing");
   const json::value held = holding(*snapshot, seen());
-  // A body that the scene put into the hand is held without a button: it goes down first.
+  // A body that the scene attached to the hand is held without a button: press it before releasing it.
   own_hand().press(kButtonGrab, true);
   const LocalTime pressed = now;
   return [=, this]() -> std::optional<json::object> {
@@ -425,7 +425,7 @@ Step CommandRun::Impl::release() {
   };
 }
 
-/// The time always passes; a connection that is lost then is an error.
+/// Waits the whole time; a connection lost at its end is an error.
 Step CommandRun::Impl::wait(double seconds) {
   const LocalTime until = now + from_seconds(seconds);
   return [=, this]() -> std::optional<json::object> {

@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-// A main thread that was held up does not make the pointer jump.
+// Limits the jump of the pointer after a delay of the main thread.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 }  // namespace

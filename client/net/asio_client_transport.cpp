@@ -20,9 +20,9 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// How long a closed connection may take to send what is queued (and, with simulated links, in flight).
+/// Maximum time that a closed connection may take to send its queue and, with simulated links, the bytes in flight.
 constexpr Duration kLinger = std::chrono::milliseconds(500);
-/// Datagrams taken at one wake-up; only the newest matters, so all that wait are read.
+/// Limit of datagrams read at one wake-up. All waiting ones are read, because only the newest matters.
 constexpr int kDatagramsPerWake = 1024;
 constexpr std::uint64_t kLinksPerConnection = 4;
 
@@ -74,22 +74,22 @@ struct AsioClientTransport::Connection {
       : stream(io), tls(tls_context), datagrams(io), pump_timer(io), linger(io) {}
 
   tcp::socket stream;
-  net::Address address;  ///< that TCP connected to; datagrams go there too
+  net::Address address;  ///< address that TCP connected to; datagrams are sent there too
   secure::TlsStream tls;
   udp::socket datagrams;
-  StampedReceiver receiver;  ///< of `datagrams`
+  StampedReceiver receiver;  ///< receiver of `datagrams`
   asio::steady_timer pump_timer;
-  std::optional<LocalTime> pump_due;  ///< what the timer waits for
+  std::optional<LocalTime> pump_due;  ///< expiry of the pump timer
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
   LinkTraffic before;  // sums over earlier connections
   proto::Bytes unsent;
-  proto::Bytes plain;  ///< of one read
+  proto::Bytes plain;  ///< decrypted bytes of one read
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
   bool has_said_all = false;
-  std::optional<std::string> lost_because;  // end of stream, not yet told
+  std::optional<std::string> lost_because;  // end of stream, not yet reported
   std::array<std::byte, 64 * 1024> incoming{};
 };
 
@@ -139,7 +139,7 @@ void AsioClientTransport::connect(LocalTime) {
   connector_.start();
 }
 
-/// A connection in the place of one that could not be set up. The links stay: nothing has passed through them yet.
+/// Replaces a connection that could not be set up. The links are kept: nothing has passed through them yet.
 void AsioClientTransport::renew() {
   const ConnectionPointer before = current_;
   current_ = std::make_shared<Connection>(io_, tls_ ? &*tls_ : nullptr);
@@ -170,7 +170,7 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   if (connection->tls.is_plain()) established();
 }
 
-/// Both ends know each other: no other address is tried any more.
+/// Both ends are authenticated: no other address is tried.
 void AsioClientTransport::established() {
   current_->is_connected = true;
   connector_.set_up();
@@ -188,7 +188,7 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
   connection->stream.async_read_some(
       asio::buffer(connection->incoming), [this, connection](const error_code& error, std::size_t size) {
         if (!is_current(*connection)) {
-          // Closing: what still comes is of no interest, only that the server has closed too.
+          // During closing the received bytes are discarded; only the server's end of stream matters.
           if (error) abort(*connection);
           if (!error) read(connection);
           return;
@@ -237,7 +237,7 @@ void AsioClientTransport::lost(const ConnectionPointer& connection, const std::s
   report_loss_when_due(*connection);
 }
 
-// The end of a stream comes after its last bytes, also through a simulated link: they may be a goodbye.
+// Reports the end of a stream after its last bytes, also through a simulated link: they may be a goodbye.
 void AsioClientTransport::report_loss_when_due(Connection& connection) {
   if (!connection.lost_because || !is_current(connection)) return;
   if (connection.links != nullptr && connection.links->control_down.next_due()) return;
@@ -254,7 +254,7 @@ void AsioClientTransport::set_datagram_port(std::uint16_t port) {
   const udp::endpoint server(current_->address, port != 0 ? port : port_);
   current_->datagrams.open(server.protocol(), error);
   if (!error) current_->datagrams.non_blocking(true, error);
-  // Connected, so that the kernel lets only the server's datagrams through.
+  // A connected socket: the kernel drops datagrams from other senders.
   if (!error) current_->datagrams.connect(server, error);
   if (error) return;
   current_->receiver = StampedReceiver(current_->datagrams.native_handle(), clock_.now());
@@ -272,13 +272,13 @@ void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
 }
 
 void AsioClientTransport::receive_datagrams(Connection& connection) {
-  // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
+  // One byte more than allowed: an oversized datagram is detected instead of truncated.
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
     LocalTime came{};
     const auto received = connection.receiver.receive(buffer, clock_, came);
     if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    if (!received) continue;  // a refusal of something sent earlier; TCP tells what it means
+    if (!received) continue;  // ICMP error of an earlier send; TCP reports a lost server
     const auto datagram = std::span(buffer).first(*received);
     if (connection.links != nullptr) {
       connection.links->down.send(came, datagram);
@@ -299,7 +299,7 @@ void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
   flush(current_);
 }
 
-// A write error is left to the pending read, which sees it too: the session must not be called from inside its call.
+// Write errors are left to the pending read, which fails too: the session must not be called from inside its own call.
 void AsioClientTransport::flush(const ConnectionPointer& connection) {
   if (connection->is_waiting_to_write || !connection->stream.is_open()) return;
   proto::Bytes& unsent = connection->unsent;
@@ -358,7 +358,7 @@ void AsioClientTransport::close() {
   finish_when_drained(*connection);
 }
 
-// Only the sending half: the server's end of stream then says that it has read everything.
+// Closes only the sending half. The server's end of stream then confirms that it has read everything.
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
@@ -413,7 +413,7 @@ void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
   while (const auto bytes = links.control_down.receive(now)) {
     if (is_current(connection)) session_->on_control_bytes(*bytes, clock_.now());
   }
-  // However late this is: each came when it was due.
+  // Datagrams carry the time at which they were due, however late this call is.
   for (auto due = links.down.next_due(); due && *due <= now; due = links.down.next_due()) {
     const auto datagram = links.down.receive(now);
     if (datagram && is_current(connection)) session_->on_datagram(*datagram, *due);

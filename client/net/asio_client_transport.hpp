@@ -1,12 +1,12 @@
-// The client's sockets, and the simulated links that may stand between them and the session.
+// The client's sockets, and the optional simulated links between them and the session.
 //
-//   session ──▶ [link up] ──▶ socket        both links absent: bytes go straight through
-//   session ◀── [link down] ◀── socket      present: held until due, by one timer on the io thread
+//   session ──▶ [link up] ──▶ socket        without links: bytes pass unchanged
+//   session ◀── [link down] ◀── socket      with links: bytes are held until due, by one timer on the io thread
 //
-// Control bytes go through a secure::TlsStream between link and socket; with --insecure that leaves them as they are.
-// State and control have a link each way (control: reliable). Each connection gets sockets and links of its own, so
-// nothing of an old one can reach the session. What the TCP socket does not take waits here, and state over TCP is
-// only sent when nothing waits.
+// Control bytes pass through a secure::TlsStream between link and socket; with --insecure it leaves them unchanged.
+// State and control have a link in each direction (control: reliable). Each connection has its own sockets and links,
+// so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept are queued here.
+// State over TCP is sent only when the queue is empty.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -24,18 +24,18 @@
 
 namespace tandem::client {
 
-/// A link to simulate inside the client, for control and state alike (control bytes are never lost or reordered).
+/// A link simulated inside the client, for control and state alike (control bytes are never lost or reordered).
 struct SimulatedLinks {
   net::LinkParameters up;    ///< client to server
   net::LinkParameters down;  ///< server to client
   std::uint64_t seed = 1;
 };
 
-/// What went through the simulated links, all connections together.
+/// Traffic of the simulated links, summed over all connections.
 struct LinkTraffic {
   net::LinkCounters up;  ///< datagrams
   net::LinkCounters down;
-  net::LinkCounters control_up;  ///< chunks of the control stream; with state over TCP, the state too
+  net::LinkCounters control_up;  ///< chunks of the control stream; includes the state if that is sent over TCP
   net::LinkCounters control_down;
 };
 
@@ -44,21 +44,20 @@ struct LinkTraffic {
 /// Thread  the one that runs the io_context
 class AsioClientTransport final : public ClientTransport {
  public:
-  /// In      host     a numeric address; with `trust` also the name of a host, which is looked up when it connects
-  ///         trust    by what the server is known; none: nothing is encrypted, loopback only
-  ///         resolve  the addresses of a name
+  /// In      host     a numeric address; with `trust` also a host name, which is looked up on connecting
+  ///         trust    key or authorities to verify the server with; none: no TLS, loopback only
+  ///         resolve  look-up function for names
   /// Fails   std::invalid_argument: another address, a file that holds no authority, or a bad link parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
                       const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
                       const Clock& clock, Resolve resolve = resolve_by_system);
   ~AsioClientTransport() override;
 
-  /// Whom to call; before the first connect().
+  /// Sets the session whose callbacks are called; before the first connect().
   void attach(ClientSession& session) { session_ = &session; }
   /// True when no closed connection still has bytes to send.
   bool is_drained() const;
-  /// Simulated links have these parameters from now on, up and down. Ignored when there were none from the
-  /// start.
+  /// Changes the parameters of the simulated links, up and down. Ignored if there were none at construction.
   /// Fails   std::invalid_argument: a bad parameter
   void set_links(const net::LinkParameters& both);
   const LinkTraffic& link_traffic() const { return link_traffic_; }
@@ -99,7 +98,7 @@ class AsioClientTransport final : public ClientTransport {
 
   boost::asio::io_context& io_;
   std::uint16_t port_;
-  std::optional<secure::TlsContext> tls_;  ///< none: nothing is encrypted
+  std::optional<secure::TlsContext> tls_;  ///< none: no TLS
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
   ClientSession* session_ = nullptr;

@@ -23,7 +23,7 @@ using boost::system::error_code;
 /// Time-outs and reconnection are checked at least this often.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kSnapshotPeriod = std::chrono::milliseconds(10);
-/// How long stop() waits for the leave to be sent.
+/// Maximum wait of stop() for the leave message to be sent.
 constexpr Duration kStopWithin = std::chrono::milliseconds(500);
 
 int open_eventfd() {
@@ -61,13 +61,13 @@ struct ClientIo::Impl {
   asio::steady_timer stop_timer{io};
 
   std::shared_ptr<const wire::Joined> joined;  // io thread's copy
-  std::shared_ptr<const Credentials> beside;   // likewise
-  std::shared_ptr<const AssetMap> assets;      // likewise
+  std::shared_ptr<const Credentials> beside;   // io thread's copy
+  std::shared_ptr<const AssetMap> assets;      // io thread's copy
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published`; never taken by the haptic thread
   ClientIoSnapshot published;
 
-  std::thread thread;  // uses all of the above
+  std::thread thread;  // last member: uses all of the above
 };
 
 ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device)
@@ -97,7 +97,7 @@ void ClientIo::Impl::run() {
     await_poll_time();
     io.run();
   } catch (const std::exception& error) {
-    // Out of memory or threads: a program that ended here would leave the force on.
+    // Out of memory or threads. Ending the program here would leave the device's last force on.
     session.fail(error.what());
   }
   publish_snapshot(clock.now());
@@ -137,7 +137,7 @@ void ClientIo::Impl::finish_when_drained(LocalTime deadline) {
   stop_timer.async_wait([this, deadline](const error_code&) { finish_when_drained(deadline); });
 }
 
-// Only this thread writes `published`, so it may compare with it unlocked.
+// Only this thread writes `published`, so it may read it without the lock.
 void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();

@@ -1,13 +1,13 @@
 // A live client: the sockets, the io thread and the Client that they drive. The haptic thread (haptic_loop.hpp) ticks
-// the same client; the two meet in its mailboxes only.
+// the same client. The two threads share its mailboxes only.
 //
 //   haptic thread                        io thread (this file)
 //   haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send
 //   ◀──── inbox, scene, local model ───── sockets readable: check, decode, publish
 //
-// An eventfd wakes the thread after each haptic tick (one write system call there, no lock); polling the outbox
-// instead would add up to its period to every input's way. The thread runs below the haptic thread's priority:
-// a late datagram costs a millisecond of age, a late haptic tick is felt.
+// An eventfd wakes the thread after each haptic tick (one write system call there, no lock). Polling the outbox instead
+// would delay each input by up to the polling period. The thread runs below the haptic thread's priority: a late
+// datagram costs a millisecond of age, a late haptic tick is felt.
 #pragma once
 
 #include <cstdint>
@@ -25,67 +25,67 @@ namespace tandem::client {
 struct ClientIoSettings {
   std::string host = "127.0.0.1";  ///< without `trust` a numeric loopback address or "localhost"; with it also a name
   std::uint16_t port = 47800;
-  std::optional<secure::Trust> trust{};  ///< by what the server is known; none: nothing is encrypted (--insecure)
-  ClientSettings client;                 ///< makes_models_aside is set
+  std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server with; none: no TLS (--insecure)
+  ClientSettings client;                 ///< makes_models_aside is always set
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
   Resolve resolve = resolve_by_system;
 };
 
-/// The session as other threads may see it.
+/// Copy of the session's state for other threads.
 struct ClientIoSnapshot {
   SessionStatus status;
   SessionCounters counters;
   bool has_state = false;  ///< ClientSession::has_state()
-  bool has_clock = false;  ///< the next three are known
+  bool has_clock = false;  ///< the next three are valid
   Duration clock_offset{0};
   Duration round_trip{0};
   Duration minimum_round_trip{0};
   LinkTraffic links;
-  std::uint64_t asset_bytes = 0;                                       ///< fetched and verified
-  std::shared_ptr<const wire::Joined> joined;                          ///< from the last join; null before the first
-  std::shared_ptr<const Credentials> beside;                           ///< ClientSession::credentials_beside()
-  std::string room;                                                    ///< joined; "" before the first welcome
-  std::vector<std::string> rooms;                                      ///< of the server
-  HandStart hand_start;                                                ///< ClientSession::hand_start()
-  std::string news;                                                    ///< ClientSession::news()
-  bool has_nudges = true;                                              ///< ClientSession::has_nudges()
-  haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
-  std::string_view law;                                                ///< ClientSession::law()
+  std::uint64_t asset_bytes = 0;               ///< fetched and verified assets [bytes]
+  std::shared_ptr<const wire::Joined> joined;  ///< answer to the last join; null before the first
+  std::shared_ptr<const Credentials> beside;   ///< ClientSession::credentials_beside()
+  std::string room;                            ///< joined room; "" before the first welcome
+  std::vector<std::string> rooms;              ///< rooms of the server
+  HandStart hand_start;                        ///< ClientSession::hand_start()
+  std::string news;                            ///< ClientSession::news()
+  bool has_nudges = true;                      ///< ClientSession::has_nudges()
+  haptics::CouplingParameters coupling;        ///< coupling of the user's own tool, as last received from the server
+  std::string_view law;                        ///< ClientSession::law()
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< ClientSession::kept_poses()
   std::optional<wire::PoseProgress> pose_progress;                     ///< ClientSession::pose_progress()
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< ClientSession::pointed()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
-  CouplingCheck coupling_check;                                        ///< of the coupling in force
+  CouplingCheck coupling_check;                                        ///< result for the coupling in force
   StageSettings stage;                                                 ///< Client::stage()
   std::string stage_note;                                              ///< Client::stage_note()
   std::string model_problem;                                           ///< Client::model_problem()
   std::optional<Duration> local_after;                                 ///< Client::local_after()
   std::optional<Duration> full_local_after;                            ///< Client::full_local_after()
-  std::vector<wire::UserJoined> users;                                 ///< the others in the room
-  std::shared_ptr<const AssetMap> assets;  ///< of the scene, as far as they are here; null: none yet
+  std::vector<wire::UserJoined> users;                                 ///< the other users in the room
+  std::shared_ptr<const AssetMap> assets;  ///< assets of the scene received so far; null: none yet
 };
 
 class ClientIo {
  public:
   /// In      device  must outlive this
-  /// Fails   std::invalid_argument: no address, one that needs encryption, a bad link parameter, or as Client; std::system_error: no
-  ///         sockets
+  /// Fails   std::invalid_argument: no address, an address that needs encryption, a bad link parameter, or as Client;
+  ///         std::system_error: no sockets
   ClientIo(ClientIoSettings settings, devices::Device& device);
-  /// Stops.
+  /// Calls stop().
   ~ClientIo();
   ClientIo(const ClientIo&) = delete;
   ClientIo& operator=(const ClientIo&) = delete;
 
-  /// Before start(): instead of the settings' token.
+  /// Replaces the settings' token; call before start().
   void set_credentials(const Credentials& credentials);
-  /// Starts the thread, which connects.
+  /// Starts the io thread, which connects.
   void start();
-  /// What the haptic thread ticks, and calls notify() after.
+  /// Core that the haptic thread ticks; each tick is followed by notify().
   /// Thread  haptic
   HapticCore& haptics();
   const HapticCore& haptics() const;
-  /// Says that there was a tick.
+  /// Wakes the io thread after a tick.
   /// Thread  haptic: one system call that cannot block
   void notify() noexcept;
   /// Thread  any but haptic
@@ -95,28 +95,29 @@ class ClientIo {
   void set_law(const std::string& law);
   void kick(UserId user);
   void reset_room();
-  /// ClientSession::ask_pose()
-  /// In      number  of a kept pose, for GO_TO, DELETE and RENAME; name  for KEEP and RENAME
-  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect, or never after stop()
+  /// Calls ClientSession::ask_pose().
+  /// In      number     number of a kept pose, for GO_TO, DELETE and RENAME
+  ///         name       for KEEP and RENAME
+  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect; never after stop()
   void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},
                 const PoseReply& on_answer = {});
   void point(const wire::Point& place);
   void change_room(const std::string& room);
-  /// Client::set_stage()
-  /// Fails   std::invalid_argument: as there
+  /// Calls Client::set_stage().
+  /// Fails   std::invalid_argument: as Client::set_stage()
   void set_stage(const StageSettings& stage);
   void set_workspace(const WorkspaceSettings& workspace);
   void set_nudges(bool has_nudges);
-  /// Changes the simulated links, both directions, at once; ignored when ClientIoSettings::links has none.
+  /// Changes the simulated links in both directions at once; ignored if ClientIoSettings::links is empty.
   /// Fails   std::invalid_argument: LinkParameters::problem()
   void set_links(const net::LinkParameters& both);
-  /// Leaves the room (the server is told, at most 0.5 s), and joins the thread. Idempotent.
+  /// Leaves the room (waits up to 0.5 s until the leave message is sent) and joins the thread. Idempotent.
   void stop();
-  /// At most 10 ms old; at once after a change of state.
+  /// Newest published snapshot: at most 10 ms old, renewed at once when the session's state changes.
   /// Thread  any but haptic: takes a lock
   ClientIoSnapshot snapshot() const;
 
-  /// Set before start(); called on the io thread.
+  /// Receives lines for the log on the io thread; set before start().
   std::function<void(const std::string&)> on_log;
 
  private:

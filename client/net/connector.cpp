@@ -14,7 +14,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Empty: a name that has to be looked up.
+/// Addresses that need no look-up; empty: `host` is a name.
 std::vector<net::Address> addresses_without_lookup(const std::string& host, bool is_encrypted) {
   if (!is_encrypted && host == "localhost") return {asio::ip::address_v6::loopback(), asio::ip::address_v4::loopback()};
   if (const auto address = net::numeric(host); address && is_encrypted) return {*address};
@@ -90,7 +90,8 @@ void Connector::cancel() {
   close_all();
 }
 
-/// In place of what was known of that family; an answer without addresses may be a fault of the name server.
+/// Replaces the known addresses of that family. An answer without addresses is ignored: the name server may be at
+/// fault.
 void Connector::remember(const std::vector<net::Address>& addresses, bool is_v6) {
   if (addresses.empty()) return;
   std::erase_if(known_, [&](const net::Address& known) {
@@ -143,12 +144,12 @@ void Connector::try_address(const net::Address& address) {
 }
 
 void Connector::finished(const AttemptPointer& attempt, const error_code& error) {
-  // One that was cancelled is not in the list any more.
+  // A cancelled attempt is no longer in the list.
   const auto found = std::ranges::find(attempts_, attempt);
   if (found == attempts_.end()) return;
   attempts_.erase(found);
   error_code problem = error;
-  // A client that keeps trying a local port that nobody listens on can be given that very port and meet itself.
+  // TCP self-connection: a client that keeps trying a local port without a listener may be given that port as its own.
   if (!problem && attempt->socket.local_endpoint(problem) == tcp::endpoint(attempt->address, port_)) {
     problem = asio::error::connection_refused;
   }

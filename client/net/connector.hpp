@@ -1,4 +1,4 @@
-// Connects to a server by whichever of its addresses answers first (common/net/address_race.hpp).
+// Connects to a server at the first of its addresses that answers (common/net/address_race.hpp).
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,8 +16,8 @@
 
 namespace tandem::client {
 
-/// The addresses of a host that was reached once are remembered. A later start() tries them while the name is looked up
-/// again, the last one that won first: a name server that does not answer delays no reconnection.
+/// Remembers the addresses of a host that was once reached. A later start() tries them during the new look-up, the last
+/// winner first, so that a name server that does not answer delays no reconnection.
 ///
 /// Thread  the one that runs the io_context
 class Connector {
@@ -25,25 +25,24 @@ class Connector {
   using Accepted = std::function<void(boost::asio::ip::tcp::socket socket, const net::Address& address)>;
   using Lost = std::function<void(const std::string& why)>;
 
-  /// In      host         a numeric address; "localhost" without encryption, which is this machine; else a name
-  ///         is_encrypted false: only this machine's own addresses
-  ///         accepted     a connection that can be set up; again, with another one, after set_up_failed() and when its set-up
-  ///                      took too long
-  ///         lost         no address of the host is left
+  /// In      host          a numeric address; "localhost", this machine, if not encrypted; otherwise a name
+  ///         is_encrypted  false: only loopback addresses
+  ///         accepted      receives a connection to set up; another one after set_up_failed() or a slow set-up
+  ///         lost          called when no address of the host is left
   /// Fails   std::invalid_argument: not a numeric address, or one that needs encryption
   Connector(boost::asio::io_context& io, const std::string& host, std::uint16_t port, bool is_encrypted,
             Resolve resolve, const Clock& clock, Accepted accepted, Lost lost);
 
   void start();
-  /// The accepted connection is set up: the race is over.
+  /// Ends the race: the accepted connection is set up.
   void set_up();
-  /// The accepted connection is of no use: the other addresses are tried.
+  /// Rejects the accepted connection: the other addresses are tried.
   void set_up_failed(net::AttemptFailure failure, const std::string& why);
   void cancel();
 
-  /// The server, for people: "rig.example:47800".
+  /// Server as shown to users: "rig.example:47800".
   std::string server_name() const;
-  /// Results of the race so far, for people; empty: no race, or a numeric address.
+  /// Results of the race so far, as shown to users; empty: no race, or a numeric address.
   std::string progress() const;
 
  private:

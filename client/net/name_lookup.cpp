@@ -51,10 +51,10 @@ std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6,
 /// Shared with the look-up threads, which may outlive the NameLookup.
 struct NameLookup::State {
   std::mutex mutex;             // protects `io`
-  boost::asio::io_context* io;  ///< null: the NameLookup is gone
+  boost::asio::io_context* io;  ///< null after the NameLookup was destroyed
   Resolve resolve;
   Answer answer;
-  std::array<bool, 2> is_outstanding{};  ///< of the io thread; by family, IPv6 second
+  std::array<bool, 2> is_outstanding{};  ///< used by the io thread only; index 1 is IPv6
 };
 
 NameLookup::NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer)

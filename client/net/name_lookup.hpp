@@ -1,5 +1,5 @@
-// Looks up the addresses of a host without blocking the io thread: a name server that does not answer holds up
-// getaddrinfo() for 5 s and more.
+// Looks up the addresses of a host without blocking the io thread: without an answer of the name server getaddrinfo()
+// blocks for 5 s and more.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -12,14 +12,14 @@
 
 namespace tandem::client {
 
-/// The addresses of one family; blocks. `problem` is set where there is none.
+/// Returns the addresses of one family; blocks. Sets `problem` if there is none.
 using Resolve = std::function<std::vector<net::Address>(const std::string& host, bool is_v6, std::string& problem)>;
 /// The system's resolver.
 std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6, std::string& problem);
 
-/// Each family is looked up by a thread of its own, so that the answer for one family does not wait for the other
-/// (RFC 8305, section 3). The threads are detached: neither a lost connection nor the end of the program waits for a name
-/// server. Of each family at most one look-up is outstanding, however often the client reconnects.
+/// Looks up each address family in a separate thread, so that the answer for one does not wait for the other (RFC 8305,
+/// section 3). The threads are detached: neither a lost connection nor the end of the program waits for a name server.
+/// At most one look-up per family is outstanding, however often the client reconnects.
 ///
 /// Thread  the one that runs the io_context
 class NameLookup {
@@ -27,15 +27,15 @@ class NameLookup {
   using Answer =
       std::function<void(const std::vector<net::Address>& addresses, bool is_v6, const std::string& problem)>;
 
-  /// In      io       outlives this; `answer` is called there
+  /// In      io       must outlive this; `answer` is called on its thread
   ///         resolve  called by the look-up threads
   NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer);
-  /// No answer is delivered any more.
+  /// No answer is delivered after this.
   ~NameLookup();
   NameLookup(const NameLookup&) = delete;
   NameLookup& operator=(const NameLookup&) = delete;
 
-  /// Starts the look-ups that are not outstanding. One answer of each family follows.
+  /// Starts the look-ups that are not outstanding. One answer per family follows.
   void start(const std::string& host);
 
  private:

@@ -14,7 +14,7 @@
 namespace tandem::client {
 namespace {
 
-/// What slewing (500 ppm at most, as NTP slews) and a held-up thread may put between two readings of two clocks.
+/// Tolerance between two readings of two clocks: thread delays, and slewing of at most 500 ppm (NTP), here 1/1000.
 constexpr Duration kMaxApart = std::chrono::milliseconds(5);
 constexpr Duration::rep kSlewed = 1000;
 
@@ -28,7 +28,7 @@ Duration wall_clock() noexcept {
   return duration_of(wall);
 }
 
-/// By the wall clock; nothing where there is none.
+/// Kernel time stamp of a message, on the wall clock; nothing if it has none.
 std::optional<Duration> stamp_of(msghdr& message) noexcept {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;

@@ -9,9 +9,9 @@ namespace tandem::client {
 namespace {
 
 constexpr Duration kPeriod = std::chrono::milliseconds(20);
-/// Kill −9 loses at most what is younger, and the time to drain.
+/// SIGKILL loses at most the records younger than this, plus the drain period.
 constexpr std::uint64_t kFlushEvery_ns = 250'000'000;
-/// Ticks: 4 s at 1 kHz.
+/// Capacity of the ring: 4 s of ticks at 1 kHz.
 constexpr std::size_t kCapacity = 4096;
 enum : std::uint16_t { kSessionTopic, kTickTopic, kLinkTopic };
 

@@ -3,7 +3,7 @@
 //   main thread                   recorder thread
 //   add(tick), add(link) ──ring──▶ to messages ▶ RecordingFile
 //
-// What does not find place in the ring is left out, and counted.
+// Records that do not fit into the ring are discarded and counted.
 #pragma once
 
 #include <atomic>
@@ -24,16 +24,16 @@ namespace tandem::client {
 
 struct ClientRecording {
   std::filesystem::path file;
-  std::uint64_t every = 1;        ///< n-th tick
+  std::uint64_t every = 1;        ///< every n-th tick is recorded
   Duration unix_offset{0};        ///< from this machine's clock to the time since 1970
   wire::RecordedSession about{};  ///< `part` and `every` are filled in
   recording::RotationSettings rotation{};
 };
 
-/// The link and the session at an instant.
+/// State of the link and the session at one time.
 struct LinkFigures {
   LocalTime at{};
-  std::string_view state;  ///< a literal
+  std::string_view state;  ///< a string literal
   bool has_clock = false;
   Duration clock_offset{0}, round_trip{0}, minimum_round_trip{0};
   std::uint64_t sent = 0, received = 0, dropped = 0, reconnects = 0;
@@ -41,11 +41,11 @@ struct LinkFigures {
 
 class ClientRecorder {
  public:
-  /// Makes the file and starts the thread.
-  /// In      on_news  called on that thread: what a person should know
-  /// Fails   std::invalid_argument: the file cannot be made
+  /// Creates the file and starts the thread.
+  /// In      on_news  called on that thread with text for the user
+  /// Fails   std::invalid_argument: the file cannot be created
   ClientRecorder(ClientRecording settings, std::function<void(const std::string&)> on_news);
-  /// As finish().
+  /// Calls finish().
   ~ClientRecorder();
   ClientRecorder(const ClientRecorder&) = delete;
   ClientRecorder& operator=(const ClientRecorder&) = delete;
@@ -53,18 +53,18 @@ class ClientRecorder {
   /// Thread  one; neither blocks nor allocates
   void add(const TickRecord& tick, int phase) noexcept;
   void add(const LinkFigures& figures) noexcept;
-  /// Writes what waits, and the end. Idempotent.
+  /// Writes the queued records and the end of the file. Idempotent.
   void finish();
 
-  /// Its first file.
+  /// The first file of the recording.
   const std::filesystem::path& name() const { return settings_.file; }
   // Thread  any
-  /// Ticks and figures that are not in the recording.
+  /// Ticks and figures missing in the recording.
   std::uint64_t lost() const;
   std::uint64_t bytes_written() const { return file_.bytes_written(); }
-  /// What on_news was told last; empty: nothing.
+  /// Last text passed to on_news; empty: none.
   std::string newest_news() const;
-  /// After finish().
+  /// The written file; after finish().
   const recording::RecordingFile& file() const { return file_; }
 
  private:
@@ -81,12 +81,12 @@ class ClientRecorder {
   std::uint64_t seen_ = 0;
   realtime::Ring<Record> ring_;
   std::atomic<std::uint64_t> overflows_{0};
-  // The recorder's.
+  // Used by the recorder thread only.
   recording::RecordingFile file_;
   Record record_;
   std::uint64_t newest_ns_ = 0, flushed_ns_ = 0;
   bool has_told_overflow_ = false;
-  mutable std::mutex news_mutex_;  ///< of the recorder's thread and whoever shows news
+  mutable std::mutex news_mutex_;  ///< protects newest_news_
   std::string newest_news_;
   std::optional<recording::RecorderThread> thread_;
 };

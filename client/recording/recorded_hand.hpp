@@ -10,9 +10,10 @@
 
 namespace tandem::client {
 
-/// What a client's device reported at each recorded tick, all files of the recording together.
-/// Out     why  the recording is not whole, for people; empty: it is. Where it is damaged the last sample's reason says so
-/// Fails   std::invalid_argument: no recording of a client, or one of more than 2 million ticks
+/// Reads the device samples of a client's recorded ticks, from all files of the recording.
+/// Out     why  reason why the recording is incomplete, for the user; empty: complete. The `reason` of the last sample
+///              before damage states it
+/// Fails   std::invalid_argument: not a client's recording, or more than 2 million ticks
 std::shared_ptr<const std::vector<devices::DeviceSample>> read_recorded_hand(const std::filesystem::path& file,
                                                                              std::string& why);
 

@@ -1,4 +1,4 @@
-// A haptic tick as a message of a recording, and back.
+// Conversion between a haptic tick and a message of a recording.
 #pragma once
 
 #include "client/haptics/tick_record.hpp"
@@ -6,10 +6,10 @@
 
 namespace tandem::client {
 
-/// In      phase  of the simulated hand's path; −1: none
+/// In      phase  index in the simulated hand's path; −1: none
 wire::RecordedTick recorded(const TickRecord& tick, int phase);
-/// What is not finite, or no rotation, is as the message has it: a recording is read to be shown. Use `sample` of a damaged
-/// file only through devices::DeviceReader.
+/// Non-finite values and invalid rotations are kept unchanged, because a recording is read for display. Use `sample` of
+/// a damaged file only through devices::DeviceReader.
 TickRecord tick_of(const wire::RecordedTick& recorded);
 
 }  // namespace tandem::client

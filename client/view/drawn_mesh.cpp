@@ -10,7 +10,7 @@ namespace {
 constexpr int kConeSides = 20;
 constexpr Rgba kWhite{1, 1, 1, 1};
 
-/// Triangles between the circles of two profile points about z; a radius of 0 is a tip.
+/// Appends triangles between the circles of two profile points about z; a radius of 0 is a tip.
 void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z,
                  int sides) {
   const auto first = static_cast<int>(mesh.vertices.size());

@@ -12,15 +12,17 @@
 namespace tandem::client {
 namespace {
 
-/// Balls of molecules with more atoms than this are made of fewer triangles.
+/// Above this number of atoms balls have fewer triangles.
 constexpr std::size_t kFineAtoms = 1500;
-/// Those of more than this are octahedra with the light of a ball, and sticks have few sides: each is some pixels wide.
+/// Above this number of atoms balls are octahedra with a ball's normals, and sticks have few sides: each is a few
+/// pixels wide.
 constexpr std::size_t kCoarseAtoms = 20'000;
 constexpr int kSides = 20, kCoarseSides = 5;
-/// Of more atoms a ball stands for several, and there are no sticks: for what a server may send, a quarter of a gigabyte.
+/// Above this number of atoms a ball represents several, and there are no sticks. Bounds the vertices of the largest
+/// molecule that a server may send to a quarter of a gigabyte.
 constexpr std::size_t kMaxBalls = 250'000;
 
-/// Colours of elements but carbon, whose atoms have their molecule's colour.
+/// Colours of the elements except carbon, which has its molecule's colour.
 struct Element {
   std::string_view symbol;
   double mass_u;
@@ -48,7 +50,7 @@ constexpr std::array<Element, 19> kElements{{{"H", 1.008, {0.93F, 0.93F, 0.93F, 
                                              {"BR", 79.904, {0.55F, 0.15F, 0.10F, 1}},
                                              {"I", 126.904, {0.45F, 0.10F, 0.55F, 1}}}};
 
-/// An unknown symbol has the colour of the known element of the nearest mass.
+/// Colour of an atom's element; for an unknown symbol, of the element with the nearest mass.
 Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rgba& own) {
   const auto* found = kElements.end();
   if (atom < molecule.elements.size()) found = std::ranges::find(kElements, molecule.elements[atom], &Element::symbol);
@@ -59,7 +61,8 @@ Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rg
   return found->symbol == "C" ? own : found->color;
 }
 
-/// By the first letters of its name, to which some force fields add how it is protonated; others have names of their own.
+/// Colour by the first three letters of the name: some force fields append the protonation state. Other names are
+/// listed in full.
 Rgba residue_color(std::string_view name) {
   constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
       kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};
@@ -79,7 +82,7 @@ Rgba residue_color(std::string_view name) {
 constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kMaxBondAngstrom = 2.6;
-/// More are no chemistry, but what a server may send: in a cube of kMaxBondAngstrom, and of one atom.
+/// Limits on atoms in a cube of kMaxBondAngstrom and on bonds of an atom: beyond chemistry, but a server may send it.
 constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
 
 int halvings_for(const docking::Molecule& molecule, int fine) {
@@ -87,7 +90,7 @@ int halvings_for(const docking::Molecule& molecule, int fine) {
   return molecule.size() <= kCoarseAtoms ? 1 : 0;
 }
 
-/// In      unit  of radius 1
+/// In      unit  mesh of radius 1
 void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, double radius_m, const Rgba& color) {
   const std::array<std::uint8_t, 4> bytes = bytes_of(color);
   const std::array<float, 3> centre = floats_of(centre_m);
@@ -101,7 +104,7 @@ void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, do
   }
 }
 
-/// Atoms by cells of the longest bond, so that the cost is linear.
+/// Bonded pairs of atoms. Atoms are sorted into cells of the longest bond, so that the cost is linear.
 std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule,
                                                           const std::stop_token& stop) {
   using Cell = std::array<int, 3>;

@@ -19,17 +19,17 @@
 namespace tandem::client {
 namespace {
 
-/// What stands still widens the view unless it is larger, or farther, than so many times the ball around tools and
-/// moving things: a table does not.
+/// Static bodies widen the view only up to these multiples of the ball around tools and moving bodies: a table does
+/// not.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
 constexpr double kDeskReach_m = 0.08;
-/// Room around what is looked at.
+/// Margin around the focus ball.
 constexpr double kFocusMargin = 1.15;
 constexpr double kDefaultToolRadius_m = 0.005;
-/// They are shaded anew each time that one is told how it yields; a server's have some four thousand at most.
+/// Limit for soft bodies, which are shaded again at each new deformation; a server sends about four thousand at most.
 constexpr std::size_t kMaxSoftTriangles = 8'000;
-/// Of all meshes of a scene together: 700 MB of vertices.
+/// Limit for all meshes of a scene together: 700 MB of vertices.
 constexpr std::size_t kMaxSceneTriangles = 8'000'000;
 
 Rgba rgba_of(const google::protobuf::RepeatedField<double>& rgb, const Rgba& otherwise) {
@@ -118,7 +118,7 @@ class Builder {
     for (const std::array<int, 3>& face : proto::soft_lattice_faces()) body.soft.triangles.push_back(face);
   }
 
-  /// Each vertex goes with the points of the lattice whose nodes are next to it.
+  /// Assigns to each vertex the lattice points whose nodes are nearest to it.
   static void take_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
     body.soft = mesh;
     std::vector<Vec3> told;
@@ -144,7 +144,7 @@ class Builder {
     }
   }
 
-  /// The finest that is here, of at most so many triangles.
+  /// Finest mesh received so far with at most `most` triangles.
   const geometry::ShadedMesh* drawing(const wire::Mesh& mesh, std::size_t most) {
     const geometry::ShadedMesh* finest = nullptr;
     for (const wire::AssetInfo& info : offered_) {
@@ -156,7 +156,7 @@ class Builder {
     return finest;
   }
 
-  /// Each asset once, however many shapes it is of.
+  /// Decoded drawing asset; each asset is decoded once for all shapes that use it.
   const std::optional<geometry::ShadedMesh>& decoded(const std::string& sha256) {
     const auto [entry, is_new] = decoded_.try_emplace(sha256);
     if (!is_new || stop_.stop_requested()) return entry->second;
@@ -192,7 +192,7 @@ class Builder {
     }
   }
 
-  /// Widens the focus to hold a ball.
+  /// Widens the focus to contain a ball.
   void hold(const Vec3& centre, double radius_m) {
     const Vec3 apart = centre - out_.focus_W;
     const double distance = apart.norm();
@@ -227,7 +227,7 @@ class Builder {
     out_.floor_z_m = lowest_z_m();
   }
 
-  /// What a hand on a desk reaches over, in the world.
+  /// Minimum focus radius: the reach of a hand on a desk, scaled to the world.
   double least_focus_radius_m() const {
     double scale = scene_.tools().empty() ? 1 : 0;
     for (const wire::Tool& tool : scene_.tools()) scale = std::max(scale, tool.workspace().position_scale());
@@ -253,13 +253,13 @@ class Builder {
   const AssetMap& assets_;
   MoleculeStyle molecules_;
   const std::stop_token& stop_;
-  std::map<std::string, std::optional<geometry::ShadedMesh>> decoded_;  ///< by SHA-256
+  std::map<std::string, std::optional<geometry::ShadedMesh>> decoded_;  ///< keyed by SHA-256
   std::size_t triangles_left_ = kMaxSceneTriangles;
-  std::size_t chains_ = 0;  ///< of the molecules before
+  std::size_t chains_ = 0;  ///< number of chains of the molecules added so far
   DrawnScene out_;
 };
 
-/// How many times `along` it is from `from` to a triangle; infinite: it is not met.
+/// Multiple of `along` from `from` to the triangle; infinite if the ray misses it.
 double along_ray(const Vec3& from, const Vec3& along, const Vertex* corners) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   std::array<Vec3, 3> p;
@@ -281,7 +281,7 @@ double along_ray(const Vec3& from, const Vec3& along, const Vertex* corners) {
 
 }  // namespace
 
-// Okabe and Ito, "Color universal design", 2008.
+// Source: Okabe and Ito, "Color universal design", 2008.
 Rgba tool_color(std::size_t tool) {
   constexpr std::array<Rgba, 6> kColors{{{0.00F, 0.62F, 0.45F, 1},
                                          {0.80F, 0.47F, 0.65F, 1},

@@ -1,4 +1,4 @@
-// What a window plots and says in numbers, gathered over the last seconds.
+// Data of the window's plots and figures, collected over the last seconds.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace tandem::client {
 
-/// The newest so many values, oldest first when read with their offset.
+/// The newest kLength values in a ring buffer; offset() is the index of the oldest.
 class Curve {
  public:
   static constexpr std::size_t kLength = 400;
@@ -29,36 +29,37 @@ class Curve {
   std::size_t next_ = 0;
 };
 
-/// Where a body is felt, or where the scene starts it.
+/// Displayed pose of a body, or its start pose before the first view.
 Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body);
 
 /// Thread  the window's
 class Figures {
  public:
-  /// Of one value of a curve, and of all that a curve shows.
+  /// Time between two values of a curve, and time span of a whole curve.
   static constexpr Duration kStep{std::chrono::milliseconds(20)};
   static constexpr Duration kSpan = kStep * static_cast<int>(Curve::kLength);
 
-  /// Each tick, in order.
+  /// Adds a tick; call for each tick, in order.
   void add(const TickRecord& record);
-  /// Once a frame.
+  /// Adds a view and the session's figures; call once a frame.
   void add(const View* view, const ClientIoSnapshot& io, LocalTime now);
-  /// Likewise, in a scene of exactly two molecules: how they are to each other, counted some times a second.
+  /// Updates the figures of two docked molecules a few times a second, in a scene of exactly two molecules. Call once a
+  /// frame.
   void add_molecules(const DrawnScene& scene, const View* view, const ClientIoSnapshot& io, LocalTime now);
 
   Curve force_n, torque_n_m;          ///< largest displayed in a step
   Curve round_trip_ms, state_age_ms;  ///< newest
-  Curve residual_n;                   ///< of the prediction
-  Curve longest_tick_ms;              ///< longest time from one tick to the next
-  double jitter_ms = 0;               ///< standard deviation of the server's updates' way here, of the last 2 s
+  Curve residual_n;                   ///< predicted residual force
+  Curve longest_tick_ms;              ///< longest interval between two ticks
+  double jitter_ms = 0;  ///< standard deviation of the transit time of the server's updates, over the last 2 s
   double loss_up = 0, loss_down = 0;  ///< shares that the simulated links lost in the last 2 s
 
-  // Of the first and the second molecule of the scene, where they are felt.
+  // First and second molecule of the scene, at their displayed poses.
   bool has_molecules = false;
-  std::array<std::size_t, 2> molecules{};  ///< their bodies, by index
+  std::array<std::size_t, 2> molecules{};  ///< indices of their bodies
   std::size_t contacts = 0;
   docking::AtomPairs hydrogen_bonds;
-  std::optional<double> rmsd_angstrom;  ///< from where their files have them
+  std::optional<double> rmsd_angstrom;  ///< from the pose in their files
 
  private:
   void finish_step();

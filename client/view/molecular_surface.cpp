@@ -13,22 +13,22 @@ constexpr double kSharpness = 1.2;
 constexpr double kFinestGrid_angstrom = 0.4;
 constexpr double kAtomsOnFinestGrid = 2000;
 constexpr double kCoarsening = 1.3;
-/// The standard deviation of the narrowest Gaussian, in cells: none falls between the grid's points.
+/// Standard deviation of the narrowest Gaussian, in cells, so that none falls between the grid's points.
 constexpr double kMinWidth = 0.8;
-/// Atoms count up to where they are this share of the level.
+/// An atom's reach ends where its contribution is this share of the level.
 constexpr double kNegligible = 0.01;
-/// Vertices stay this share of a cell away from its faces, so that no two fall together.
+/// Vertices keep this distance from their cell's faces, as a share of the cell, so that no two coincide.
 constexpr double kFaceMargin = 0.02;
 constexpr int kNewtonSteps = 3;
 
 constexpr int kBlockCells = 8;
-/// Of a block: its own, one before and one after them.
+/// Grid points of a block per axis: its own, one before and one after them.
 constexpr int kPoints = kBlockCells + 2;
 constexpr int kCells = kPoints - 1;
 
 using Index3 = std::array<int, 3>;
 
-/// An atom's part of F: amplitude · exp(−steepness |x − centre|²).
+/// One atom's term of F: amplitude · exp(−steepness |x − centre|²).
 struct Blob {
   Vec3 centre;
   double square_radius;
@@ -38,7 +38,7 @@ struct Blob {
   Rgba color;
 };
 
-/// F at a place.
+/// F at one point.
 struct Sample {
   double value = 0;
   Vec3 gradient = Vec3::Zero();
@@ -71,8 +71,8 @@ Index3 next(Index3 at, int axis, int steps = 1) {
   return at;
 }
 
-/// F on a part of the grid, and the triangles of its edges. What it says of a point is the same in each block that has
-/// that point, to the last bit: the same atoms in the same order, at a place that is computed in the same way.
+/// F on one block of the grid, and the triangles of the block's edges. The value at a point is bit-identical in all
+/// blocks that contain it: the same atoms in the same order, at coordinates computed in the same way.
 class Block {
  public:
   Block(double grid, double scale) : grid_(grid), scale_(scale) {}
@@ -120,7 +120,7 @@ void Block::take(const Index3& block, const std::vector<Blob>& blobs, const std:
   for (const std::uint32_t atom : atoms) add(blobs[atom]);
 }
 
-/// A Gaussian is the product of one along each axis.
+/// Adds a Gaussian as the product of one factor per axis.
 void Block::add(const Blob& blob) {
   std::array<std::array<double, kPoints>, 3> factors{};
   Index3 first{}, last{};
@@ -146,7 +146,7 @@ void Block::add(const Blob& blob) {
   }
 }
 
-/// Of the edges that start at the block's own points.
+/// Appends the faces of the edges that start at the block's own points.
 void Block::append_to(DrawnMesh& out) {
   const auto is_inside_value = [](double value) { return value >= 1; };
   if (std::ranges::none_of(values_, is_inside_value) || std::ranges::all_of(values_, is_inside_value)) return;
@@ -159,12 +159,12 @@ void Block::append_to(DrawnMesh& out) {
   }
 }
 
-/// The cells around an edge are a four-sided face, which is parted along its shorter diagonal.
+/// Appends the quadrilateral of the four cells around an edge, split along its shorter diagonal.
 void Block::add_faces(DrawnMesh& out, const Index3& at, int axis) {
   const bool is_leaving = is_inside(at);
   if (is_leaving == is_inside(next(at, axis))) return;
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // Counter-clockwise about the axis; no reference is kept, for vertices_ grows.
+  // Counter-clockwise about the axis. Copies instead of references, because vertices_ may be reallocated.
   std::array<Vertex, 4> corners{vertex(next(next(at, u, -1), v, -1)), vertex(next(at, v, -1)), vertex(at),
                                 vertex(next(at, u, -1))};
   if (!is_leaving) std::swap(corners[1], corners[3]);
@@ -196,7 +196,7 @@ Vec3 Block::mean_of_crossings(const Index3& cell) const {
   return sum / count;
 }
 
-/// In the logarithm of F, which for an atom that is alone is a parabola.
+/// Vertex of a cell. Newton's method uses log F, which for an isolated atom is a parabola.
 const Vertex& Block::vertex(const Index3& cell) {
   int& index = vertex_of_[place_of(kCells, cell)];
   if (index >= 0) return vertices_[static_cast<std::size_t>(index)];
@@ -220,15 +220,15 @@ const Vertex& Block::vertex(const Index3& cell) {
   return made;
 }
 
-/// Of an atom's colour against those of others: as its Gaussian would have it, whatever the grid, and never 0.
-/// In      square  of the distance, in the atom's radii
+/// Weight of an atom's colour: decreases with the distance, is independent of the grid, and never 0.
+/// In      square  squared distance, in units of the atom's radius
 double color_weight(double square) {
   const double near = 1 / std::max(square, 1e-9);
   const double fourth = near * near * near * near;
   return fourth * fourth;
 }
 
-/// Distances first, in a loop that compilers make wide; few atoms are near enough for more.
+/// Computes all distances first, in a loop that compilers vectorise; few atoms are near enough to contribute.
 Sample Block::sample(const Vec3& at) const {
   const double x = at.x(), y = at.y(), z = at.z();
   for (std::size_t i = 0; i < squares_.size(); ++i) {
@@ -251,7 +251,7 @@ Sample Block::sample(const Vec3& at) const {
   return sum;
 }
 
-/// Those that an atom reaches, and a cell farther: a point beside one that is reached is in one of them.
+/// Blocks within an atom's reach plus one cell, so that each neighbour of a reached point is in one of them.
 std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& blobs, double grid,
                                                        const std::stop_token& stop) {
   std::map<Index3, std::vector<std::uint32_t>> blocks;
@@ -271,7 +271,7 @@ std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& 
   return blocks;
 }
 
-/// Whether it is of no more triangles than that; at a stop, too.
+/// Returns false if the surface has more than `max_triangles`; true also after a stop.
 bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid, double scale,
                     std::size_t max_triangles, const std::stop_token& stop) {
   const std::size_t before = out.size();

@@ -1,4 +1,4 @@
-// Instead of window.cpp in a program without it (TANDEM_WINDOW=OFF).
+// Replaces window.cpp in a build without the window (TANDEM_WINDOW=OFF).
 #include <stdexcept>
 
 #include "client/view/window.hpp"

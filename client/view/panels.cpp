@@ -15,7 +15,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr float kPanelEm = 21;  ///< width, in letters' heights
+constexpr float kPanelEm = 21;  ///< width in font heights
 constexpr double kMaxSliderDelay_ms = 300;
 constexpr double kMaxSliderJitter_ms = 50;
 constexpr double kMaxSliderLoss = 30;  ///< %
@@ -33,7 +33,7 @@ void fact(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-/// A curve from 0 to a round number above all that it shows.
+/// Plots a curve from 0 to a round number above all its values.
 void curve(const char* name, const Curve& values, const char* format, double least_top, const ImVec4& color) {
   double top = least_top;
   while (top < values.largest()) top *= 2;
@@ -56,7 +56,7 @@ bool slider(const char* name, double& value, double largest, const char* format)
   return is_moved;
 }
 
-/// A choice among names, and what was chosen in it; empty: nothing new.
+/// Draws a choice among names. Returns the new choice; empty: unchanged.
 std::string chosen(const char* label, const std::string& now, const std::vector<std::string>& names) {
   std::string choice;
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 5.2F);
@@ -72,7 +72,7 @@ std::vector<std::string> strings(const std::vector<std::string_view>& views) {
   return {views.begin(), views.end()};
 }
 
-/// A part of the panels that remembers whether it is open.
+/// Begins a part of the panels and updates whether it is open.
 bool begin_part(const char* title, bool& is_open) {
   ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
   is_open = ImGui::CollapsingHeader(title);
@@ -92,7 +92,7 @@ void draw_link(ClientIo& client, net::LinkParameters& link) {
   client.set_links(link);
 }
 
-/// Other rooms of the server, and what an operator may.
+/// Draws the other rooms of the server, and the operator's button.
 void draw_room(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   const std::string scene = printable(io.joined->scene().name());
@@ -130,13 +130,13 @@ void draw_session(const PanelContent& content) {
   if (!io.news.empty()) ImGui::TextWrapped("%s", io.news.c_str());
 }
 
-/// For the room's operator: one number of the coupling, in steps that a hand can tell apart.
+/// Draws one coefficient of the coupling for the room's operator, in distinguishable steps.
 void draw_coefficient(ClientIo& client, const char* label, const char* name, double now, double largest) {
   double value = now;
   if (slider(label, value, largest, "%.3g") && value > 0) client.set_parameter(name, value);
 }
 
-/// A choice that nobody here has, and why.
+/// Draws a choice that is not available here, with the reason.
 void closed_choice(const char* label, const std::string& now, const std::string& why) {
   ImGui::BeginDisabled();
   chosen(label, now, {});
@@ -146,7 +146,7 @@ void closed_choice(const char* label, const std::string& now, const std::string&
   ImGui::PopStyleColor();
 }
 
-/// The room's, which its operator sets.
+/// Draws the room's coupling law, which its operator sets.
 void draw_law(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   const wire::Coupling& of_scene = io.joined->scene().coupling();
@@ -171,7 +171,7 @@ void draw_law(const PanelContent& content) {
   }
 }
 
-/// How the scene is shown to the hand.
+/// Draws the stage: how the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   StageSettings wanted = io.stage;
@@ -223,7 +223,7 @@ void draw_touch(const PanelContent& content) {
   curve("longest tick [ms]", figures.longest_tick_ms, "%.2f", 2, {0.80F, 0.80F, 0.80F, 1});
   if (content.view == nullptr) return;
   const TickRecord& record = content.view->record;
-  // Only molecules have any.
+  // Only molecules have an energy.
   if (const double energy = content.view->newest.update.field_energy_kj_per_mol;
       content.view->has_state && energy != 0 && !figures.has_molecules) {
     fact("energy",
@@ -236,7 +236,7 @@ void draw_touch(const PanelContent& content) {
   }
 }
 
-/// One of some that are named, by its number.
+/// Draws a choice among named enumerators, by their numbers.
 template <std::size_t kCount, class Number>
 void choose(const char* label, const std::array<const char*, kCount>& all, Number& number) {
   const std::vector<std::string> names(all.begin(), all.end());
@@ -244,8 +244,8 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
   if (!choice.empty()) number = static_cast<Number>(std::ranges::find(names, choice) - names.begin());
 }
 
-/// Settings of the own hand. The workspace mapping is set when a slider is released, because each change fades the force out,
-/// and it returns by the ramp.
+/// Draws settings of the user's own hand. The workspace mapping is set on release of a slider, because each change
+/// fades the force out and ramps it up again.
 void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   auto scale = static_cast<float>(workspace.scale);
   auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);
@@ -254,7 +254,7 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   ImGui::SliderFloat("reach", &scale, 0.1F, 10, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
   bool is_set = ImGui::IsItemDeactivatedAfterEdit();
   workspace.scale = scale;
-  // The mouse's hand goes where it is seen to go.
+  // The mouse's hand moves in picture directions, so it needs no turn.
   if (!content.is_mouse) {
     ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
     ImGui::SliderFloat("turn", &turn_deg, -180, 180, "%.0f°", ImGuiSliderFlags_AlwaysClamp);

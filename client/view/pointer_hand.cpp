@@ -9,16 +9,16 @@
 namespace tandem::client {
 namespace {
 
-/// Sine of the angle over the horizon from which on somebody looks from above.
+/// Sine of the elevation above which the camera looks from above.
 constexpr double kAbove = 0.85;
-/// An axis that runs nearly along the look is followed no faster than if this much of it was seen.
+/// Minimum visible share of an axis: limits the speed along an axis nearly parallel to the line of sight.
 constexpr double kMinSeen = 0.35;
 
 bool is_from_above(const Camera& camera) {
   return std::abs(camera.forward_W().z()) > kAbove;
 }
 
-/// Away from who looks, on the level.
+/// Horizontal direction away from the camera.
 Vec3 level_forward(const Camera& camera) {
   return Vec3::UnitZ().cross(camera.right_W());
 }
@@ -50,7 +50,8 @@ void PointerHand::press(std::uint32_t button, bool is_down) {
   target_.buttons = is_down ? target_.buttons | button : target_.buttons & ~button;
 }
 
-// What the scene put into the hand is held without a button: let go of by its going down and up.
+// A body that the scene attached to the hand is held without a button: the button is pressed and released to release
+// it.
 void PointerHand::toggle_grab(bool is_holding, LocalTime now) {
   const bool is_down = (target_.buttons & kButtonGrab) != 0;
   missed_at_.reset();

@@ -1,4 +1,4 @@
-// What mouse and keys do to the hand of the device "mouse": to the sides, up and down, away, and turning.
+// Motion of the hand of the device "mouse" by mouse and keys: translation and rotation.
 #pragma once
 
 #include <optional>
@@ -13,33 +13,35 @@ namespace tandem::client {
 /// Thread  the window's
 class PointerHand {
  public:
-  /// The target may be so far from the hand, in the device's metres: what the arm's spring turns into about the device's
-  /// largest force. Farther, and the way back would first be a dead way.
+  /// Maximum distance between target and hand, in device metres. At this distance the arm's spring applies about the
+  /// device's maximum force. A larger distance would add a dead band on the way back.
   static constexpr double kMaxStretch_m = 0.05;
-  static constexpr double kMaxTwist_rad = 0.6;  ///< likewise, in rotation
+  static constexpr double kMaxTwist_rad = 0.6;  ///< maximum rotation, for the same reason
 
-  /// The target of now, for the device.
+  /// Present target for the device.
   const devices::PointerTarget& target() const { return target_; }
   void set_workspace(const WorkspaceMapping& workspace) { workspace_ = workspace; }
   Pose X_WH() const { return workspace_.world_pose(target_.X_DH); }
 
-  /// To the sides and up and down, by shares of the window's height: as far as keeps the hand under the mouse. For who looks
-  /// from far above, away and towards instead of up and down.
+  /// Moves the hand sideways and vertically by shares of the window's height, so that it stays under the mouse. With
+  /// the camera high above the scene, away and towards replace up and down.
   void move(const Camera& camera, double right, double down);
-  /// Likewise on the level: to the sides, away and towards; for who looks from far above, up and down.
+  /// Moves the hand sideways and horizontally away or towards; with the camera high above the scene, up and down.
   void move_level(const Camera& camera, double right, double down);
-  /// About the picture's axes: `right` and `down` as the surface nearest to who looks would go, `roll` clockwise.
+  /// Turns about the picture's axes: the surface nearest to the camera moves by `right` and `down`; `roll` is
+  /// clockwise.
   void turn(const Camera& camera, double right_rad, double down_rad, double roll_rad);
   void press(std::uint32_t button, bool is_down);
-  /// One key for both: lets go of what is held, else grabs what is within reach.
+  /// Releases a held body, otherwise grabs one within reach; one key for both.
   void toggle_grab(bool is_holding, LocalTime now);
-  /// Once a frame: a grab that found nothing within kGrabPatience is given up, so that the next one is one again.
+  /// Call once a frame: releases the button if a grab has found nothing within kGrabPatience, so that the next press
+  /// grabs.
   void follow_grab(bool is_holding, LocalTime now);
-  /// The last grab found nothing, and not long ago.
+  /// Returns whether the last grab found nothing, for kMissShown after it.
   bool has_missed(LocalTime now) const { return missed_at_ && now - *missed_at_ < kMissShown; }
-  /// Back to where the tool starts.
+  /// Moves the target back to the tool's start pose.
   void rest() { target_.X_DH = Pose{}; }
-  /// Keeps the target near the hand, wherever that was held up.
+  /// Limits the distance between the target and the hand, which an obstacle may hold back.
   void stay_near(const Pose& X_DH);
 
  private:
@@ -50,7 +52,7 @@ class PointerHand {
 
   WorkspaceMapping workspace_;
   devices::PointerTarget target_;
-  bool is_letting_go_ = false;  ///< the button goes up with the next frame
+  bool is_letting_go_ = false;  ///< the button is released at the next frame
   LocalTime grabbed_at_{};
   std::optional<LocalTime> missed_at_;
 };

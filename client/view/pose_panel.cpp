@@ -1,4 +1,4 @@
-// The part of the panels for scenes of two molecules: how they are to each other, and the poses that users keep.
+// The part of the panels for scenes of two molecules: figures of their relative pose, and the kept poses.
 #include <imgui.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::string counted(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-/// A popup of the row: another name, or deletion.
+/// Popup of a row, with a new name or deletion.
 void draw_edit(const PanelContent& content, WindowSwitches& switches, const wire::KeptPose& pose) {
   if (pose.number() == 0) return ImGui::TextUnformatted("");
   if (ImGui::SmallButton("...")) {
@@ -42,7 +42,7 @@ void draw_edit(const PanelContent& content, WindowSwitches& switches, const wire
   ImGui::EndPopup();
 }
 
-/// The button, or while a minimisation is under way how far it is, and a button that cancels it.
+/// Draws the button, or during a minimisation its progress and a button that cancels it.
 void draw_minimising(const PanelContent& content) {
   const auto& progress = content.io->pose_progress;
   if (!progress) {

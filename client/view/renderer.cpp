@@ -13,9 +13,9 @@ namespace tandem::client {
 namespace {
 
 constexpr int kShadowPixels = 2048;
-/// Where the sun shines from, in the world.
+/// Direction to the sun, in the world.
 const Vec3 kToSun = Vec3(-0.45, -0.55, 1.0).normalized();
-/// How far the floor goes, in balls of what is looked at.
+/// Extent of the floor, in radii of the focus ball.
 constexpr double kFloorReach = 14;
 
 using Mat4 = Eigen::Matrix4f;
@@ -70,7 +70,7 @@ class Program {
   GLuint id_;
 };
 
-/// A mesh on the card.
+/// Vertex buffers of a mesh on the graphics card.
 class Buffers {
  public:
   explicit Buffers(const DrawnMesh& mesh) : count_(static_cast<GLsizei>(mesh.size())) {
@@ -108,7 +108,7 @@ class Buffers {
   GLuint buffer_ = 0;
 };
 
-/// Two triangles from −1 to 1, at z = 0.
+/// Square of two triangles from −1 to 1, at z = 0.
 DrawnMesh square() {
   DrawnMesh mesh;
   for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, -1}, {1, 1}, {-1, 1}}) {
@@ -124,7 +124,7 @@ Mat4 matrix_of(const Pose& X) {
   return matrix.cast<float>();
 }
 
-/// The sun's view of the scene: how far it shines.
+/// Depth map of the scene seen from the sun.
 class ShadowMap {
  public:
   ShadowMap() {
@@ -194,7 +194,7 @@ void Renderer::Impl::draw_shadows(const DrawnFrame& frame, const Mat4& sun) cons
   glDepthMask(GL_TRUE);
   shadows.use();
   shadows.set("clip_of_world", sun);
-  // Farther by a slope's worth, so that no surface casts a shadow on itself.
+  // Depth is offset by the slope, so that no surface shadows itself.
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(2.0F, 4.0F);
   for (const DrawnThing& thing : frame.things) {

@@ -18,24 +18,24 @@ using docking::Molecule;
 
 enum class Fold : std::uint8_t { kCoil, kHelix, kStrand, kNucleic };
 
-/// One of a chain, Å.
+/// One residue of a chain; lengths in Å.
 struct Link {
-  std::size_t residue = 0;  ///< of the molecule, by number
+  std::size_t residue = 0;  ///< index in the molecule
   std::size_t atom = 0;     ///< α carbon or C4'
   Vec3 place = Vec3::Zero();
-  Vec3 across = Vec3::Zero();  ///< in the plane of the peptide, square to the chain; zero: unknown
+  Vec3 across = Vec3::Zero();  ///< in the plane of the peptide, perpendicular to the chain; zero: unknown
   Fold fold = Fold::kCoil;
 };
 using Chain = std::vector<Link>;
 
 constexpr double kMaxPeptideAngstrom = 4.5, kMaxNucleotideAngstrom = 8;
 constexpr std::size_t kMinLinks = 3;
-/// Of half of a section: across, and through.
+/// Half sizes of a cross-section: in the ribbon's plane, and through it.
 using Size = Eigen::Vector2d;
 const Size kCoilSize(0.28, 0.28), kHelixSize(1.3, 0.22), kStrandSize(1.0, 0.22), kNucleicSize(0.6, 0.6);
 constexpr double kArrowAngstrom = 1.7, kBaseAngstrom = 0.35;
 constexpr int kBaseSides = 8;
-/// Sections between two residues, and corners of each: up to so many residues in the molecule.
+/// Cross-sections between two residues, and corners of each, for molecules up to this number of residues.
 struct Detail {
   std::size_t max_residues;
   int sections, corners;
@@ -108,7 +108,7 @@ std::vector<Chain> chains_of(const Residues& residues) {
   return chains;
 }
 
-/// Distances from a residue to those two, three and four further on, and how far they may be off.
+/// Distances from a residue to those two, three and four further on, with their tolerances.
 struct Pattern {
   Fold fold;
   std::array<double, 3> distances, margins;
@@ -117,7 +117,7 @@ struct Pattern {
 constexpr std::array<Pattern, 2> kPatterns{
     {{Fold::kHelix, {5.5, 5.3, 6.4}, {0.5, 0.5, 0.6}, 5}, {Fold::kStrand, {6.7, 9.9, 12.4}, {0.6, 0.9, 1.1}, 4}}};
 
-/// As many as there are after it, two at least.
+/// Compares the distances to the residues that exist, at least to the second one.
 bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   if (i + 2 >= chain.size()) return false;
   for (std::size_t k = 0; k < 3 && i + k + 2 < chain.size(); ++k) {
@@ -127,7 +127,7 @@ bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   return true;
 }
 
-/// A run of residues that fit, with the two after the last; short ones are none.
+/// Marks a run of residues that fit, with the two after its last; shorter runs than min_links are ignored.
 void mark(Chain& chain, const Pattern& pattern) {
   for (std::size_t i = 0; i < chain.size();) {
     std::size_t end = i;
@@ -140,7 +140,7 @@ void mark(Chain& chain, const Pattern& pattern) {
   }
 }
 
-/// From the places of the oxygens to directions, none opposite to the one before.
+/// Converts `across` from oxygen positions to directions, each within 90° of the previous one.
 void turn_to_planes(Chain& chain) {
   Vec3 before = Vec3::Zero();
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -159,7 +159,7 @@ void turn_to_planes(Chain& chain) {
   }
 }
 
-/// The pleats of a strand are no part of its ribbon.
+/// Smooths the pleats of strands out of the ribbon.
 void smooth_strands(Chain& chain) {
   const Chain as_was = chain;
   for (std::size_t i = 1; i + 1 < chain.size(); ++i) {
@@ -182,7 +182,7 @@ Size size_of(Fold fold) {
   }
 }
 
-/// Of the section `share` of the way after link i.
+/// Half sizes of the cross-section at `share` of the way after link i.
 Size size_at(const Chain& chain, std::size_t i, double share) {
   const Fold here = chain[i].fold, next = chain[std::min(i + 1, chain.size() - 1)].fold;
   const bool ends_next = i + 2 >= chain.size() || chain[i + 2].fold != Fold::kStrand;
@@ -195,14 +195,14 @@ Size size_at(const Chain& chain, std::size_t i, double share) {
   return from + smooth * (size_of(next) - from);
 }
 
-/// Corners of a section, with what is outward there.
+/// Cross-section: its corners, each with its outward normal.
 struct Section {
   Vec3 middle, along;
   std::vector<std::pair<Vec3, Vec3>> corners;
   Rgba color;
 };
 
-/// Catmull and Rom's; ends go on straight.
+/// Point and tangent of the Catmull-Rom spline, extended straight at the ends.
 std::pair<Vec3, Vec3> place_and_way(const Chain& chain, std::size_t i, double t) {
   const std::size_t last = chain.size() - 1;
   const Vec3 b = chain[i].place, c = chain[std::min(i + 1, last)].place;
@@ -232,7 +232,7 @@ Section section_at(const Chain& chain, std::size_t i, double share, int corners,
   return section;
 }
 
-/// Of sections, one after the other; in metres.
+/// Mesh of consecutive cross-sections, in metres.
 class Ribbon {
  public:
   Ribbon(DrawnMesh& out, double metres_per_angstrom) : out_(out), scale_(metres_per_angstrom) {}
@@ -263,7 +263,7 @@ class Ribbon {
     }
   }
 
-  /// In      side  1: seen from where the chain goes on
+  /// In      side  1: visible from the direction in which the chain continues
   void cap(const Section& section, double side) {
     const std::size_t corners = section.corners.size();
     for (std::size_t k = 0; k < corners; ++k) {
@@ -279,7 +279,7 @@ class Ribbon {
   std::optional<Section> last_;
 };
 
-/// From the sugar to the far end of the base.
+/// Appends a rod from the sugar to the far end of the base.
 void append_base(DrawnMesh& out, const Residues& residues, const Link& link, double scale, const Rgba& color) {
   const bool is_purine = residues.atom(link.residue, "N9").has_value();
   if (const auto end = residues.atom(link.residue, is_purine ? "N1" : "N3")) {
@@ -287,7 +287,7 @@ void append_base(DrawnMesh& out, const Residues& residues, const Link& link, dou
   }
 }
 
-/// Atoms that are in no chain.
+/// Appends the atoms outside of chains.
 void append_others(DrawnMesh& out, const Molecule& molecule, double scale, std::span<const Rgba> colors,
                    const std::vector<bool>& is_in_chain, const std::stop_token& stop) {
   Molecule others;

@@ -1,4 +1,4 @@
-// From what is known (the joined scene, the newest view) to what is drawn: which mesh where, which words where.
+// Maps the joined scene and the newest view to drawn things: meshes at poses, and labels.
 #pragma once
 
 #include <future>
@@ -17,12 +17,12 @@
 
 namespace tandem::client {
 
-/// Words at a place of the scene.
+/// Text at a point of the scene.
 struct SceneLabel {
   Vec3 at_W = Vec3::Zero();
   std::string text;
   Rgba color{1, 1, 1, 1};
-  double above = 0;  ///< that, in heights of its letters
+  double above = 0;  ///< height above the point, in text heights
 };
 
 inline constexpr Rgba kForceColor{1.0F, 0.89F, 0.15F, 1};
@@ -34,24 +34,24 @@ class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
 
-  /// Has the scene's meshes made aside when scene, assets or style are others than before, and shows them when they are here;
-  /// of molecules balls first. Those of soft bodies that have yielded follow at once. A surface that was shown last is kept.
-  /// True: there is another scene, or more of it.
+  /// Rebuilds the scene's meshes in a thread when scene, assets or style have changed, and shows them when complete.
+  /// Molecules appear as balls first. Deformed soft bodies are updated at once. The surface shown last is kept. Returns
+  /// true if another scene, or more of it, is shown.
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
-  /// In      view  null: none yet, and things are where the scene starts
+  /// In      view  null: none yet, objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
 
   const DrawnScene& scene() const { return scene_; }
-  /// Whether the scene, or more of it, or molecules of this style are still to come.
+  /// Returns whether the scene, parts of it, or molecules of this style are still to be shown.
   bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
-  /// The user's own tool, where it is felt.
+  /// The user's own tool, at its displayed pose.
   const Pose& tool_pose() const { return X_WT_; }
 
  private:
-  /// What a scene is made of beside its message.
+  /// Inputs of a scene's meshes, besides its message.
   using Content = std::pair<std::shared_ptr<const AssetMap>, MoleculeStyle>;
 
   void forget_scene(const ClientIoSnapshot& io);
@@ -77,19 +77,19 @@ class SceneView {
   std::size_t ball_;
   std::size_t rod_;
   std::size_t cone_;
-  std::size_t first_of_scene_ = 0;  ///< meshes: bodies, soft bodies, tools
+  std::size_t first_of_scene_ = 0;  ///< first index of the scene's meshes: bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
   std::optional<Content> shown_;                           ///< null: nothing of this scene yet
-  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< while that is not shown, once it was
-  std::optional<Content> failed_;                          ///< could not be made
+  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, while another style is shown
+  std::optional<Content> failed_;                          ///< content that could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  Content making_;            ///< what is being made while made_ is valid
-  bool is_given_up_ = false;  ///< since then another was wanted
+  Content making_;            ///< content that made_ will deliver; valid while made_ is
+  bool is_given_up_ = false;  ///< the content is no longer needed, another is
   std::future<DrawnScene> made_;
   std::jthread maker_;
 };

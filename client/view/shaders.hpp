@@ -1,4 +1,4 @@
-// The programs of the graphics card (GLSL 3.30), for renderer.cpp.
+// The shaders (GLSL 3.30) of renderer.cpp.
 #pragma once
 
 namespace tandem::client {
@@ -22,8 +22,8 @@ void main() {
   gl_ClipDistance[0] = dot(cut, world);
 })";
 
-// Light adds up in linear light; a screen's numbers are its power 1/2.2. The sky lights from above, the ground a little
-// from below; a sun with a shadow, softened over 3 x 3 points of its map; a small highlight.
+// Lighting in linear space; screen values are its power 1/2.2. Sky light from above and weak ground light from below; a
+// sun whose shadow is filtered over 3 x 3 points of its map; a small highlight.
 inline constexpr const char* kLight = R"(
 uniform vec3 eye, to_sun;
 uniform sampler2DShadow shadow_map;

@@ -2,7 +2,7 @@
 #include "client/view/window.hpp"
 
 #include <epoxy/gl.h>
-// After the functions of OpenGL, which it would declare otherwise.
+// Must follow the header of the OpenGL functions, which it would declare otherwise.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -26,18 +26,18 @@ constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr float kFontPixels = 14;
 constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
 constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
-/// Shares of the window's height: a step of the wheel moves the hand by this, an arrow key in a second by that.
+/// Shares of the window's height by which a wheel step, or an arrow key per second, moves the hand.
 constexpr double kWheelShare = 0.02;
 constexpr double kKeyShare_per_s = 0.25;
-/// Of the hand, when the mouse goes once over the window's height.
+/// Rotation of the hand when the mouse crosses the window's height.
 constexpr double kHandTurn_rad = 3;
 constexpr double kWheelTurn_rad = 0.08;
 constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
 constexpr double kDoubleClickPixels = 8;
-/// Of a 3D mouse, deflected fully.
+/// Pose of a 3D mouse at full deflection.
 constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
 
-/// The last words of GLFW, for a message.
+/// GLFW's last error text.
 std::string glfw_problem() {
   const char* words = nullptr;
   glfwGetError(&words);
@@ -61,7 +61,7 @@ GLFWwindow* open_window(const WindowSettings& settings) {
     throw std::runtime_error("no window with OpenGL 3.3 can be opened (" + why + "); add --headless");
   }
   glfwMakeContextCurrent(window);
-  // Frames are paced here: a hidden window must not wait for a screen.
+  // Frames are paced by wait_for_frame(): a hidden window must not wait for the screen.
   glfwSwapInterval(0);
   return window;
 }
@@ -126,20 +126,20 @@ struct Window::Impl {
   SteadyClock clock;
   Duration period = kFramePeriod;
   LocalTime next_frame{};
-  std::uint32_t hand_of = 0;  ///< generation of the scene that the hand's target is of
-  int width = 0;              ///< of the frame buffer, of the last frame
+  std::uint32_t hand_of = 0;  ///< scene generation of the hand's target
+  int width = 0;              ///< size of the last frame's buffer
   int height = 0;
-  std::filesystem::path picture;    ///< of the next frame; empty: none
-  std::vector<int> keys_pressed;    ///< since the last frame: a key may come and go between two
-  bool has_double_clicked = false;  ///< likewise
-  LocalTime clicked_at{};           ///< last, and where
+  std::filesystem::path picture;    ///< file for the next frame; empty: none
+  std::vector<int> keys_pressed;    ///< since the last frame, including keys pressed and released in between
+  bool has_double_clicked = false;  ///< since the last frame
+  LocalTime clicked_at{};           ///< time and place of the last click
   Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
   bool is_holding = false;
   bool wants_to_point = false;
   bool is_recording = false;
   std::string recording_state;
   bool is_record_pressed = false;
-  bool has_turned = false;  ///< the camera is where somebody put it
+  bool has_turned = false;  ///< the user has moved the camera
 };
 
 Window::Impl::Impl(WindowSettings window_settings)
@@ -147,7 +147,7 @@ Window::Impl::Impl(WindowSettings window_settings)
   float scale = 1, scale_y = 1;
   glfwGetWindowContentScale(window, &scale, &scale_y);
   glfwSetWindowUserPointer(window, this);
-  // Before ImGui's, which calls it.
+  // Before ImGui installs its callbacks, which call these.
   glfwSetKeyCallback(window, note_key);
   glfwSetMouseButtonCallback(window, note_button);
   ImGui::CreateContext();
@@ -180,7 +180,7 @@ void Window::Impl::note_key(GLFWwindow* window, int key, int, int action, int mo
   if (action == GLFW_PRESS && self.keys_pressed.size() < kMaxKeys) self.keys_pressed.push_back(key);
 }
 
-/// By the time of its events and not of the frames: where few are drawn a second, both clicks come in one.
+/// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
 void Window::Impl::note_button(GLFWwindow* window, int button, int action, int) {
   auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(window));
   if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
@@ -199,7 +199,7 @@ void Window::Impl::wait_for_frame() {
   next_frame = std::max(next_frame, now - period) + period;
 }
 
-/// The next of some that are named, by its number, the first after the last.
+/// Number of the next enumerator, cyclic.
 template <std::size_t kCount, class Number>
 Number next_of(const std::array<const char*, kCount>&, Number number) {
   return static_cast<Number>((number + 1) % kCount);
@@ -207,7 +207,7 @@ Number next_of(const std::array<const char*, kCount>&, Number number) {
 
 void Window::Impl::take_keys() {
   const std::vector<int> keys = std::exchange(keys_pressed, {});
-  if (ImGui::GetIO().WantTextInput) return;  // somebody types
+  if (ImGui::GetIO().WantTextInput) return;  // a text field has the keyboard
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
   if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
@@ -258,7 +258,7 @@ void Window::Impl::take_mouse() {
   }
 }
 
-/// Which is opened with its pose as control (devices/spacemouse).
+/// Applies the 3D mouse, which is opened with the pose as its control (devices/spacemouse).
 void Window::Impl::take_cap() {
   if (settings.cap == nullptr) return;
   const devices::DeviceSample sample = settings.cap->read(clock.now());
@@ -280,7 +280,7 @@ void Window::Impl::move_hand_by_mouse(double right, double down, double wheel) {
   }
 }
 
-/// What the view says of the device and the tool.
+/// Follows the device and the tool of the newest view.
 void Window::Impl::follow(const View* view) {
   if (view == nullptr) return;
   hand.set_workspace(view->workspace);
@@ -291,7 +291,7 @@ void Window::Impl::follow(const View* view) {
   if (switches.follows_tool) camera.look_at(scene->tool_pose().p);
 }
 
-/// At what is under the mouse, or else where the own tool is.
+/// Points at the object under the mouse, otherwise at the user's own tool.
 void Window::Impl::point(const View* view) {
   if (!std::exchange(wants_to_point, false) || settings.client == nullptr) return;
   const ImGuiIO& io = ImGui::GetIO();

@@ -1,4 +1,4 @@
-// What a window remembers from one run to the next: a small JSON file of the user's.
+// The window's settings kept from one run to the next, in a small JSON file of the user.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 
 namespace tandem::client {
 
-/// XDG_STATE_HOME/tandem/window.json, or below ~/.local/state; empty: the user has neither.
+/// XDG_STATE_HOME/tandem/window.json, otherwise below ~/.local/state; empty if neither is known.
 std::filesystem::path window_memory_file();
-/// What the file lacks, or says in a way that cannot be, is as in a new window.
+/// Reads the switches; missing or invalid entries keep their defaults.
 WindowSwitches remembered_switches(const std::filesystem::path& file);
-/// Quietly nothing where it cannot be written. The file is replaced as a whole.
+/// Writes the switches, and replaces the file as a whole. Errors are ignored.
 void remember_switches(const std::filesystem::path& file, const WindowSwitches& switches);
 
-/// Of some that are named, the one that is called so, by its number; as it was where none is.
+/// Sets `number` to the index of `name` in `names`; unchanged if there is none.
 template <std::size_t kCount, class Number>
 void take_named(std::string_view name, const std::array<const char*, kCount>& names, Number& number) {
   for (std::size_t i = 0; i < kCount; ++i) {

@@ -1,4 +1,4 @@
-// Delay paths by name: how a link's delay changes over time.
+// Delay paths by name: the delay of a link as a function of time.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace tandem::lab {
 
-/// A file's path, relative to `directory`, or the name of one of the shipped ones ("wifi"); "": none. The file has
+/// Loads a delay path from a file, relative to `directory`, or a shipped one by name ("wifi"); "": none. The file has
 /// `times_s` and `delays_ms`, lists of the same length, and may have `starts_anywhere` and `description`.
 /// Fails   std::invalid_argument naming file, field and remedy, or the shipped names
 net::DelayPath delay_path_called(const std::string& name, const std::filesystem::path& directory);

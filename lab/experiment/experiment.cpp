@@ -18,10 +18,10 @@ namespace {
 
 namespace json = boost::json;
 
-// A tick of a user takes about 0.6 kB of memory until the trial is judged and its files are written.
+// A user's tick takes about 0.6 kB of memory until the trial is evaluated and its files are written.
 constexpr double kMaxUserSeconds = 1200;
 constexpr double kLongest_s = 600;
-// A JSON number above this may have lost its last digits on the way through other programs.
+// A larger JSON number may lose its last digits in other programs.
 constexpr std::uint64_t kMaxSeed = 1ULL << 53U;
 
 /// In the order of server::UserRole.
@@ -107,7 +107,7 @@ std::string one_of(JsonFields& fields, std::string_view name, const std::string&
   return fields.has(name) ? std::string(choices[fields.choice(name, 0, choices)]) : otherwise;
 }
 
-/// The fields of a pipeline, of the whole experiment or of one user.
+/// Reads a pipeline's fields, of the whole experiment or of one user.
 Pipeline pipeline_of(JsonFields& fields, Pipeline result) {
   result.stage = one_of(fields, "stage", result.stage, known_stages());
   result.predictor = one_of(fields, "predictor", result.predictor, known_predictors());
@@ -128,24 +128,24 @@ json::object object_in(const json::object& object, std::string_view name) {
   return value != nullptr && value->is_object() ? value->get_object() : json::object();
 }
 
-/// `base` with the fields of `changes` in place of its own.
+/// Returns `base` with the fields of `changes` replacing its own.
 json::object with(json::object base, const json::object& changes) {
   for (const auto& field : changes) base[field.key()] = field.value();
   return base;
 }
 
-/// What a user's part of the file is read against.
+/// Defaults and file for reading a user's part.
 struct UserContext {
   const ExperimentFile& file;
   const Pipeline& pipeline;
   json::object link;
 };
 
-/// Links of one user: what the experiment says of all, then what the user says of both ways, then of the way down.
+/// Reads a user's links: the experiment's link, overridden by the user's `link`, and downwards by `downlink`.
 void take_links(JsonFields& user, const json::object& document, std::size_t index, const UserContext& context,
                 ExperimentUser& result) {
   const std::string path = "users[" + std::to_string(index) + "].";
-  user.object("link");  // that they are objects is checked here, what is in them below
+  user.object("link");  // checks that they are objects; their content is checked below
   user.object("downlink");
   const json::object up = with(context.link, object_in(document, "link"));
   const json::object down = with(up, object_in(document, "downlink"));
@@ -222,7 +222,7 @@ json::object json_of(const OutcomeRule& rule) {
   return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_within_m}};
 }
 
-/// Law, coupling and everything else that the scene's file may say, by one mechanism.
+/// Collects law, coupling and all other changes of the scene's file.
 json::object scene_changes_of(JsonFields& file, const json::object& document) {
   json::object changes = object_in(document, "scene_changes");
   file.object("scene_changes");
@@ -234,7 +234,7 @@ json::object scene_changes_of(JsonFields& file, const json::object& document) {
   return changes;
 }
 
-// What decides which trials there are is no part of any one of them; lab/experiment/trial_grid reads it.
+// Fields that define the set of trials do not belong to a single trial; lab/experiment/trial_grid reads them.
 void skip_grid(JsonFields& file) {
   file.whole_number("seeds", 1, kMaxSeeds);
   file.has("grid");
@@ -318,7 +318,7 @@ std::filesystem::path scene_path(const std::string& scene, const std::filesystem
 
 ExperimentFile read_experiment_file(const std::filesystem::path& file) {
   const json::value value = parse_json(read_text_file(file), file.string());
-  [[maybe_unused]] const JsonFields fields(value, file.string());  // says so when it is not an object
+  [[maybe_unused]] const JsonFields fields(value, file.string());  // throws if it is no object
   return {file.string(), file.parent_path(), with_current_names(value.get_object())};
 }
 

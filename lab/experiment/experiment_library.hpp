@@ -1,4 +1,4 @@
-// Finds experiment files by name, so that nobody need know where they are installed.
+// Finds experiment files by name, independent of the place of installation.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace tandem::lab {
 
-/// The folder of the shipped experiments.
-/// Fails   std::invalid_argument naming where they are not
+/// Folder of the shipped experiments.
+/// Fails   std::invalid_argument naming the folder that was searched
 std::filesystem::path shipped_experiments();
 
-/// A file for each name: the file itself, or NAME.json of the shipped ones; without a name all shipped ones, sorted.
-/// Fails   std::invalid_argument: there is no such experiment (lists the shipped)
+/// Files for the names: a file itself, or NAME.json of the shipped ones; without names all shipped ones, sorted.
+/// Fails   std::invalid_argument: there is no such experiment (lists the shipped ones)
 std::vector<std::filesystem::path> experiment_files(std::span<const std::string> names);
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// What stands between the server's state and a hand, by name.
+// The processing between the server's state and a hand, by name.
 #pragma once
 
 #include <string>
@@ -11,9 +11,9 @@
 
 namespace tandem::lab {
 
-/// The stage that a client uses when nobody asks for another.
+/// Default stage of a client.
 std::string default_stage();
-/// The one that shows the server's own touch: at zero delay, the truth.
+/// Stage that displays the server's own contact forces: at zero delay, the reference.
 std::string truth_stage();
 std::vector<std::string_view> known_stages();
 std::vector<std::string_view> known_predictors();
@@ -22,13 +22,14 @@ std::string listed_stages();
 
 struct Pipeline {
   std::string stage = default_stage();
-  std::string predictor = client::StageSettings{}.predictor;  ///< of what the stage's model does not know
-  bool passivity = client::StageSettings{}.passivity;         ///< a passivity controller follows the stage
-  double deadband = 0;        ///< Weber fraction below which nothing is sent; 0: everything is
-  client::ModelErrors model;  ///< in what the local model is wrong
+  std::string predictor =
+      client::StageSettings{}.predictor;               ///< predictor of the residual force (server minus local model)
+  bool passivity = client::StageSettings{}.passivity;  ///< whether a passivity controller follows the stage
+  double deadband = 0;        ///< Weber fraction below which messages are suppressed; 0: none is
+  client::ModelErrors model;  ///< deliberate errors of the local model
 };
 
-/// As an experiment file has it.
+/// A pipeline in the format of an experiment file.
 boost::json::object pipeline_json(const Pipeline& pipeline);
 
 }  // namespace tandem::lab

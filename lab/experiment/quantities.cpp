@@ -67,7 +67,7 @@ bool is_of_the_scene(const std::string& name) {
   return (name.starts_with("scene.") && name.size() > 6) || (name.starts_with("coupling.") && name.size() > 9);
 }
 
-/// For a message: names of the kind that was asked for, of one user or of all.
+/// Lists, for a message, the names of one user or those of all users.
 std::string listed(const std::vector<std::string>& names, bool is_of_a_user) {
   std::string text;
   for (const std::string& name : names) {
@@ -120,7 +120,7 @@ json::object& user_called(json::object& document, const std::string& name) {
   throw std::invalid_argument("users." + name + ": there is no such user; known: " + known);
 }
 
-/// What single users say of it gives way.
+/// Erases the quantity from single users, so that the common value applies.
 void forget_users_own(json::object& document, const std::vector<std::string>& parts) {
   for (json::value& user : users_of(document)) {
     if (!user.is_object()) continue;
@@ -135,7 +135,7 @@ void set_for_each_user(json::object& document, const std::vector<std::string>& p
   for (json::value& user : users_of(document)) set_path(user.as_object(), parts, value);
 }
 
-/// Where both names are given, the one in use counts.
+/// Renames a field. If both names are present, the current one applies.
 void rename_field(json::object& object, std::string_view from, std::string_view to) {
   json::value* value = object.if_contains(from);
   if (value == nullptr) return;

@@ -15,7 +15,7 @@ namespace json = boost::json;
 
 constexpr std::uint64_t kDefaultSeeds = 3;
 
-/// Axes of which every combination is tried.
+/// Axes whose combinations are all tried.
 struct Block {
   std::vector<Axis> axes;
   std::optional<std::uint64_t> seeds;
@@ -31,7 +31,7 @@ Axis axis_of_names(std::string name, const std::vector<std::string_view>& values
   return result;
 }
 
-/// Those that can show every scene.
+/// Stages that can render every scene.
 std::vector<std::string_view> general_stages() {
   std::vector<std::string_view> stages = known_stages();
   std::erase_if(stages, client::needs_proxy_world);
@@ -61,7 +61,7 @@ std::vector<Block> full_blocks() {
            std::nullopt}};
 }
 
-/// `"stage": "others"` stands for every stage that can show every scene, but the default.
+/// Axis of a grid's field. `"stage": "others"` is every stage that can render every scene, except the default.
 Axis axis_of(const std::string& name, const json::value& value) {
   if (name == "stage" && value == json::value("others")) return other_stages();
   Axis result{name, {}};
@@ -97,7 +97,7 @@ std::vector<Block> blocks_of_file(const ExperimentFile& file, const json::value&
     if (!block.is_object()) throw std::invalid_argument(file.origin + ": grid must be a list of objects");
     blocks.push_back(block_of(block.get_object(), file, blocks.size()));
   }
-  if (blocks.empty()) blocks.push_back({{}, 1});  // the file as it stands
+  if (blocks.empty()) blocks.push_back({{}, 1});  // the file unchanged
   return blocks;
 }
 
@@ -108,7 +108,7 @@ std::vector<Block> blocks_of(const ExperimentFile& file, const GridRequest& requ
   return grid != nullptr ? blocks_of_file(file, *grid) : default_blocks();
 }
 
-/// The command line's axes replace those of the same name.
+/// Adds the command line's axes and removes the block's axes of the same name.
 void apply_request(Block& block, const GridRequest& request) {
   for (const Axis& axis : request.axes) {
     std::erase_if(block.axes, [&](const Axis& own) { return own.name == axis.name; });
@@ -116,7 +116,7 @@ void apply_request(Block& block, const GridRequest& request) {
   }
 }
 
-/// Seeds from the file's (or `--set seed`) on, unless they are listed one by one.
+/// Adds seeds from the file's (or `--set seed`) on, unless they are listed singly.
 void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& request) {
   JsonFields fields(file.document, file.origin);
   std::uint64_t first = fields.whole_number("seed", 1, 1ULL << 53U);
@@ -146,7 +146,7 @@ std::size_t combinations(const Block& block) {
   return count;
 }
 
-/// The number `index` combination, the last axis changing fastest.
+/// The combination with number `index`; the last axis changes fastest.
 json::object combination(const Block& block, std::size_t index) {
   json::object settings;
   std::size_t stride = combinations(block);
@@ -175,7 +175,8 @@ void check_names(const Block& block, const json::object& complete, const Experim
   }
 }
 
-/// Of the file with `settings`: what is wrong then is theirs, for the file alone was read before.
+/// Parses the file with `settings`. An error is attributed to the settings, because the file alone has been parsed
+/// before.
 Experiment experiment_with(const json::object& settings, const ExperimentFile& file) {
   try {
     return parse_experiment(file);

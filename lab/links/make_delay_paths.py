@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Makes the shipped delay paths: what one way of a link adds to its least delay over a minute.
+"""Makes the shipped delay paths: the delay that one direction of a link adds to its minimum delay, over a minute.
 
     python3 lab/links/make_delay_paths.py FOLDER     writes drift.json, steps.json and wifi.json there
 
-drift   a load that comes and goes: two slow waves, 0 to 40 ms
+drift   a slowly varying load: two slow waves, 0 to 40 ms
 steps   a change of route every 4 to 10 s: 0, 20, 50 or 100 ms more, at once
-wifi    a radio channel that others use: a floor of 1 to 4 ms, and some twice a second a spike that comes within 10 ms,
-        is 10 to 60 ms high (Pareto, shape 1.5), and falls over 20 to 60 ms, as a queue drains
+wifi    a shared radio channel: a floor of 1 to 4 ms, and about twice a second a spike that rises within 10 ms, is 10
+        to 60 ms high (Pareto, shape 1.5), and falls over 20 to 60 ms, as a queue drains
 """
 
 import json

@@ -10,15 +10,15 @@
 namespace tandem::lab {
 namespace {
 
-/// Below, a share of a force says nothing.
+/// Minimum force for a relative error.
 constexpr double kMinForce_n = 0.5;
-/// In which a rendering goes over into the next.
+/// Duration of the transition from one rendering to the next.
 constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 
-/// Of the first user.
+/// Trial data of the first user.
 struct JoinTrial {
   SessionTrace trace;
-  std::vector<Vec3> tool_W;           ///< of each tick, by the local model
+  std::vector<Vec3> tool_W;           ///< at each tick, by the local model
   Duration coarse_at{0}, full_at{0};  ///< since the hands started; 0: before
 };
 
@@ -49,7 +49,7 @@ double largest_step_n(const std::vector<TickSample>& ticks, Duration from) {
   return largest;
 }
 
-/// Each tick of touch by coarse assets beside the same tick of the trial that has all of them.
+/// Compares each tick with coarse assets to the same tick of the trial with all assets.
 void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& figures) {
   const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
   double error = 0, square = 0, apart = 0;

@@ -20,7 +20,7 @@ using net::SimulatedLink;
 
 constexpr std::size_t kBytesAtOnce = 16 * 1024;
 constexpr int kDatagramsAtOnce = 256;
-/// Of a client whose datagrams come from somewhere else by now, or not at all any more.
+/// Time-out of a client address, whose client has moved or ended.
 constexpr Duration kForgetAfter = std::chrono::minutes(1);
 
 /// One direction of a stream.
@@ -53,10 +53,10 @@ struct Flow {
   udp::socket server;
   SimulatedLink up;
   SimulatedLink down;
-  LocalTime heard{};  ///< when the client sent last
+  LocalTime heard{};  ///< time of the client's last datagram
 };
 
-/// Closed without a farewell: the other end is told that the connection is no more.
+/// Closes with a TCP reset instead of an orderly shutdown.
 void reset_socket(tcp::socket& socket) {
   error_code error;
   socket.set_option(tcp::socket::linger(true, 0), error);
@@ -96,7 +96,7 @@ struct LinkProxy::Impl {
   std::vector<std::unique_ptr<Stream>> streams;
   std::map<udp::endpoint, std::unique_ptr<Flow>> flows;
   std::uint64_t links = 0;
-  // Nothing is sent on these: all streams and datagrams of a direction share their line.
+  // Never used to send: they hold the line that all streams and datagrams of a direction share.
   SimulatedLink line_up{settings.link, settings.seed, 0};
   SimulatedLink line_down{settings.link, settings.seed, 0};
   bool is_cut = false;
@@ -109,7 +109,7 @@ void LinkProxy::Impl::accept() {
   if (error) return;
   tcp::socket server(io);
   server.connect(to, error);
-  if (error) return;  // the client sees its connection end
+  if (error) return;  // the client then sees its connection end
   for (tcp::socket* socket : {&client, &server}) {
     socket->non_blocking(true);
     socket->set_option(tcp::no_delay(true));

@@ -1,8 +1,8 @@
-// The project's simulated link between programs that know nothing of it: it listens where clients connect, and goes on to
-// the server, TCP and UDP of one port number.
+// The project's simulated link for unmodified programs: a proxy at the clients' address that forwards to the server,
+// with the same port number for TCP and UDP.
 //
-//   client ══ TCP ══▶ [reliable link up] ══▶ server        a user's datagrams leave by a socket of their own, as behind a
-//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() gives each another one, cut() lets nothing through,
+//   client ══ TCP ══▶ [reliable link up] ══▶ server        each user's datagrams leave by their own socket, as behind a
+//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() replaces these, cut() blocks all traffic,
 //                                                          reset() ends the streams
 #pragma once
 
@@ -17,30 +17,30 @@
 namespace tandem::lab {
 
 struct LinkProxySettings {
-  std::string listen = "127.0.0.2";  ///< clients connect there
+  std::string listen = "127.0.0.2";  ///< address for the clients
   std::string server = "127.0.0.1";
-  std::uint16_t port = 47800;  ///< of both: the server names its UDP port itself
-  net::LinkParameters link;    ///< each way; its rate limit is of all users together
+  std::uint16_t port = 47800;  ///< port of proxy and server: the server announces its own UDP port
+  net::LinkParameters link;    ///< each direction; its rate limit applies to all users together
   std::uint64_t seed = 1;
-  std::string capture;  ///< file of all bytes that go through, each way; empty: none
+  std::string capture;  ///< file that receives all bytes of both directions; empty: none
 };
 
 /// Thread  one
 class LinkProxy {
  public:
-  /// Fails   std::exception: an address that is none, or a port in use
+  /// Fails   std::exception: an invalid address, or a port in use
   explicit LinkProxy(const LinkProxySettings& settings);
   ~LinkProxy();
 
-  /// Takes what has come, and hands on what is due. About each half millisecond.
+  /// Receives waiting traffic and forwards packets that are due. Call about every 0.5 ms.
   void step(LocalTime now);
-  /// From now on nothing passes: datagrams are lost, streams wait.
+  /// Blocks or unblocks traffic: while blocked, datagrams are lost and streams wait.
   void cut(bool is_cut);
-  /// Datagrams to the server come from another port from now on.
+  /// Sends datagrams to the server from new ports, as after a change of the NAT's mapping.
   void move();
-  /// Ends all streams at once for both ends (TCP reset), as a NAT does that was started anew; new ones may come.
+  /// Ends all streams at once at both ends (TCP reset), as a restarted NAT does; new streams are accepted.
   void reset();
-  /// Streams and clients' datagram addresses that are known at the moment; one that is silent for a minute is forgotten.
+  /// Numbers of open streams and of known client datagram addresses; an address is dropped after a silent minute.
   std::size_t streams() const;
   std::size_t flows() const;
 

@@ -1,4 +1,4 @@
-// Ticks of a live client as rows at whole milliseconds, so that they can be held against those of a virtual trial.
+// Ticks of a live client as rows at whole milliseconds, for comparison with the rows of a virtual trial.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace tandem::lab {
 
-/// One tick from the inside of the client and from the outside of the hand, which only the haptic thread may look at.
+/// One tick: the client's record and the true state of the hand, which only the haptic thread may read.
 struct LiveTick {
   client::TickRecord record;
   Pose hand_D;
   Twist hand_twist_D;
-  Duration round_trip{0};  ///< filled in by the reader, from the session's newest snapshot
+  Duration round_trip{0};  ///< set by the reader, from the session's newest snapshot
 };
 
-/// One row a millisecond of the duration: row k is the newest tick before k + 1 ms after `start`, at its own time.
-/// Where the machine skipped a tick, the one before is repeated, which is what the hand felt; phase and intended place
-/// are those of the row's time.
+/// One row per millisecond of the duration: row k is the newest tick before k + 1 ms after `start`, at its own time. If
+/// the machine skipped a tick, the previous one is repeated, as for the hand; phase and intended position are those of
+/// the row's time.
 ///
 /// In      ticks  in order; empty: no rows
-/// Out     skipped  rows that repeat the one before
+/// Out     skipped  number of repeated rows
 std::vector<TickSample> live_rows(const ExperimentUser& user, const std::vector<LiveTick>& ticks, LocalTime start,
                                   Duration duration, std::uint64_t& skipped);
 

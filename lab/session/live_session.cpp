@@ -22,9 +22,9 @@ namespace {
 
 constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
 constexpr Duration kLiveJoinTimeout = std::chrono::seconds(30);
-/// From the decision to start the hands to their start: every haptic thread has read it by then.
+/// From the decision to start the hands to their start: long enough for every haptic thread to read it.
 constexpr Duration kStartIn = std::chrono::milliseconds(50);
-/// As HapticLoopSettings::trace_capacity: what the main thread may fall behind by.
+/// Capacity of the ring, as HapticLoopSettings::trace_capacity: bounds the main thread's backlog.
 constexpr std::size_t kRingTicks = 4096;
 /// The io thread runs this far below the haptic thread, as in the client.
 constexpr int kIoPriorityBelow = 10;
@@ -35,7 +35,7 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-// A link without delay is no link: the loopback's own is what is left.
+// A link without delay or loss is left out: only the loopback's own delay remains.
 bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() &&
          link.delay_path.points.empty() && !link.spoils_datagrams() && link.rate_limit_bytes_per_s == 0;
@@ -63,7 +63,7 @@ std::vector<std::unique_ptr<server::Room>> one_room(const Experiment& experiment
   return rooms;
 }
 
-/// The server of a trial on a loopback port of its own choice, and what its world holds of each step as users are told it
+/// The server of a trial on a free loopback port. Records at each step the bodies, and the answers that users receive
 /// (World::answer()).
 class LiveTrialServer {
  public:
@@ -73,10 +73,10 @@ class LiveTrialServer {
   ~LiveTrialServer() { stop(); }
 
   std::uint16_t port() const { return server_.port(); }
-  /// Samples are taken from then on, for the experiment's duration at most.
+  /// Records samples from `start` on, for at most the experiment's duration.
   void record_from(LocalTime start) { start_ns_.store(start.time_since_epoch().count(), std::memory_order_release); }
   void stop();
-  /// After stop().
+  /// Moves the records into the trace; after stop().
   void take(SessionTrace& trace, LiveTiming& timing);
 
  private:
@@ -85,11 +85,11 @@ class LiveTrialServer {
   const Experiment& experiment_;
   server::LiveServer server_;
   std::atomic<Duration::rep> start_ns_{kNotYet};
-  // Room thread, until it has stopped; reserved, so that no step allocates for them.
+  // Used by the room thread until it has stopped; reserved, so that no step allocates.
   Duration next_bodies_{0};
   std::vector<BodiesSample> bodies_;
   std::size_t bodies_taken_ = 0;
-  std::vector<std::vector<AnsweredInput>> answered_;  ///< by tool
+  std::vector<std::vector<AnsweredInput>> answered_;  ///< indexed by tool
   std::future<void> serving_;
 };
 
@@ -143,7 +143,7 @@ void LiveTrialServer::take(SessionTrace& trace, LiveTiming& timing) {
   timing.room = server_.room_timings().front();
 }
 
-/// A person with everything on their side of the network.
+/// A user with everything on their side of the network.
 class LiveUser {
  public:
   LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
@@ -152,9 +152,10 @@ class LiveUser {
   const ExperimentUser& user() const { return user_; }
   void watch(BodyId body) { io_.haptics().watch(body); }
   void connect() { io_.start(); }
-  /// Starts the haptic thread near the user's phase of the millisecond. Returns what it asked for and did not get.
+  /// Starts the haptic thread near the user's phase of the millisecond. Returns the real-time rights that were not
+  /// granted.
   std::vector<std::string> start_loop();
-  /// Moves what the ring holds to ticks().
+  /// Moves the ring's content to ticks().
   void take_ticks();
   void stop();
 
@@ -162,9 +163,9 @@ class LiveUser {
   /// The newest tick taken; null before the first.
   const client::TickRecord* newest() const { return ticks_.empty() ? nullptr : &ticks_.back().record; }
   const std::vector<LiveTick>& ticks() const { return ticks_; }
-  /// Whether the hand has something true to feel: the server's state and, where the stage wants it, the local model.
+  /// Returns whether the hand has the server's state and, if the stage needs one, the local model.
   bool is_ready() const;
-  /// The same, and of those of before only the newest stays.
+  /// Same as take_ticks(), then drops all ticks but the newest.
   void take_newest_tick();
   void forget_ticks_before(LocalTime time);
 
@@ -188,10 +189,10 @@ class LiveUser {
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
   std::vector<LiveTick> ticks_;  // main thread
-  bool is_hand_moving_ = false;  // haptic thread, as the next two until it has stopped
+  bool is_hand_moving_ = false;  // haptic thread, like the next two, until it has stopped
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
-  std::optional<client::HapticLoop> loop_;  // gone before what it uses
+  std::optional<client::HapticLoop> loop_;  // destroyed before the objects that it uses
 };
 
 LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
@@ -208,7 +209,7 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
   settings.realtime_priority = realtime_priority_;
-  settings.trace_capacity = 1;  // the ring here has the hand's true state too
+  settings.trace_capacity = 1;  // minimal: ring_ also holds the hand's true state
   loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(
       (next_whole_millisecond(SteadyClock().now()) + user_.tick_phase).time_since_epoch()));
@@ -259,8 +260,8 @@ void LiveUser::stop() {
   io_.stop();
 }
 
-/// Datagrams and bytes of both directions that one client sent and got; those that its simulated link lost on the way
-/// to it count as datagrams, not as bytes.
+/// Datagrams and bytes of both directions that one client sent and received. Losses of the simulated link on the way to
+/// the client are counted as datagrams, but not as bytes.
 TrafficCounters traffic_of(const client::ClientIoSnapshot& io) {
   TrafficCounters traffic;
   const bool has_link = io.links.up.sent > 0;
@@ -294,7 +295,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> told;  // ticks that on_tick has had
+  std::vector<std::size_t> told;  // ticks already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;
@@ -335,7 +336,7 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
   }
 }
 
-/// Waits until `is_done`; says what is missing when that is not in time. What the rings hold meanwhile is of no use.
+/// Waits until `is_done`; on time-out throws with the missing item. Ticks in the rings are discarded meanwhile.
 template <class IsDone>
 void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
   const LocalTime give_up = clock.now() + kLiveJoinTimeout;
@@ -350,7 +351,7 @@ void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDo
   }
 }
 
-// One after the other, so that the n-th manipulator gets the n-th tool.
+// In order, so that the n-th manipulator gets the n-th tool.
 void LiveSession::join_all() {
   begun = clock.now();
   for (const auto& user : users) {
@@ -378,7 +379,7 @@ void LiveSession::start_hands() {
 void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
   user.take_ticks();
-  // Until a tick of the moving hand is there, told is 0 and everything is of before.
+  // Before the first tick of the moving hand `told` is 0, and all ticks are older than the start.
   if (told[index] == 0) user.forget_ticks_before(hands_started);
   for (; told[index] < user.ticks().size(); ++told[index]) {
     const client::TickRecord& record = user.ticks()[told[index]].record;
@@ -392,7 +393,7 @@ void LiveSession::follow(std::size_t index) {
   user_trace.why_disconnected = status.why;
 }
 
-// Some more than the duration, so that the last tick before its end is there too.
+// Somewhat longer than the duration, so that its last tick has arrived.
 void LiveSession::keep_going() {
   const LocalTime end = hands_started + experiment.duration + kMainPeriod;
   while (clock.now() < end) {

@@ -1,17 +1,17 @@
 // A trial in real time: the server's sockets and room thread, and for each user a client's haptic and io threads, over
-// loopback and the live simulated links. It leaves the same trace as run_virtual_session(), so the same metrics can
-// be had of it.
+// loopback and the live simulated links. It produces the same trace as run_virtual_session(), and thus the same
+// metrics.
 //
 //   the caller's thread      per user: haptic thread           per user: io thread        server: room, io thread
-//   join, one after another  HapticLoop, 1 kHz                 ClientIo                   LiveServer
-//   says when hands start ──▶ hand starts on its path
-//   every 10 ms: takes       ── ring: tick and true hand ──▶
-//   what the rings hold
+//   join, in order           HapticLoop, 1 kHz                 ClientIo                   LiveServer
+//   sets the start time ───▶ hand starts on its path
+//   every 10 ms: empties     ── ring: tick and true hand ──▶
+//   the rings
 //   afterwards: rows at whole milliseconds
 //
-// What lines up with the virtual trial: all hands start at one whole millisecond, path time is counted from there, and
-// row k of a user is its newest tick before k + 1 ms. A tick that the machine skipped repeats the one before it, which
-// is what the hand felt; how many there were is counted.
+// Alignment with the virtual trial: all hands start at the same whole millisecond, path time counts from there, and row
+// k of a user is its newest tick before k + 1 ms. A tick that the machine skipped repeats the previous one, as for the
+// hand; skipped ticks are counted.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@
 
 namespace tandem::lab {
 
-/// How well the machine kept the time of one client.
+/// Timing quality of one client.
 struct LiveUserTiming {
-  std::uint64_t ticks = 0;    ///< of the haptic thread since the hands started
-  std::uint64_t skipped = 0;  ///< milliseconds without a tick of their own
-  std::uint64_t lost = 0;     ///< records that this thread did not take in time
+  std::uint64_t ticks = 0;    ///< ticks of the haptic thread since the hands started
+  std::uint64_t skipped = 0;  ///< milliseconds without their own tick
+  std::uint64_t lost = 0;     ///< records lost because the ring was full
   client::HapticLoopReport loop;
 };
 
@@ -42,12 +42,12 @@ struct LiveTiming {
 
 /// Runs one trial of an experiment in real time.
 ///
-/// Limits  errors of the local model and the coupling's check against the device are left out: tandem-client has no
-///         setting for the first, and a virtual trial no check
-/// In      beside   the virtual trial of the same experiment: seeds, names and the watched body are taken from it
+/// Limits  errors of the local model and the check of the coupling against the device are excluded: tandem-client has
+///         no setting for the first, and a virtual trial has no check
+/// In      beside   the virtual trial of the same experiment: source of seeds, names and the watched body
 ///         on_tick  called on this thread for each haptic tick of a moving hand, at most some ten milliseconds late
 /// Out     timing
-/// Fails   std::invalid_argument: errors of the model; CouldNotJoin (says who and why); std::runtime_error,
+/// Fails   std::invalid_argument: errors of the model; CouldNotJoin (names user and reason); std::runtime_error,
 ///         std::system_error: no port, no thread
 SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
                               const SessionTrace& beside, int realtime_priority, LiveTiming& timing,

@@ -27,12 +27,12 @@ using asio::ip::udp;
 
 constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
-/// Inputs that would be later than this are left out.
+/// Inputs later than this are skipped.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
-/// No state is so old.
+/// Maximum plausible age of a state.
 constexpr Duration kMaxAge = std::chrono::seconds(1);
 
-/// Of the user's cube on the table, seen from above.
+/// Position of the user's cube on the table, seen from above.
 std::array<double, 2> place_of(std::size_t user) {
   const std::size_t column = user % 4, row = user / 4;
   return {kSpacing_m * static_cast<double>(column), kSpacing_m * static_cast<double>(row)};
@@ -66,7 +66,7 @@ std::string crowded_scene(const std::string& name, std::size_t users, std::size_
   return out.str();
 }
 
-/// One user: his control connection, which only joins, and his socket for state.
+/// One user: their control connection, which only joins, and their state socket.
 struct ServerLoad::User {
   User(asio::io_context& io, std::uint16_t port, const std::string& name, const std::string& room,
        const secure::TlsContext* context, const secure::Bytes& token)
@@ -98,7 +98,7 @@ struct ServerLoad::User {
     if (!tls.receive(std::span(bytes).first(size), heard, out)) throw std::runtime_error(tls.problem());
     asio::write(control, asio::buffer(out));
   }
-  /// The next bytes of the stream.
+  /// Reads and removes the next `size` bytes of the stream.
   proto::Bytes take(std::size_t size) {
     while (heard.size() < size) read_more();
     const auto end = heard.begin() + static_cast<std::ptrdiff_t>(size);
@@ -138,7 +138,7 @@ struct ServerLoad::User {
     X_WT = proto::pose_from_placement(tool.placement());
   }
 
-  /// Presses 5 mm into the cube and lifts off again, once a second, `place` of a second after others.
+  /// Presses 5 mm into the cube and lifts off again once a second, with a phase offset of `place` seconds.
   void send(LocalTime now, Tick tick, double place, LoadResult& result) {
     const double phase = 2 * std::numbers::pi * (to_seconds(now.time_since_epoch()) - place);
     proto::ClientUpdate update;
@@ -161,7 +161,7 @@ struct ServerLoad::User {
     state.send(asio::buffer(datagram), 0, error);
     return !error;
   }
-  /// As the server asks.
+  /// Answers the server's path challenge.
   void answer_challenge(std::span<const std::byte> number) {
     datagram.clear();
     proto::append_header({proto::DatagramType::kPathResponse, epoch, connection, ++sequence}, datagram);
@@ -169,7 +169,7 @@ struct ServerLoad::User {
     deliver();
   }
 
-  /// `deadline_of`: of the step of this user's room.
+  /// In      deadline_of  deadline of a step of this user's room
   void receive(LocalTime now, Tick newest, const std::function<LocalTime(Step)>& deadline_of, LoadResult& result) {
     std::array<std::byte, 2048> buffer;
     boost::system::error_code error;
@@ -186,7 +186,8 @@ struct ServerLoad::User {
       if (proto::parse_server_update(payload, update) != proto::DropReason::kNone) continue;
       ++result.states_received;
       const LocalTime deadline = deadline_of(update.step);
-      if (update.sent > server_time_of_own_clock(deadline + kMaxAge)) continue;  // its room has yet to say
+      if (update.sent > server_time_of_own_clock(deadline + kMaxAge))
+        continue;  // the deadline of this step is not known yet
       result.added_latency.record(update.sent - server_time_of_own_clock(deadline));
       if (heard_at != LocalTime{}) silence = std::max(silence, now - heard_at);
       heard_at = now;
@@ -200,7 +201,7 @@ struct ServerLoad::User {
 
   tcp::socket control;
   secure::TlsStream tls;
-  proto::Bytes heard;  ///< of the stream, not taken yet
+  proto::Bytes heard;  ///< bytes of the stream, not yet parsed
   udp::socket state;
   proto::DatagramSeal seal{{}, proto::DatagramSeal::Use::kSeal, true, 0};
   proto::DatagramSeal opener{{}, proto::DatagramSeal::Use::kOpen, false, 0};
@@ -209,7 +210,7 @@ struct ServerLoad::User {
   std::uint64_t sequence = 0;
   Pose X_WT;
   proto::Bytes datagram;
-  std::array<LocalTime, 1024> sent_at{};  ///< by tick
+  std::array<LocalTime, 1024> sent_at{};  ///< indexed by tick modulo its size
   Tick answered;
   LocalTime heard_at{};
   Duration silence{0};
@@ -219,7 +220,7 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
-  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< of each user's room
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< for each user's room
   Tick tick;
 };
 
@@ -272,7 +273,7 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   for (const auto& user : impl_->users) user->silence = Duration{0};
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
-    // What this thread had no processor for comes late, but comes: users on machines of their own would have sent it.
+    // Inputs delayed by a lack of processor time are sent late: users on separate machines would have sent them.
     for (sent = std::max(sent + period, due - kMaxLate); sent <= due; sent += period) {
       ++impl_->tick.value;
       for (std::size_t i = 0; i < impl_->users.size(); ++i) {

@@ -1,4 +1,4 @@
-// What the two ends of a trial are told by an experiment: the same for trials in virtual time, live trials and benches.
+// Settings of the two ends of a trial, from an experiment: the same for virtual trials, live trials and benches.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,22 @@
 
 namespace tandem::lab {
 
-/// All files of a scene, so that nobody has to fetch them.
+/// Store with all files of a scene, so that none is fetched.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
-/// Those if the experiment's users have them from the start; else null.
+/// The same store if the experiment's users have the assets from the start; else null.
 std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene);
 
 /// In      assets  may be shared by users of one thread
 client::ClientSettings client_settings(const ExperimentUser& user, std::shared_ptr<client::AssetStore> assets);
-/// The same as `experiment` has them.
+/// The same with the asset delivery of `experiment`.
 client::ClientSettings client_settings(const Experiment& experiment, const ExperimentUser& user,
                                        std::shared_ptr<client::AssetStore> assets);
 
-/// Seeded connection ids are good enough for a trial, whose only clients are its own. The port is that of a virtual
-/// network; a live server puts its own there.
+/// Seeded connection ids suffice for a trial, which has no foreign clients. The port is that of a virtual network; a
+/// live server sets its own.
 server::HubSettings hub_settings(std::uint64_t seed);
 
-/// Energy that the client's passivity controller has withheld from the hand so far [world joules]; NaN: it has none.
+/// Energy that the client's passivity controller has withheld from the hand so far [world joules]; NaN: no controller.
 double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// A simulated hand at the room's own table: no network, no client.
+// A simulated hand coupled directly to a room, without network and client.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,18 @@
 
 namespace tandem::lab {
 
-/// Takes the room's tool of the same index when it is made, and holds it from then on.
+/// Takes the room's tool of the same index on construction, and holds it from then on.
 ///
-/// Thread  that of the room
+/// Thread  the room's
 class SimulatedUser {
  public:
-  /// In      seed  of the hand's tremor
+  /// In      seed  random seed of the hand's tremor
   SimulatedUser(server::Room& room, std::size_t index, devices::HandPath path, std::uint64_t seed);
 
   Duration path_length() const { return device_.path().length(); }
-  /// Before a step: where the hand is.
+  /// Sets the hand's pose before a step.
   void move(LocalTime now);
-  /// After a step: the hand feels its wrench at once. Returns the wrench in W.
+  /// Applies the step's wrench to the hand without delay, after the step. Returns the wrench in W.
   Wrench feel(LocalTime now);
 
  private:

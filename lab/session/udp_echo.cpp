@@ -23,16 +23,16 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 constexpr std::size_t kDatagramBytes = 220;
-/// Taking its memory and its priority costs the thread some milliseconds.
+/// The thread needs some milliseconds to set up its memory and priority.
 constexpr Duration kEchoSettling = std::chrono::milliseconds(200);
-/// Else all of a run came at one time of the others' period: that of a room's step, or where nobody has anything to do.
+/// Without drift all datagrams of a run would arrive at one phase of the other threads' period, busy or idle.
 constexpr double kDrift = 1e-3;
 using Datagram = std::array<std::byte, kDatagramBytes>;
 
-/// Answers on a thread of its own.
+/// Returns datagrams on a separate thread.
 class Echo {
  public:
-  /// What is sent before `from` is not counted.
+  /// In      from  datagrams sent earlier are not counted
   Echo(int priority, LocalTime from) : from_(from), socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
     timeval look_again{.tv_sec = 0, .tv_usec = 10'000};
     setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &look_again, sizeof look_again);

@@ -1,4 +1,4 @@
-// What a server could not be faster than: each datagram is sent back by a thread that does nothing else.
+// Lower bound of a server's latency: a thread that only returns each datagram.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,13 @@
 
 namespace tandem::lab {
 
-/// Sends one datagram for each of `users` sockets at `rate_hz`, less a thousandth, in turn, on the calling thread, to a thread of real-time
-/// priority `priority` (0: normal), over loopback; datagrams are as large as a user's usual input. So they come at any time between the
-/// steps of rooms that keep that rate.
+/// Sends one datagram from each of `users` sockets, in turn, on the calling thread, to an echo thread over loopback.
+/// The rate is `rate_hz` less a thousandth, so that the datagrams drift through the period of rooms at that rate. Their
+/// size is that of a user's usual input.
 ///
-/// Out     after a fifth of a second to settle: from the send of each datagram to the send of its answer; processor time of both threads
+/// In      priority  real-time priority of the echo thread; 0: normal
+/// Out     after a fifth of a second of settling: time from sending each datagram to sending its answer; processor time
+///         of both threads
 /// Fails   boost::system::system_error: no sockets
 std::pair<Histogram, Duration> udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority);
 

@@ -5,8 +5,7 @@
 namespace tandem::lab {
 namespace {
 
-// What travels on a stream: the events of a TCP connection, each behind a kind and the number of the connection
-// attempt that it belongs to.
+// Content of a stream: the events of a TCP connection, each after its kind and the number of its connection attempt.
 enum class Chunk : std::uint8_t { kConnect, kAccepted, kBytes, kEnd };
 constexpr std::size_t kChunkHeaderBytes = 5;
 

@@ -3,8 +3,8 @@
 //   ClientSession ── VirtualClientTransport ══ up: datagrams, stream ══▶ ┐
 //                                          ◀══ down: datagrams, stream ══╡ VirtualNetwork ── SessionHub
 //
-// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams, on one line with them: of the rate limit each
-// has what the other leaves, in the order of sending. What retransmission would cost the stream under loss is not
+// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams. Both share one line: each gets the part
+// of the rate limit that the other leaves, in the order of sending. The cost of retransmission under loss is not
 // modelled. Connecting takes one round trip.
 #pragma once
 
@@ -23,11 +23,11 @@ namespace tandem::lab {
 
 class VirtualNetwork;
 
-/// What one client and the server gave the network, both ways together; lost or not.
+/// Traffic that one client and the server sent, both directions together, including losses.
 struct TrafficCounters {
   std::uint64_t datagrams = 0;
-  std::uint64_t bytes = 0;         ///< of datagrams and streams, without the headers of UDP, TCP and IP
-  std::uint64_t stream_bytes = 0;  ///< of streams alone
+  std::uint64_t bytes = 0;         ///< payload of datagrams and streams, without the headers of UDP, TCP and IP
+  std::uint64_t stream_bytes = 0;  ///< payload of streams only
 };
 
 /// One client's end.
@@ -43,17 +43,17 @@ class VirtualClientTransport final : public client::ClientTransport {
   std::size_t queued_control_bytes() const override;
   void close() override;
 
-  /// Takes what is due off the lines, at both ends, before anybody sends in this slot.
+  /// Receives the packets due at both ends, before either end sends in this slot.
   void collect(LocalTime now);
-  /// Hands what has arrived at this end to its session.
+  /// Passes the packets that have arrived at this end to its session.
   void deliver(client::ClientSession& session, LocalTime now);
 
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
-  /// How long the server's datagrams waited for the line, which they share with the stream.
+  /// Wait of the server's datagrams for the line, which they share with the stream.
   const Histogram& waits_down() const { return waits_down_; }
-  /// When something last arrived at the server's end.
+  /// Time of the last arrival at the server's end.
   LocalTime heard_at_server() const { return heard_at_server_; }
 
  private:
@@ -76,16 +76,16 @@ class VirtualClientTransport final : public client::ClientTransport {
   TrafficCounters traffic_;
   Histogram waits_down_;
   LocalTime heard_at_server_{};
-  // Arrived, not handed on yet.
+  // Arrived packets that are not yet passed on.
   Packets arrived_datagrams_up_;
   Packets arrived_datagrams_down_;
   Packets arrived_stream_up_;
   Packets arrived_stream_down_;
   bool is_open_ = false;  ///< at the client's end
   bool has_datagram_port_ = false;
-  std::uint32_t attempt_ = 0;                ///< connections started so far: chunks of older ones are ignored
+  std::uint32_t attempt_ = 0;                ///< connections started so far; chunks of earlier ones are ignored
   server::ConnectionHandle connection_ = 0;  ///< at the server's end; 0: none
-  std::uint32_t server_attempt_ = 0;         ///< that `connection_` belongs to
+  std::uint32_t server_attempt_ = 0;         ///< attempt of `connection_`
   bool server_knows_address_ = false;
 };
 
@@ -94,7 +94,7 @@ class VirtualNetwork final : public server::ServerTransport {
  public:
   explicit VirtualNetwork(const Clock& clock) : clock_(clock) {}
 
-  /// A client that may connect; lives as long as the network.
+  /// Adds a client, which may connect; it lives as long as the network.
   VirtualClientTransport& add_client(const net::LinkParameters& up, const net::LinkParameters& down,
                                      std::uint64_t seed);
 
@@ -103,9 +103,9 @@ class VirtualNetwork final : public server::ServerTransport {
   std::size_t queued_control_bytes(server::ConnectionHandle connection) const override;
   void close(server::ConnectionHandle connection) override;
 
-  /// What is due arrives at both ends of every client's links: first in a slot, then what any end does.
+  /// Receives the packets due at both ends of every client's links: the first action in a slot.
   void collect(LocalTime now);
-  /// Hands what has arrived at the server to the hub, clients in the order in which they were added.
+  /// Passes the packets that have arrived at the server to the hub, clients in the order of add_client().
   void deliver(server::SessionHub& hub, LocalTime now);
 
  private:

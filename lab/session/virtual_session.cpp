@@ -13,7 +13,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Streams of the experiment's seed: links take the small numbers (virtual_network.cpp).
+/// Random streams of the experiment's seed for hands; links use the small numbers (virtual_network.cpp).
 constexpr std::uint64_t kHandStreams = 1U << 16U;
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 
@@ -21,7 +21,7 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
   return Random(seed, kHandStreams + user).next_u64();
 }
 
-// The body of the outcome's rule, else the first that hands can hold, else the first that can move: what users look at.
+// Watched body: that of the outcome's rule, else the first graspable one, else the first movable one.
 std::optional<std::size_t> watched_body(const Experiment& experiment, const server::LoadedScene& scene) {
   std::optional<std::size_t> movable;
   std::optional<std::size_t> graspable;
@@ -45,7 +45,7 @@ devices::DeviceSpec spec_of(const ExperimentUser& user) {
   return spec;
 }
 
-/// A person with everything on their side of the network.
+/// A user with everything on their side of the network.
 struct VirtualUser {
   VirtualUser(const ExperimentUser& description, const client::ClientSettings& settings,
               VirtualClientTransport& its_transport, std::uint64_t seed)
@@ -58,21 +58,21 @@ struct VirtualUser {
     device.begin_path_at(LocalTime::max());
   }
 
-  /// Looks where the tool's handle is, and steers it along the path.
+  /// Steers the hand along its path by the displayed pose of the tool's handle, as a user does who watches the tool.
   void steer(const WorkspaceMapping& scene) {
     const client::TickRecord& seen = client.haptics().record();
     if (seen.scene_generation == 0 || !seen.sample.is_valid) return;
     const Vec3 handle = scene.X_WD.q.conjugate() * (seen.handle_W.X.p - scene.X_WD.p) / scene.position_scale;
     device.steer(handle / user.motion_scale - seen.sample.X_DH.p, user.motion_scale);
   }
-  /// The one in use; null: the stage has none.
+  /// Local model in use; null: the stage has none.
   const client::LocalModel* model() const { return client.haptics().local_model(); }
 
   const ExperimentUser& user;
   VirtualClientTransport& transport;
   devices::SimDevice device;
   client::Client client;
-  std::optional<std::size_t> tool;  ///< a manipulator's, index into the scene's
+  std::optional<std::size_t> tool;  ///< index into the scene's tools; manipulators only
   std::uint64_t seed_of_hand;
   client::HapticCounters at_start;
   TrafficCounters traffic_at_start;
@@ -206,7 +206,7 @@ void VirtualSession::join_all() {
       run_slot();
     }
   }
-  // One more round trip, so that the hands start with the world in sight of everybody.
+  // One more round trip, so that every user has received the world when the hands start.
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
     const bool is_manipulator = server::has_tool(user->user.role);
@@ -215,7 +215,7 @@ void VirtualSession::join_all() {
   }
 }
 
-// At a whole millisecond, so that ticks of the same hand in two trials are at the same times.
+// Starts at a whole millisecond, so that ticks of the same hand in two trials are at the same times.
 void VirtualSession::start_hands() {
   while (clock.now().time_since_epoch() % kHapticPeriod != Duration(0)) run_slot();
   hands_started = clock.now();

@@ -1,17 +1,17 @@
-// A whole session in one process and virtual time, made of the same classes that run live.
+// A whole session in one process and virtual time, composed of the classes that run live.
 //
-// Time advances in slots of 0.25 ms. What happens in one slot, in this order:
+// Time advances in slots of 0.25 ms. The events in a slot, in this order:
 //
-//   0 network       what is due arrives, at both ends; what is sent below can arrive in the next slot at the earliest
+//   0 network       due packets arrive, at both ends; packets sent below arrive in the next slot at the earliest
 //   1 server io     arrived bytes and datagrams → SessionHub
 //   2 room          step, when one is due (phase: Experiment::server_phase)
-//   3 server io     SessionHub::poll: send what the room published
+//   3 server io     SessionHub::poll: sends the states that the room published
 //   4 each client   io: arrived → ClientSession; haptic tick when due (its own phase in the millisecond);
 //                   io: ClientSession::poll, sends the tick's update
 //
-// Nothing else orders events, and nothing depends on the host: a packet sent in a slot is received in a later one
-// (a link without delay takes one slot either way), so the order of clients within a slot cannot matter, and delays
-// are rounded up to slots.
+// Nothing else orders events, and nothing depends on the host. A packet sent in a slot is received in a later one (a
+// link without delay takes one slot in each direction). Therefore the order of clients within a slot does not matter,
+// and delays are rounded up to slots.
 #pragma once
 
 #include <functional>
@@ -24,21 +24,22 @@
 
 namespace tandem::lab {
 
-/// A user could not join: the link is too bad, or the scene refused.
+/// A user could not join: the link is too bad, or the scene was refused.
 struct CouldNotJoin : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Called before each haptic tick of a moving hand, as what its user does at a window would be.
+/// Called before each haptic tick of a moving hand, to simulate a user's actions at a window.
 using OnClient = std::function<void(std::size_t user, Duration time, client::Client& client)>;
 
 /// Runs one trial of an experiment.
 ///
-/// The users join one after the other, so that the n-th manipulator gets the n-th tool whatever the links do;
-/// then all hands start on their paths together, at time 0 of the trace.
-/// In      on_tick  called after each haptic tick of a moving hand
-/// Fails   std::invalid_argument when the scene has not enough tools for the manipulators; CouldNotJoin (says who and
-///         why)
+/// The users join in order, so that the n-th manipulator gets the n-th tool with any links. Then all hands start on
+/// their paths together, at time 0 of the trace.
+/// In      on_tick    called after each haptic tick of a moving hand
+///         on_client  called before it
+/// Fails   std::invalid_argument: the scene has too few tools for the manipulators; CouldNotJoin (names user and
+///         reason)
 SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
                                  const OnTick& on_tick = {}, const OnClient& on_client = {});
 
