@@ -5,7 +5,7 @@
 namespace tandem::server {
 namespace {
 
-/// A room that is this far behind takes nobody in, so that what waits stays bounded.
+/// Limit of waiting commands above which a room accepts no new users, so that the queue stays bounded.
 constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
