@@ -20,7 +20,7 @@
 
 namespace tandem::server {
 
-/// Made before the rooms are loaded, so that its port answers meanwhile.
+/// Monitoring of one server. Made before the rooms are loaded, so that its port already answers meanwhile.
 class Monitor {
  public:
   /// In      metrics  [ADDRESS:]PORT of this machine's own; none: no port

@@ -113,7 +113,7 @@ AsioServerTransport::~AsioServerTransport() {
 
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
-  // Makes "::" accept IPv4 too, whatever the machine's default is (net.ipv6.bindv6only).
+  // Makes "::" accept IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
   const auto take_both_families = [&address, &error](auto& socket) {
     if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
   };
@@ -298,7 +298,8 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// A write error is left to the pending read, which sees it too: the hub must not be called from inside its own call.
+// The pending read handles a write error, because it detects it too: the hub must not be called from inside its own
+// call.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
   error_code error;

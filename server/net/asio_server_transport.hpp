@@ -1,6 +1,6 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
-// Everything runs on the one thread that runs the io_context, so there is no lock here; only datagrams may also be sent
+// Everything runs on the one thread that runs the io_context, so there is no lock here. Only datagrams may also be sent
 // by the helping thread (ServerTransport::send_datagram()). TCP bytes go to the kernel at once as far as it accepts
 // them; the rest waits in a buffer whose size the session hub watches. The hub ends a connection that does not read;
 // nothing waits for it. UDP is freshest-only: a datagram that the kernel does not accept is lost.
@@ -11,7 +11,7 @@
 //   TLS handshakes    kHandshakeTurn           others' first messages wait in the kernel
 //   TCP, each         kConnectionReadTurn      kReadTurn for all; none while its messages wait in the hub
 //   UDP, the port     kStrangersTurn           datagrams from anywhere: garbage, and a user's first ones
-//   UDP, each user    kConnectionDatagramTurn  an own socket, connected to the source of the user's datagrams: its
+//   UDP, each user    kConnectionDatagramTurn  a socket connected to the source of the user's datagrams: its
 //                                              kernel buffer cannot be filled by a flood at the port
 //
 // If turns are rare, a user's datagram wakes this thread. If they come several times per millisecond, datagrams are
@@ -21,7 +21,7 @@
 // server is bound to loopback. The source of a user's datagrams is a path. A new path is used beside the old one until
 // it has answered the server's challenge (common/net/path_check.hpp), then instead of it.
 //
-// A source that has used up its turn is not polled until the next one (begin_turn()): a flood stays in the kernel,
+// A source that has used up its turn is not polled until the next one (begin_turn()). A flood stays in the kernel,
 // which drops it, and costs this thread no more than its turn.
 #pragma once
 

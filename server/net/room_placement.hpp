@@ -15,8 +15,8 @@ inline constexpr double kSharesWithNobody = std::numeric_limits<double>::infinit
 /// the least loaded worker that has capacity. An overloaded worker gives away its largest room. If two workers differ
 /// much in load, one room moves; at most one per call.
 ///
-/// Why     a thread that wakes up steps all its due rooms in sequence: if waking up costs as much as a small
-///         step (nested virtual machines), this saves half of the time; shared data also stays in the cache.
+/// Why     a thread that wakes up steps all its due rooms in sequence. If waking up costs as much as a small step
+///         (nested virtual machines), this saves half of the time. Shared data also stays in the cache.
 /// In      loads    for each room: share of a thread's time that its steps take, or kSharesWithNobody
 ///         count    number of workers; at least 1
 /// In-out  workers  for each room: its shared worker, below `count`; none: it has a thread of its own

@@ -22,7 +22,7 @@ constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
 /// Limit of the mean answer time for waking io ahead: io then wakes up during the step and waits for its end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
 // Shares of a core: above the first, io is not notified after each short step until it falls below the second. New
-// states then wait for those of the next rooms, at most kTellWithin.
+// states then wait for states of the next rooms, at most kTellWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -37,8 +37,8 @@ constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Tolerance of a room's phase as a fraction 1/kPlaces of its period, and largest shift per step.
 constexpr int kPlaces = 64;
-// io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. After kSlowStepsInARow steps
-// of one room above kIoWaitsNotFor it gets precedence again at once: it reads and sends for all rooms.
+// io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. After kSlowStepsInARow
+// steps of one room above kIoWaitsNotFor it gets precedence again at once: it reads and sends for all rooms.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
@@ -323,7 +323,7 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     ++count;
   }
   // Half of the rest of the period stays free. Between a room's turn and the next deadline there is a gap of half the
-  // turn, limited by kNotWorthASleep and the spare time: one longer step then does not delay all others.
+  // turn, limited by kNotWorthASleep and the spare time. One longer step then does not delay all others.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {

@@ -28,14 +28,15 @@ struct RoomTiming {
 
 /// Steps each room at the deadlines of its own period. Small rooms share threads, one per core, and are due one after
 /// the other. A thread that has woken up thus usually steps several rooms before it sleeps again. A room gets a thread
-/// of its own (room_placement.hpp) if it needs much of a core, if its steps are long compared with other rooms'
-/// periods, or if all users have left it (its scene will be remade). A room without users sleeps. A step is answered at
-/// its deadline, and finished when no room of the thread is about to be due (Room::answer(), Room::finish()).
+/// of its own (room_placement.hpp) if it needs much of a core, or if its steps are long compared with other rooms'
+/// periods. So does a room that all users have left, because its scene will be remade. A room without users sleeps. A
+/// step is answered at its deadline, and finished when no room of the thread is about to be due (Room::answer(),
+/// Room::finish()).
 ///
 /// All threads run at one SCHED_FIFO priority. The io thread's priority is lower while no thread's steps take more than
 /// 250 us, so that it interrupts none. It is higher for 100 ms after two steps of 500 us in one room, because all other
-/// rooms would wait for io. share_realtime() decides which rooms exceed the cores. They lose the priority until they
-/// have fitted for a second, so that only their own users wait.
+/// rooms would wait for io. Rooms that exceed the cores by share_realtime() lose the priority until they have fitted
+/// for a second, so that only their own users wait.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
@@ -43,7 +44,7 @@ class RoomScheduler {
   ///         after_answer       called with the deadline of the step, before it is finished
   ///         on_news            called when one or more rooms have new states to send
   ///         help_to_send       called to send updates of a room in parallel to io, which waits for the helper
-  ///         All four are called on the room's thread; the first two must not lock or wait.
+  ///         All four are called on the room's thread, the first three without a lock or a wait.
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
                 std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news,
                 std::function<void(const Room&)> help_to_send);

@@ -24,9 +24,9 @@ namespace tandem::server {
 ///
 /// Model   The second molecule is moved, or the first if the second is static. Poses are kept in `folder`
 ///         (kept_pose_files.hpp), where a later server of the same room and scene reads them again. Undo returns to the
-///         last rest pose: at rest for kRests_s, farther than kElsewhere_angstrom from the one before. Poses left by a
-///         jump count too. Redo goes forward again until the molecule is moved. Each accepted request gets one answer,
-///         at the latest by refuse_unanswered()
+///         last rest pose or to the pose before a jump. A rest pose is held for kRests_s, farther than
+///         kElsewhere_angstrom from the one before. Redo goes forward again until the molecule is moved. Each accepted
+///         request gets one answer, at the latest by refuse_unanswered()
 class PoseKeeper final : public RoomService {
  public:
   /// In      folder  empty: nothing is written

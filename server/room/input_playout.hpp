@@ -15,8 +15,7 @@ namespace tandem::server {
 
 /// Input as the room uses it.
 struct PlayedInput {
-  /// Tick that the values belong to. While the hand is run on, and until the due tick has arrived: the tick that they
-  /// stand for.
+  /// Tick of the values. During run_on(), and until the due tick has arrived, the tick that they represent instead.
   Tick tick;
   RigidState handle;
   std::uint32_t buttons = 0;      ///< for a lost tick from the next received one, so never late
@@ -31,9 +30,9 @@ struct PlayedInput {
 /// inputs meet.
 ///
 /// Model   The delay is that of PlayoutDelay, from the client's stamps and the room's steps.
-///         Lost ticks are interpolated between their neighbours: a cubic for the position and for the rotation vector
-///         from the first to the second, with their twists at its ends. Its error is at most T⁴/384 max|x⁗| over a gap
-///         of T. Energies and wrenches are interpolated linearly. The played tick advances by the ticks per step. It
+///         Lost ticks are interpolated between their neighbours. The position and the rotation vector between them
+///         follow cubics with the neighbours' twists at the ends. Their error is at most T⁴/384 max|x⁗| over a gap of
+///         T. Energies and wrenches are interpolated linearly. The played tick advances by the ticks per step. It
 ///         changes this stride only after a drift of 0.75 ticks from the wanted delay, so jitter of time stamps has no
 ///         effect.
 ///         On underrun the last pose is held and its twist fades to zero in kTwistFade_s. Later inputs are caught up
@@ -60,8 +59,9 @@ class InputPlayout {
   /// Returns the input to use in the step at `now`; called once a step. Before the first input is due, it is held.
   /// Returns nothing when there is no input.
   std::optional<PlayedInput> play(Duration now) noexcept;
-  /// Extrapolates the input that play() just returned with an underrun. If the hand has in fact stopped, its tool presses
-  /// by that much more. Used only for a tool that would lose a shared object, or would stop a carried one and then fling it.
+  /// Extrapolates the input that play() just returned with an underrun. If the hand has in fact stopped, its tool
+  /// presses by that much more. Used only for a tool that would lose a shared object, or would stop a carried one and
+  /// then fling it.
   void run_on(PlayedInput& played) noexcept;
   /// Discards all inputs; the next one is not connected with them.
   void reset() noexcept;

@@ -14,7 +14,7 @@
 // `received` and `sent`.
 //
 // Nothing else is exchanged. During a step the room thread never waits, logs or allocates. The work of a step is
-// bounded whatever users send: at most kMaxCommandsPerStep commands, with at most one grab or release per seat.
+// bounded for any input from users: at most kMaxCommandsPerStep commands, with at most one grab or release per seat.
 #pragma once
 
 #include <array>
@@ -154,8 +154,8 @@ class Room {
 
   /// Adds a watcher before the first step; at most kMaxWatchers, and each must outlive the room's steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
-  /// Before the first step: things are there and move so. Who takes a tool of then within kKeptFor has it where it was, and in
-  /// his hand what it held; until then that hangs where it was. What is out of range is left as the scene says.
+  /// Restores a saved state before the first step. A user who takes a saved tool within kKeptFor finds it where it was,
+  /// with its held body in hand. Until then that body is kept in place. Values out of range are ignored.
   void resume(const RoomState& state);
 
   // room side

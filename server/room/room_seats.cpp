@@ -87,7 +87,7 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {
-  // Only the newest counts, so a flood of them waits as one.
+  // Only the newest coupling counts, so older waiting ones are removed and the queue stays short.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   post_surely({.kind = RoomCommand::Kind::kSetCoupling,
                .seat = seat,

@@ -61,7 +61,7 @@ class RoomSeats {
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
   /// Posts a grab. Returns false, without effect, when the room's queue is full or this seat's last request is not
-  /// served yet (on_update()): one user cannot fill the shared queue. The caller notifies the user.
+  /// served yet (on_update()). One user thus cannot fill the shared queue. The caller notifies the user.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the served requests and the held body of the seat's user from an update. Every step repeats them, so a lost

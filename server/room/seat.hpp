@@ -9,7 +9,7 @@
 
 namespace tandem::server {
 
-/// kOperator: a manipulator who may also set the room's parameters; one a room.
+/// kOperator: a manipulator who may also set the room's parameters; at most one per room.
 enum class UserRole : std::uint8_t { kManipulator, kObserver, kOperator };
 constexpr bool has_tool(UserRole role) {
   return role != UserRole::kObserver;
@@ -20,7 +20,7 @@ struct Seat {
   std::uint8_t index = 0;  ///< in the room's fixed arrays, < proto::kMaxUsers
   UserId user = {};        ///< invalid: the seat is free
   UserRole role = UserRole::kObserver;
-  std::uint8_t tool = 0;     ///< where has_tool(role)
+  std::uint8_t tool = 0;     ///< valid if has_tool(role)
   bool leaves_gaps = false;  ///< the user suppresses inputs that can be extrapolated (deadband)
   haptics::CouplingParameters coupling_bounds =
       haptics::kNoCouplingBounds;    ///< limits of the user's device, in the world

@@ -2,7 +2,7 @@
 // destruction.
 //
 //   LiveServer ─owns─▶ ServerRooms ─owns─▶ rooms
-//        │                  └──────owns─▶ services (recorder, checkpoint, poses, metrics): refer to the rooms, destroyed first
+//        │                  └──────owns─▶ services (recorder, checkpoint, poses, metrics): use rooms, destroyed first
 //        └─owns─▶ scheduler, hub, sockets: refer to rooms and services, destroyed before both
 #pragma once
 

@@ -1,5 +1,5 @@
 // List of used invitations, on disk beside the keys. The file is read at every start, with and without --resume. Its
-// ids stay whatever the clock does, so a used invitation never admits anybody again.
+// ids stay regardless of the clock, so a used invitation never admits anybody again.
 //
 //   io thread   use(), release(), revoke() ──ring──▶ writer thread: changes the list, replaces and flushes the file
 //               poll()                     ◀──ring── numbers of the changes that are on disk, or the error

@@ -95,8 +95,8 @@ class SessionHub {
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
   /// Ends a lost TCP connection: the user leaves the room, and the tool releases its body.
   void on_disconnected(ConnectionHandle connection, LocalTime now, const std::string& why = "the connection was lost");
-  /// Handles a datagram from any source. Dropped datagrams are counted, not answered. The transport may remember the source
-  /// of an accepted one. `may_belong_to` lets the transport veto a connection (wrong peer address).
+  /// Handles a datagram from any source. Dropped datagrams are counted, not answered. The transport may remember the
+  /// source of an accepted one. `may_belong_to` lets the transport veto a connection (wrong peer address).
   AcceptedDatagram on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                const std::function<bool(ConnectionHandle)>& may_belong_to);
   /// Datagram that asks its receiver to return `number`; empty if the connection has no state or no sealing. Valid
@@ -107,8 +107,8 @@ class SessionHub {
   /// connections, and serves waiting control messages in turn (limits.hpp).
   /// In      clock  read again for each update to stamp it, because sending the others takes time
   void poll(const Clock& clock);
-  /// Sends some of the updates that poll() is sending, or is about to send, for a room that has just published. poll()
-  /// waits for sends begun here, so the calling thread must not block.
+  /// Helps poll() to send the updates of a room that has just published. The io thread waits for sends begun here, so
+  /// the calling thread must not block.
   /// Thread  the room's
   void help(const Room& room);
   /// Refuses all pose requests not yet started and all later ones; poll() sends the answers.

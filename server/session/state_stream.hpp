@@ -13,7 +13,7 @@ namespace tandem::server {
 /// Thread  io; send() also on the thread in SessionHub::help()
 class StateStream {
  public:
-  /// Hands over a datagram; false when it could not be sent now.
+  /// Sends a datagram; returns false when it cannot be sent now.
   using Deliver = std::function<bool(std::span<const std::byte>)>;
 
   /// In      seats, counters  must outlive the stream

@@ -1,8 +1,8 @@
 // Time of day for the validity of invitations. Errors of the machine's clock are common: it may be set while the server
 // runs, or be wrong for a moment after the machine's start.
 //
-//   monotonic clock + offset ──▶ at()      the offset follows the wall clock at once where both differ by at most 1 s (drift),
-//                                          and where a larger step has lasted for 10 s
+//   monotonic clock + offset ──▶ at()    the offset follows the wall clock at once if both differ by at most 1 s
+//                                        (drift), and a larger step once it has lasted for 10 s
 #pragma once
 
 #include <cstdint>

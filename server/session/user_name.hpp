@@ -7,8 +7,8 @@
 
 namespace tandem::server {
 
-/// True for 1 to 64 bytes of valid UTF-8 without control, line-breaking, direction-overriding or invisible characters, and
-/// without a space at either end or two in a row.
+/// True for 1 to 64 bytes of valid UTF-8 without control, line-breaking, direction-overriding or invisible characters,
+/// and without a space at either end or two in a row.
 bool is_acceptable_user_name(std::string_view name);
 /// Returns `name`, with a number appended if it is taken: "ada (2)".
 std::string name_beside(const std::string& name, const std::vector<std::string>& taken);
