@@ -29,14 +29,14 @@ constexpr Duration kLinger = std::chrono::seconds(1);
 /// Pause after a failed accept (usually: no free file descriptor).
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
-/// Above the hub's own limit, for connections that only linger; beyond it the oldest of these is dropped.
+/// Limit above the hub's own, because closing connections linger; beyond it the oldest lingering one is dropped.
 constexpr std::size_t kMaxPeers = 512;
-/// Minimum interval between new paths of a user, against ever new sources.
+/// Minimum interval between new paths of a user whose source address keeps changing.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
 /// Gap between turns up to which they count as frequent, so that users' datagrams may wait for the next.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
-/// Users read at once; a bound, so that new states do not wait for all users' datagrams.
+/// Number of users read at once, bounded so that new states do not wait for all users' datagrams.
 constexpr std::size_t kUsersAtOnce = 4;
 // Share of time with frequent turns above which datagrams begin to wait for turns, and down to which they still do.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;

@@ -110,7 +110,7 @@ void PoseSite::watch() {
   }
   if (!samples_.poll()) return;
   const Sample& now = samples_.front();
-  // Samples from before the placing do not belong to the new place.
+  // Samples from before the placing are skipped: undo continues from the new place.
   if (is_placing_ && now.placings <= placed_) return;
   is_placing_ = false;
   placed_ = now.placings;

@@ -23,7 +23,7 @@ inline constexpr net::Rate kPointRate{4, 8};
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
 ///
-/// Thread  io; const members and on_update() of different seats may also run on an io thread that helps with sending
+/// Thread  io; const members, and on_update() of another seat, also the room's thread that helps with sending
 class RoomSeats {
  public:
   explicit RoomSeats(Room& room);

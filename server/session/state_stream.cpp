@@ -61,8 +61,8 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   return thinned;
 }
 
-// A client without a local model couples to the last sent tool pose. A client with a model compares the tool's pose at
-// the same input.
+// A client without a local model couples to the last sent tool pose. A client with a model compares poses at the same
+// input, so the last sent pose is extrapolated.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own,
                               std::size_t users) const {
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;
