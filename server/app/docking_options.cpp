@@ -17,15 +17,15 @@ namespace {
 constexpr std::size_t kNameBytes = 6;
 
 struct DockingOptions {
-  std::string receptor, ligand;  ///< "FILE:A,B/478"; both empty: no such room
-  std::string hydrogens;         ///< "": as docking_scene() chooses
-  std::string dielectric;        ///< likewise
-  std::string force_field;       ///< likewise
+  std::string receptor, ligand;  ///< "FILE:A,B/478"; both empty: no docking room
+  std::string hydrogens;         ///< empty: chosen by docking_scene()
+  std::string dielectric;        ///< empty: chosen by docking_scene()
+  std::string force_field;       ///< empty: chosen by docking_scene()
   std::optional<double> cutoff_angstrom;
   bool has_far_grid = false;
 };
 
-/// Of "FILE:A,B/478".
+/// Parses "FILE:A,B/478".
 wire::MoleculeSource source_of(const std::string& option, const std::string& text, const std::string& hydrogens) {
   if (structure_choice(text).file.empty()) throw std::invalid_argument(option + " \"" + text + "\" names no file");
   return molecule_source(text, hydrogens);

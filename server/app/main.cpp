@@ -1,4 +1,4 @@
-// tandem-server: opens rooms with scenes, and serves them until it is told to stop.
+// tandem-server: opens rooms with scenes, and serves them until it is stopped.
 #include <CLI/CLI.hpp>
 #include <iomanip>
 #include <optional>
@@ -41,13 +41,13 @@ struct Options {
   bool writes_json = false;
   bool is_insecure = false;
   server::SecurityOptions security;
-  std::string address;  ///< by which clients reach the server; empty: own_address()
+  std::string address;  ///< public address for clients; empty: own_address()
   int invitations = 0;
   server::Invited invited;
   std::filesystem::path dev_certificates;
   bool resumes = false;
-  std::optional<std::filesystem::path> keep;  ///< of poses of molecules; none: in the folder of the server's state
-  std::filesystem::path record;               ///< empty: nothing is recorded
+  std::optional<std::filesystem::path> keep;  ///< folder of kept poses; none: in the state folder
+  std::filesystem::path record;               ///< empty: no recording
   recording::RotationSettings rotation;
   std::optional<std::string> metrics;  ///< [ADDRESS:]PORT
   std::optional<std::string> agones;   ///< port, or auto
@@ -208,7 +208,7 @@ void declare(CLI::App& app, Options& options) {
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
 
-/// What a step takes here. A room that this machine cannot step in time would only ever tell its users so: refused.
+/// Describes the step time on this machine. Throws if it exceeds the period: users would only get faults.
 std::string machine_note(const server::LoadedScene& scene, Duration step) {
   const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
   std::ostringstream text;
@@ -222,7 +222,7 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // Not left to the parser, which would miss it before it names a misspelt option.
+  // Checked here, because the parser would report it before a misspelt option.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
@@ -258,7 +258,7 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, re
   return rooms;
 }
 
-/// One line: what is wrong with the options, and in which file when it was not on the command line.
+/// Describes in one line the error in the options, and the file if it was not on the command line.
 std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   constexpr std::string_view kUnknownInFile = "INI was not able to parse ";
   const std::string what = error.what();
@@ -297,7 +297,7 @@ std::string invitations(const Options& options, std::uint16_t port, const server
   return lines;
 }
 
-/// Warning where no other machine can use the invitations; else empty.
+/// Warns if no other machine can use the invitations; otherwise empty.
 std::string reach_of_invitations(const Options& options) {
   if (options.invitations == 0 || !server::is_loopback(options.bind)) return "";
   return "warning: the server listens on " + options.bind +
@@ -314,7 +314,7 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-/// The exit code. What fails after the set-up is no set-up error: whoever watches over the program starts it again.
+/// Returns the exit code. A fault after the set-up has its own code, so that a supervisor restarts the program.
 int run(server::LiveServer& server, realtime::Output& output) {
   try {
     server.run();
@@ -325,7 +325,7 @@ int run(server::LiveServer& server, realtime::Output& output) {
   }
 }
 
-/// A scene that comes with Tandem by its name, any other by its place.
+/// Returns the name of a bundled scene unchanged, and the absolute path of a scene file.
 std::string scene_name(const std::string& named) {
   std::error_code error;
   return std::filesystem::exists(named, error) ? std::filesystem::absolute(named).string() : named;
@@ -335,7 +335,7 @@ std::string key_text(const secure::KeyId& id) {
   return {reinterpret_cast<const char*>(id.data()), id.size()};
 }
 
-/// Null: nothing is recorded.
+/// Returns null if nothing is recorded.
 server::ServerRecorder* start_recording(const Options& options, server::LiveServer& server,
                                         const server::ServerCheckpoint* checkpoint, realtime::Output& output) {
   if (options.record.empty()) return nullptr;
@@ -354,7 +354,7 @@ server::ServerRecorder* start_recording(const Options& options, server::LiveServ
       options.record, server.rooms(), settings, [&output](const std::string& news) { output.log("record", news); }));
 }
 
-/// Messages and steps that a finished recording lacks.
+/// Number of messages and steps missing from a finished recording.
 std::uint64_t lost_of(const server::ServerRecorder& recorder) {
   std::uint64_t lost = 0;
   for (const auto& room : recorder.rooms()) lost += room->file().messages_lost() + room->steps_lost();
@@ -406,7 +406,7 @@ int serve(const Options& options, realtime::Output& output) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
   }
   if (ledger) ledger->begin(options.resumes, server::unix_ms_now());
-  // Not before all set-up has worked: an error is then the only line.
+  // Logged only after the whole set-up has succeeded: an error is then the only line.
   for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
@@ -435,7 +435,7 @@ int serve(const Options& options, realtime::Output& output) {
   return kFault;
 }
 
-/// Options to exit code.
+/// Runs the program and returns the exit code.
 int run(int argc, char** argv, realtime::Output& output) {
   Options options;
   CLI::App app("Serves shared haptic scenes: one room a scene, one fixed-step loop a room.", "tandem-server");

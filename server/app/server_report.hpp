@@ -1,4 +1,4 @@
-// What a server did, for programs to read (--json).
+// Final report of a server for programs (--json).
 #pragma once
 
 #include "common/base/json.hpp"
@@ -7,8 +7,8 @@
 
 namespace tandem::server {
 
-/// Units are in the names; latencies as quantiles in microseconds.
-/// In      recorder  finished; null: nothing was recorded
+/// Units are in the names; latencies are quantiles in microseconds.
+/// In      recorder  finished; null: no recording
 boost::json::object report_json(const LiveServer& server, const ServerRecorder* recorder = nullptr);
 
 }  // namespace tandem::server

@@ -1,8 +1,8 @@
-// Agones, which starts and ends game servers in a Kubernetes cluster, is told how this server is: by calls of the sidecar
-// that it puts beside each server (its SDK's REST interface).
+// Reports the server's state to Agones, which starts and ends game servers in a Kubernetes cluster. The reports are
+// calls of the sidecar that Agones puts beside each server (its SDK's REST interface).
 //
-//   rooms loaded ▶ POST /ready     first user ▶ GET /gameserver, and unless it is Allocated from outside POST /allocate
-//   each 2 s while healthy ▶ POST /health     left for a minute ▶ POST /ready     ended ▶ POST /shutdown
+//   rooms loaded ▶ POST /ready     first user ▶ GET /gameserver, and POST /allocate unless already Allocated
+//   every 2 s while healthy ▶ POST /health     empty for a minute ▶ POST /ready     ended ▶ POST /shutdown
 //
 // Source   Agones documentation, "Client SDKs", REST (agones.dev/site/docs/guides/client-sdks/rest)
 #pragma once
@@ -19,32 +19,31 @@
 
 namespace tandem::server {
 
-/// Of the sidecar: `text`; where that is "auto", what AGONES_SDK_HTTP_PORT says, else Agones' own.
-/// Fails   std::invalid_argument: it is no port
+/// Parses the port of the sidecar. For "auto" it is AGONES_SDK_HTTP_PORT if set, otherwise Agones' default.
+/// Fails   std::invalid_argument: not a port
 std::uint16_t agones_port(const std::string& text);
 
-/// Which call is due: no socket, no clock.
+/// Decides which call is due, without socket or clock.
 class AgonesPlan {
  public:
   enum class Call : std::uint8_t { kNone, kReady, kHealth, kLook, kAllocate, kShutdown };
-  /// How the server is.
+  /// State of the server.
   struct Seen {
     bool is_ready = false;
     bool is_healthy = false;
     bool has_ended = false;
     std::size_t users = 0;
   };
-  /// Agones takes a server for dead that it has not heard of three times in five seconds each, unless its manifest says
-  /// otherwise.
+  /// Unless its manifest changes it, Agones declares a server dead after three missed periods of five seconds.
   static constexpr Duration kHealthEvery{std::chrono::seconds(2)};
   static constexpr Duration kMinAgain{std::chrono::milliseconds(500)};
   static constexpr Duration kMaxAgain{std::chrono::seconds(4)};
-  /// So long nobody is there before others may have the server. Who lost his connection has come back by then, or finds
-  /// the scene as at its start.
+  /// Time without users before others may have the server. By then a user who lost the connection has come back, or
+  /// finds the scene at its start.
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
-  /// In      is_allocated  by the answer to kLook
+  /// In      is_allocated  state in the answer to kLook
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 
  private:
@@ -52,19 +51,19 @@ class AgonesPlan {
   bool has_looked_ = false, is_allocated_ = false;
   LocalTime next_health_{};
   LocalTime not_before_{};
-  Duration again_{0};  ///< after the next failure
+  Duration again_{0};  ///< pause after the next failure
   std::optional<LocalTime> left_;
 };
 
-/// Thread  one of its own, of normal priority, which waits for the sidecar; the server does not need one
+/// Thread  one of its own, of normal priority, which waits for the sidecar; the server also works without a sidecar
 class Agones {
  public:
-  /// In      port  of the sidecar, on this machine
+  /// In      port  sidecar's port on this machine
   ///         look  called on the thread
-  ///         on_news  for people: whether a sidecar answers, when that changes; likewise
+  ///         on_news  messages for the operator when the sidecar starts or stops answering; called on the thread
   Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> look, std::function<void(const std::string&)> on_news);
   ~Agones();
-  /// Makes what `look` says last known, within about a second. Idempotent.
+  /// Reports the last state from `look`, within about a second. Idempotent.
   void finish();
 
  private:

@@ -1,4 +1,4 @@
-// Whether a server goes on, and whether somebody can join it, in words.
+// Health of a server: whether it runs and whether users can join it, as text.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace tandem::server {
 
-/// So long may io, or a room, take to go round. A step has a millisecond; a room that is too large still steps.
+/// Time limit for one iteration of io or a room. A step has a millisecond; a room that is too large still steps.
 inline constexpr Duration kGoesRoundWithin = std::chrono::seconds(1);
 
-/// What stands still; empty: all goes on, or run() has not begun. A room that nobody is in goes round too: it looks whether
-/// somebody has come.
-/// In      rooms  their names
+/// Describes the loops that stand still; empty: all run, or run() has not begun. The loop of an empty room also
+/// iterates, to check for users.
+/// In      rooms  names of the rooms
 std::string standstill(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now);
 
-/// Why nobody can join; empty: they can.
+/// Reason for which nobody can join; empty: users can join.
 std::string why_not_ready(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now);
 
 }  // namespace tandem::server

@@ -26,7 +26,7 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Of what a peer sends that nobody wants, so that it reads its answer before the connection is reset.
+/// Limit of unneeded bytes that are read after the answer, so that the peer can read it before a reset.
 constexpr std::size_t kMaxLeftOverBytes = std::size_t{64} << 10U;
 constexpr Duration kListenAgain = std::chrono::milliseconds(100);
 
@@ -91,7 +91,7 @@ struct HttpPort::Impl {
   tcp::acceptor acceptor{io};
   tcp::endpoint opened;
   asio::steady_timer accept_again{io};
-  std::deque<ConnectionPointer> connections;  ///< in the order of their coming
+  std::deque<ConnectionPointer> connections;  ///< in order of arrival
   std::thread thread;
 };
 
@@ -119,7 +119,7 @@ void HttpPort::Impl::accept() {
       welcome(std::move(socket));
       return accept();
     }
-    // Mostly: no file descriptor free.
+    // Usually no file descriptor is free.
     accept_again.expires_after(kListenAgain);
     accept_again.async_wait([this](const error_code& stopped) {
       if (!stopped) accept();
@@ -128,7 +128,7 @@ void HttpPort::Impl::accept() {
 }
 
 void HttpPort::Impl::welcome(tcp::socket socket) {
-  // Whoever asks and reads is done before sixteen others have come.
+  // Closes the oldest connection. A cooperative peer is done before sixteen others have connected.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
   const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);
@@ -169,7 +169,7 @@ void HttpPort::Impl::respond(const ConnectionPointer& connection, HttpAnswer of)
   });
 }
 
-/// Until the peer closes too, within the time that the answer had.
+/// Reads until the peer closes too, within the time limit of the answer.
 void HttpPort::Impl::drain(const ConnectionPointer& connection) {
   connection->stream.async_read_some(asio::buffer(connection->left_over),
                                      [this, connection](const error_code& error, std::size_t size) {

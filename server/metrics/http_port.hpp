@@ -1,8 +1,8 @@
-// A port of this machine's own that answers GET, for programs that watch over a server.
+// Loopback HTTP port that answers GET, for programs that monitor a server.
 //
-//   accept ▶ at most 16 at once, the oldest goes ▶ head within 2 s and 4 KiB ▶ one answer ▶ closed
+//   accept ▶ at most 16 at once, the oldest is closed ▶ head within 2 s and 4 KiB ▶ one answer ▶ closed
 //
-// Whoever can reach it may be hostile: what one connection does ends only itself.
+// A peer may be hostile: the actions of a connection end only that connection.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace tandem::server {
 
 inline constexpr std::size_t kMaxHttpConnections = 16;
 inline constexpr std::size_t kMaxHttpHeadBytes = 4096;
-/// From the connection to its whole head, and from there until the answer is taken.
+/// Time limit from the connection to its whole head, and from there to the end of the answer.
 inline constexpr Duration kHttpWithin = std::chrono::seconds(2);
 
 struct HttpAnswer {
@@ -31,13 +31,13 @@ struct HttpAnswer {
 /// Thread  one of its own, of normal priority
 class HttpPort {
  public:
-  /// By path, without a query; nothing: there is none. Called on the port's thread.
+  /// Answer for a path without a query; nothing: there is no such page. Called on the port's thread.
   using Answer = std::function<std::optional<HttpAnswer>(const std::string& path)>;
 
   /// Opens the port and answers from then on.
-  /// In      option   what people gave the address by, e.g. "--metrics"
+  /// In      option   name of the option with the address, e.g. "--metrics"
   ///         address  [ADDRESS:]PORT of this machine's own; port 0: any
-  /// Fails   std::invalid_argument: not that; std::runtime_error: the port is in use
+  /// Fails   std::invalid_argument: not such an address; std::runtime_error: the port is in use
   HttpPort(const std::string& option, const std::string& address, Answer answer);
   ~HttpPort();
   HttpPort(const HttpPort&) = delete;

@@ -15,7 +15,7 @@
 namespace tandem::server {
 namespace {
 
-constexpr std::array kRoles{"manipulator", "observer", "operator"};  // as UserRole
+constexpr std::array kRoles{"manipulator", "observer", "operator"};  // indexed by UserRole
 
 /// Bounds of the buckets of steps and their lateness, and of round trips [s].
 constexpr std::array kStepBounds_s{25e-6,  50e-6, 100e-6, 200e-6, 300e-6, 500e-6, 700e-6, 1e-3,
@@ -26,7 +26,7 @@ constexpr std::array kRoundTripBounds_s{0.5e-3, 1e-3,   2e-3,   5e-3,   10e-3,  
 std::string text_of(std::integral auto value) {
   return std::to_string(value);
 }
-/// The shortest that reads back as the same number.
+/// Formats the shortest text that reads back as the same number.
 std::string text_of(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general).ptr;
@@ -51,10 +51,10 @@ std::string plain(std::string name, std::string_view prefix) {
 
 using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
 
-/// The text, family by family.
+/// Builds the text, one metric family after the other.
 class Page {
  public:
-  /// What follows belongs to it.
+  /// Begins a family; the samples that follow belong to it.
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     text_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ");
@@ -69,7 +69,7 @@ class Page {
     }
     text_.append(labels.size() > 0 ? "} " : " ").append(text_of(value)).append("\n");
   }
-  /// A family of one.
+  /// Adds a family with one sample.
   void single(std::string_view name, std::string_view type, std::string_view help, auto value) {
     family(name, type, help);
     sample({}, value);
@@ -95,7 +95,7 @@ class Page {
   std::string name_;
 };
 
-/// One sample a room.
+/// Adds a family with one sample per room.
 template <class Value>
 void each_room(Page& page, const MetricsSnapshot& snapshot, std::string_view name, std::string_view type,
                std::string_view help, const Value& value) {
@@ -131,7 +131,7 @@ void add_datagrams(Page& page, const HubCounters& hub) {
   std::uint64_t dropped = 0;
   for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
     const auto reason = static_cast<DropReason>(i);
-    // Of what is sent; and one that was taken can be overwritten.
+    // Skips reasons of sending; an accepted datagram can also be overwritten.
     if (reason == DropReason::kOverwritten || reason == DropReason::kSendFailed || reason == DropReason::kSimulatedLoss)
       continue;
     page.sample({{"result", proto::name_of(reason)}}, hub.received_drops.of(reason));

@@ -33,24 +33,24 @@ struct Monitor::Impl {
   std::optional<HttpAnswer> answer(const std::string& path);
   AgonesPlan::Seen seen();
   void finish();
-  // With the lock.
+  // Require the lock.
   std::string standing_still() const;
   std::string not_ready() const;
   MetricsSnapshot snapshot();
 
-  std::mutex mutex;  ///< between the threads here and that of Monitor's calls; neither io nor rooms take it
+  std::mutex mutex;  ///< between the threads here and Monitor's callers; never taken by io or rooms
   LiveServer* server = nullptr;
   const ServerRecorder* recorder = nullptr;
   const ServerCheckpoint* checkpoint = nullptr;
-  const std::vector<std::unique_ptr<RoomMeter>>* meters = nullptr;  ///< while there is a server
+  const std::vector<std::unique_ptr<RoomMeter>>* meters = nullptr;  ///< valid while there is a server
   bool has_ended = false;
   std::vector<std::string> rooms;
-  // Their threads use all of the above.
+  // Declared last, because their threads use all of the above.
   std::unique_ptr<HttpPort> port;
   std::unique_ptr<Agones> agones;
 };
 
-/// Takes the server away from the threads of the monitor before the server is destroyed.
+/// Detaches the server from the monitor's threads before the server is destroyed.
 class Monitor::Watch final : public RoomService {
  public:
   Watch(std::shared_ptr<Impl> impl, const LiveServer& server) : impl_(std::move(impl)) {

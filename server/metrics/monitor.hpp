@@ -1,6 +1,6 @@
-// What programs outside read of a server:
+// Interfaces of a server for monitoring programs:
 //
-//   /metrics  Prometheus' text    /healthz  does all go on?    /readyz  can somebody join?    Agones' sidecar
+//   /metrics  Prometheus text    /healthz  do all loops run?    /readyz  can users join?    Agones' sidecar
 //
 //   room threads ──mailbox each 0.1 s, atomics──┐
 //   io thread ─────mailbox each 0.1 s, atomics──┴▶ thread of the port; thread of the sidecar: both of normal priority
@@ -20,30 +20,30 @@
 
 namespace tandem::server {
 
-/// Made before the rooms are loaded, so that its port answers meanwhile.
+/// Monitoring of one server. Made before the rooms are loaded, so that its port already answers meanwhile.
 class Monitor {
  public:
   /// In      metrics  [ADDRESS:]PORT of this machine's own; none: no port
-  ///         agones   port of the sidecar; none: there is none
-  ///         on_news  for people; called on threads of its own
-  /// Fails   as HttpPort
+  ///         agones   port of the sidecar; none: no sidecar
+  ///         on_news  messages for the operator; called on threads of its own
+  /// Fails   see HttpPort
   Monitor(const std::optional<std::string>& metrics, std::optional<std::uint16_t> agones,
           std::function<void(const std::string&)> on_news);
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
 
-  /// Rooms are loaded; before run(), once. Adds a service to the server. When that finishes the server has ended, and the sidecar
-  /// receives so, within about a second.
-  /// In      recorder, checkpoint  services of that server, added before; null: it has none
+  /// Starts to watch the server when its rooms are loaded; once, before run(). Adds a service to the server. When the
+  /// service finishes, the sidecar is notified of the end within about a second.
+  /// In      recorder, checkpoint  services of that server, added before; null: none
   void watch(LiveServer& server, const ServerRecorder* recorder = nullptr,
              const ServerCheckpoint* checkpoint = nullptr);
-  /// Of the port; empty: there is none.
+  /// Address of the port; empty: there is no port.
   std::string address() const;
 
  private:
   struct Impl;
   class Watch;
-  std::shared_ptr<Impl> impl_;  ///< the service has it too: either may be destroyed first
+  std::shared_ptr<Impl> impl_;  ///< shared with the service: either may be destroyed first
 };
 
 }  // namespace tandem::server

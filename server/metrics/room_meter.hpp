@@ -1,4 +1,4 @@
-// What a room's steps say of themselves, counted for whoever asks.
+// Fault and energy counters of a room's steps, readable from any thread.
 #pragma once
 
 #include <array>
@@ -9,18 +9,18 @@
 
 namespace tandem::server {
 
-/// Written by the room's thread alone; read by any.
+/// Written only by the room's thread; read by any.
 class RoomMeter final : public RoomWatcher {
  public:
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept override;
 
-  /// Steps with this bit of TickFault.
+  /// Number of steps with this bit of TickFault.
   std::uint64_t fault_steps(std::size_t bit) const { return fault_steps_[bit].load(std::memory_order_relaxed); }
   double braked_j() const { return braked_j_.load(std::memory_order_relaxed); }
   std::uint64_t events_lost() const { return events_lost_.load(std::memory_order_relaxed); }
-  /// By its last step somebody was there, or something not where the scene has it.
+  /// Whether the last step left the room awake (see Room::is_idle()).
   bool is_awake() const { return is_awake_.load(std::memory_order_relaxed); }
 
  private:

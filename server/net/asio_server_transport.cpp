@@ -24,27 +24,27 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// How long a closed connection may take to read its goodbye.
+/// Time for a closed connection to read its goodbye.
 constexpr Duration kLinger = std::chrono::seconds(1);
-/// After an accept that failed (mostly: no file descriptor free).
+/// Pause after a failed accept (usually: no free file descriptor).
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
-/// Above the hub's own limit, for connections that only linger; beyond it the oldest of these goes.
+/// Limit above the hub's own, because closing connections linger; beyond it the oldest lingering one is dropped.
 constexpr std::size_t kMaxPeers = 512;
-/// A user who comes from ever new places gets no path for each.
+/// Minimum interval between new paths of a user whose source address keeps changing.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
-/// From a turn to the next, so that users' datagrams may wait for it.
+/// Gap between turns up to which they count as frequent, so that users' datagrams may wait for the next.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
-/// New states do not wait for what all users have sent.
+/// Number of users read at once, bounded so that new states do not wait for all users' datagrams.
 constexpr std::size_t kUsersAtOnce = 4;
-// Of the time, in which turns come so often: from which on datagrams wait for them, and down to which they still do.
+// Share of time with frequent turns above which datagrams begin to wait for turns, and down to which they still do.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
-/// What shares the limits of an address: a host, or of IPv6 the network that one host may have for itself (64 bits).
+/// Name under which limits are shared: a host, or for IPv6 the network that one host may own (64 bits).
 std::string name_of(const asio::ip::address& address) {
   if (!address.is_v6()) return address.to_string();
-  // A listener of "::" has IPv4 too.
+  // A listener on "::" also receives IPv4.
   if (address.to_v6().is_v4_mapped()) {
     return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
   }
@@ -54,7 +54,7 @@ std::string name_of(const asio::ip::address& address) {
 
 }  // namespace
 
-/// Where a user's datagrams come from.
+/// Source of a user's datagrams.
 struct AsioServerTransport::Path {
   Path(udp::endpoint from, std::uint64_t number) : to(std::move(from)), check(number) {}
   ~Path() { close(); }
@@ -66,7 +66,7 @@ struct AsioServerTransport::Path {
     if (is_open()) ::close(std::exchange(socket, -1));
   }
 
-  int socket = -1;  ///< his own, connected; not open: all goes on through the port that everybody knows
+  int socket = -1;  ///< connected to the user; -1: the public port is used
   udp::endpoint to;
   net::PathCheck check;
 };
@@ -80,12 +80,12 @@ struct AsioServerTransport::Peer {
       if (one != nullptr) one->close();
     }
   }
-  /// Where state goes: to the path that has been checked; before there is one, to the one that is being checked.
+  /// Destination of states: the checked path, or before there is one the path being checked.
   Path* destination() const { return path != nullptr ? path.get() : new_path.get(); }
 
   tcp::socket socket;
   std::shared_ptr<Path> path;      ///< checked
-  std::shared_ptr<Path> new_path;  ///< not yet
+  std::shared_ptr<Path> new_path;  ///< not checked yet
   LocalTime new_path_at{};
   asio::steady_timer linger;
   ConnectionHandle handle;
@@ -113,11 +113,11 @@ AsioServerTransport::~AsioServerTransport() {
 
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
-  // "::" takes IPv4 too, whatever the machine's default is (net.ipv6.bindv6only).
+  // Makes "::" accept IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
   const auto take_both_families = [&address, &error](auto& socket) {
     if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
   };
-  // A free TCP port may be taken for UDP, so "any port" takes a few tries.
+  // A free TCP port may be taken for UDP, so "any port" needs a few tries.
   for (int attempt = 0; attempt < (port == 0 ? kPortTries : 1); ++attempt) {
     acceptor_ = tcp::acceptor(io_);
     udp_ = udp::socket(io_);
@@ -170,7 +170,7 @@ bool AsioServerTransport::read_some_users() {
   return has_unread_users_;
 }
 
-/// Where turns come in bursts, what comes between them would wait for the next burst, past the step that it is for.
+/// Decides whether datagrams wait for turns. If turns come in bursts, a datagram would wait past the step it is for.
 void AsioServerTransport::count_turn(LocalTime now) {
   const Duration gap = now - std::exchange(turned_, now);
   if (gap <= kOftenEnough) often_ += gap;
@@ -238,15 +238,15 @@ void AsioServerTransport::read(const PeerPointer& peer) {
   });
 }
 
-/// For its turn to shake hands.
+/// Whether the peer must wait for its turn to start the TLS handshake.
 bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
   return tls_ != nullptr && !peer.tls.has_answered() && !handshakes_.has_some(now);
 }
 
-/// False when the stream has ended.
+/// Returns false when the stream has ended.
 bool AsioServerTransport::read_some(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
-  if (must_wait(*peer, now)) return true;  // others had that turn since it asked
+  if (must_wait(*peer, now)) return true;  // other peers have used up the turn since the wait began
   peer->reads.take(1, now);
   reads_.take(1, now);
   error_code error;
@@ -265,7 +265,7 @@ void AsioServerTransport::take_bytes(const PeerPointer& peer, std::span<const st
   plain_.clear();
   const bool had_answered = peer->tls.has_answered();
   const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
-  // Half a greeting costs nothing but its bytes: it must not take the turn of those who greet in full.
+  // A partial TLS greeting costs only its bytes: it must not use up the turn of complete ones.
   if (peer->tls.has_answered() && !had_answered) handshakes_.take(1, clock_.now());
   if (peer->unsent.size() > kMaxQueuedControlBytes) return drop(peer);
   flush(peer);
@@ -273,7 +273,7 @@ void AsioServerTransport::take_bytes(const PeerPointer& peer, std::span<const st
   if (is_good) return;
   ++failed_handshakes_;
   hub_->on_disconnected(peer->handle, clock_.now(), peer->tls.problem());
-  close(peer->handle);  // not at once: the peer should read why
+  close(peer->handle);  // not at once, so that the peer can read the reason
 }
 
 void AsioServerTransport::drop(const PeerPointer& peer) {
@@ -298,7 +298,8 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// A write error is left to the pending read, which sees it too: the hub must not be called from inside its own call.
+// The pending read handles a write error, because it detects it too: the hub must not be called from inside its own
+// call.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
   error_code error;
@@ -338,7 +339,7 @@ void AsioServerTransport::close(ConnectionHandle connection) {
   flush(peer);
 }
 
-// The peer's end of stream follows and ends the connection; closing here could discard what it has not read.
+// The peer's end of stream follows and ends the connection; closing here could discard unread bytes.
 void AsioServerTransport::finish_sending(const PeerPointer& peer) {
   error_code ignored;
   peer->socket.shutdown(tcp::socket::shutdown_send, ignored);
@@ -363,14 +364,14 @@ void AsioServerTransport::await_datagrams() {
   if (!strangers_.has_some(clock_.now())) return rest([this] { await_datagrams(); });
   udp_.async_wait(udp::socket::wait_read, [this](const error_code& error) {
     if (error) return;
-    // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
+    // One byte more than allowed, so that a longer datagram is detected instead of being truncated.
     std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
     udp::endpoint from;
     error_code problem;
     while (problem != asio::error::would_block && strangers_.has_some(clock_.now())) {
       strangers_.take(1, clock_.now());
       const std::size_t size = udp_.receive_from(asio::buffer(buffer), from, 0, problem);
-      if (!problem) take_datagram(std::span(buffer).first(size), from);  // else a refusal of something sent earlier
+      if (!problem) take_datagram(std::span(buffer).first(size), from);  // otherwise an error of an earlier send
     }
     await_datagrams();
   });
@@ -384,7 +385,7 @@ void AsioServerTransport::await_users() {
   });
 }
 
-/// What of a few of them has come. Out: there may be more.
+/// Reads datagrams of a few users. Returns true if there may be more.
 bool AsioServerTransport::read_users() {
   std::array<epoll_event, kUsersAtOnce> ready;
   const int count = epoll_wait(users_, ready.data(), static_cast<int>(ready.size()), 0);
@@ -400,7 +401,8 @@ bool AsioServerTransport::read_users() {
 }
 
 void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
-  // Mostly there is one, and the same call says that there are no more: entering the kernel takes as long as a datagram.
+  // Usually one datagram waits. Receiving two at once also shows that there are no more; a system call costs as much as
+  // a datagram.
   constexpr std::size_t kAtOnce = 2;
   std::array<std::array<std::byte, proto::kMaxDatagramBytes + 1>, kAtOnce> buffers;
   std::array<iovec, kAtOnce> places{};
@@ -418,7 +420,7 @@ void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_p
     }
     const int count = ::recvmmsg(path->socket, datagrams.data(), kAtOnce, MSG_DONTWAIT, nullptr);
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    // A refusal of something sent earlier costs as much.
+    // An error of an earlier send costs as much.
     peer->datagram_turn.take(std::max(1, count), now);
     for (int i = 0; i < count && path->is_open(); ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -428,18 +430,18 @@ void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_p
   }
 }
 
-/// Whether datagrams of that path are to be told of.
+/// Enables or disables epoll events for a path.
 void AsioServerTransport::expect_of(Path& path, ConnectionHandle peer, bool is_new, bool expects) {
   if (!path.is_open()) return;
   epoll_event event{};
   event.events = expects ? static_cast<std::uint32_t>(EPOLLIN) : 0U;
   event.data.u64 = peer;
-  // Where there is no place for it, all goes on through the port that everybody knows.
+  // If epoll has no space, the public port is used.
   if (epoll_ctl(users_, is_new ? EPOLL_CTL_ADD : EPOLL_CTL_MOD, path.socket, &event) != 0) path.close();
 }
 
 void AsioServerTransport::take_datagram(std::span<const std::byte> datagram, const udp::endpoint& from) {
-  // Without encryption nothing but the address says whose it is.
+  // Without encryption only the address identifies the owner of a datagram.
   const auto comes_from_its_user = [this, &from](ConnectionHandle connection) {
     const auto found = peers_.find(connection);
     return found != peers_.end() && (tls_ != nullptr || found->second->address == from.address());
@@ -463,7 +465,7 @@ void AsioServerTransport::note_path(const PeerPointer& peer, const AcceptedDatag
   peer->path = std::exchange(peer->new_path, nullptr);
 }
 
-/// Not too soon after the last one.
+/// Opens a new path, but not too soon after the last one.
 void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint& to) {
   const LocalTime now = clock_.now();
   if (peer->new_path_at != LocalTime{} && now - peer->new_path_at < kNewPathAgain) return;
@@ -472,7 +474,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (peer->new_path != nullptr) peer->new_path->close();
   error_code error;
   udp::socket own(io_);
-  // By the address that its TCP connection was made to: a machine may have several.
+  // Bound to the local address of the TCP connection, because a machine may have several.
   const udp::endpoint here(peer->socket.local_endpoint(error).address(), port_);
   if (!error) own.open(to.protocol(), error);
   if (!error) own.non_blocking(true, error);
@@ -480,8 +482,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (!error && to.address().is_v6()) own.set_option(asio::ip::v6_only(false), error);
   if (!error) own.bind(here, error);
   if (!error) own.connect(to, error);
-  // Where it cannot be had, all goes on through the port that everybody knows. Asio has it no longer: it would be woken by each
-  // datagram.
+  // If it fails, the public port is used. The socket is released from Asio, which would wake up for each datagram.
   if (!error) path->socket = own.release(error);
   peer->new_path = path;
   expect_of(*path, peer->handle, true, true);

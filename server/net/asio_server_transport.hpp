@@ -1,28 +1,28 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
-// Everything runs on the one thread that runs the io_context, so there is no lock here; datagrams may be sent by who helps it
-// (ServerTransport::send_datagram()). TCP writes go to the kernel
-// at once as far as it takes them and the rest waits in a buffer whose size the session hub watches: a reader that
-// does not read is ended by the hub, never waited for. UDP is freshest-only: what the kernel does not take is lost.
+// Everything runs on the one thread that runs the io_context, so there is no lock here. Only datagrams may also be sent
+// by the helping thread (ServerTransport::send_datagram()). TCP bytes go to the kernel at once as far as it accepts
+// them; the rest waits in a buffer whose size the session hub watches. The hub ends a connection that does not read;
+// nothing waits for it. UDP is freshest-only: a datagram that the kernel does not accept is lost.
 //
-// Nobody holds up anybody:
+// No connection delays another:
 //
 //   listener          kAcceptTurn              the rest waits in the kernel
-//   TLS, begun        kHandshakeTurn           the first words of the others wait in the kernel
-//   TCP, each         kConnectionReadTurn      kReadTurn for all; none while messages of it wait in the hub
-//   UDP, the port     kStrangersTurn           anybody's datagrams: garbage, and the first ones of a user
-//   UDP, each user    kConnectionDatagramTurn  a socket of his own, connected to where his datagrams come from: the
-//                                              kernel keeps them in a buffer that no flood at the port fills
+//   TLS handshakes    kHandshakeTurn           others' first messages wait in the kernel
+//   TCP, each         kConnectionReadTurn      kReadTurn for all; none while its messages wait in the hub
+//   UDP, the port     kStrangersTurn           datagrams from anywhere: garbage, and a user's first ones
+//   UDP, each user    kConnectionDatagramTurn  a socket connected to the source of the user's datagrams: its
+//                                              kernel buffer cannot be filled by a flood at the port
 //
-// Where turns are rare a user's datagram wakes this thread; where they come several times a millisecond all are read at the next
-// one, for waking up costs more than reading does.
+// If turns are rare, a user's datagram wakes this thread. If they come several times per millisecond, datagrams are
+// read at the next turn, because waking up costs more than reading.
 //
-// What passes on the TCP sockets goes through a secure::TlsStream each; with --insecure that leaves bytes as they are, and
-// only then is the server bound to loopback. Where a user's datagrams come from is a path: a new one is used beside the old
-// until it has said back what the server asks (common/net/path_check.hpp), then instead of it.
+// Each TCP socket passes its bytes through a secure::TlsStream; with --insecure the stream is transparent, and the
+// server is bound to loopback. The source of a user's datagrams is a path. A new path is used beside the old one until
+// it has answered the server's challenge (common/net/path_check.hpp), then instead of it.
 //
-// What has used up its turn is not waited for until the next one (begin_turn()): a flood stays in the kernel, which
-// drops it there, and costs this thread no more than its turn.
+// A source that has used up its turn is not polled until the next one (begin_turn()). A flood stays in the kernel,
+// which drops it, and costs this thread no more than its turn.
 #pragma once
 
 #include <array>
@@ -48,11 +48,11 @@ namespace tandem::server {
 
 /// ServerTransport over Asio.
 ///
-/// Thread  the one that runs the io_context; send_datagram() as ServerTransport has it
+/// Thread  the one that runs the io_context; send_datagram() as in ServerTransport
 class AsioServerTransport final : public ServerTransport {
  public:
   /// Opens the port (0: any free one) for TCP and UDP.
-  /// In      tls  null: nothing is encrypted, loopback only; else outlives the transport
+  /// In      tls  null: no encryption, loopback only; otherwise outlives the transport
   /// Fails   std::invalid_argument: not an address, or not loopback without TLS;
   ///         std::runtime_error: port in use or not allowed, with the remedy
   AsioServerTransport(boost::asio::io_context& io, const std::string& address, std::uint16_t port, const Clock& clock,
@@ -60,16 +60,16 @@ class AsioServerTransport final : public ServerTransport {
   ~AsioServerTransport() override;
 
   std::uint16_t port() const { return port_; }
-  /// Starts to accept and to receive for `hub`.
+  /// Starts to accept connections and receive datagrams for `hub`.
   void serve(SessionHub& hub);
   void stop_accepting();
-  /// Goes on with what waits for its turn. Call it whenever states have been sent.
+  /// Resumes the sources that wait for their turn. Call after sending states.
   void begin_turn();
-  /// Reads what some users have sent, where their datagrams wait for turns. Out: there may be more.
+  /// Reads datagrams of some users if their datagrams wait for turns. Returns true if there may be more.
   bool read_some_users();
-  /// Connections that are open, those that only send what is queued included.
+  /// Number of open connections, including those that only send queued bytes.
   std::size_t open_connections() const { return peers_.size(); }
-  /// Connections that ended because their TLS did not come about or broke.
+  /// Number of connections ended because their TLS handshake failed or their TLS broke.
   std::uint64_t failed_handshakes() const { return failed_handshakes_; }
 
   void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override;
@@ -125,15 +125,15 @@ class AsioServerTransport final : public ServerTransport {
   net::TokenBucket handshakes_{kHandshakeTurn};
   std::uint64_t failed_handshakes_ = 0;
   std::vector<std::function<void()>> resting_;
-  int users_ = -1;  ///< epoll's descriptor of all users' sockets
-  /// Of the same, while their datagrams wake this thread.
+  int users_ = -1;  ///< epoll descriptor of all users' sockets
+  /// The same descriptor, while datagrams wake this thread.
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
-  bool has_unread_users_ = false;  ///< of this turn
+  bool has_unread_users_ = false;  ///< in this turn
   LocalTime turned_{}, turns_from_{};
-  Duration often_{0};  ///< since turns_from_, in which turns came often
+  Duration often_{0};  ///< time since turns_from_ with frequent turns
   std::array<std::byte, kReadBytes> incoming_{};
-  proto::Bytes plain_;  ///< of the connection that is being read
+  proto::Bytes plain_;  ///< decrypted bytes of the current connection
 };
 
 }  // namespace tandem::server

@@ -28,10 +28,10 @@ using boost::system::error_code;
 /// Time-outs are checked at least this often, even when no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kTellMetricsEvery = std::chrono::milliseconds(100);
-/// To read what a few users have sent takes as long: it waits where new states are about to come, and begins at most so long after
-/// they were expected.
+/// Approximate time to read the datagrams of a few users. Reading waits if new states are about to come, at most this
+/// long after their expected time.
 constexpr Duration kReading = std::chrono::microseconds(25);
-/// How long stop() waits for answers to requests of poses, and then for goodbyes to be read.
+/// Time that stop() waits for answers to pose requests, and then for clients to read the goodbyes.
 constexpr Duration kAnswerWithin = std::chrono::milliseconds(400), kStopWithin = std::chrono::seconds(1);
 
 int open_eventfd() {
@@ -40,7 +40,7 @@ int open_eventfd() {
   return descriptor;
 }
 
-/// As nohup has it.
+/// Whether the signal is ignored, as under nohup.
 bool is_ignored(int signal) {
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
@@ -82,10 +82,10 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};                    ///< there are states that have not been sent
-  std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< states are about to come
-  std::atomic<bool> sleeps{false};                      ///< or is about to
-  // For who asks from elsewhere.
+  std::atomic<bool> has_news{false};                    ///< there are unsent states
+  std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< expected time of new states
+  std::atomic<bool> sleeps{false};                      ///< sleeps or is about to
+  // For callers on other threads.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
   std::atomic<std::size_t> users{0};
@@ -117,7 +117,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            // In this order, the other way round than they are looked at: who finds no news yet expects them still.
+            // Stored in the reverse order of reading: a reader that finds no news yet still expects them.
             has_news.store(true);
             expects_news_at.store(LocalTime{});
             wake();
@@ -128,7 +128,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
     if (owner.on_log) owner.on_log(kind, line);
   };
   if (!settings.stops_on_signals) return;
-  // From when the port is open: whoever connects before run() gets a goodbye too.
+  // Handled from the opening of the port, so that a client connected before run() gets a goodbye too.
   signals.add(SIGINT);
   signals.add(SIGTERM);
   if (!is_ignored(SIGHUP)) signals.add(SIGHUP);
@@ -140,7 +140,7 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
   return pointers;
 }
 
-/// However serve() ends, the rooms do not step any more when the services finish: those read them.
+/// Stops the rooms before the services finish, however serve() ends, because services read the rooms.
 void LiveServer::Impl::run() {
   std::exception_ptr fault;
   started = clock.now();
@@ -180,16 +180,16 @@ void LiveServer::Impl::serve() {
   go_round();
 }
 
-/// Who is awake looks for new states before it sleeps. Thread  any
+/// Wakes the io thread if it sleeps; an awake one checks for new states before it sleeps. Thread: any.
 void LiveServer::Impl::wake() {
   if (!sleeps.load()) return;
   const std::uint64_t one = 1;
-  // Fails only when the counter is full: then the io thread has been woken already.
+  // Fails only if the counter is full; then the io thread has already been woken.
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 
-/// As io_context::run(), and looks for new states before it sleeps: rooms wake it only when it does, and a step ahead where that is
-/// short. Between states that follow each other at once it reads what a few users have sent, and no more.
+/// Replaces io_context::run() and checks for new states before it sleeps. Rooms wake it only from sleep, before the end
+/// of a short step. Between consecutive states it reads the datagrams of a few users only.
 void LiveServer::Impl::go_round() {
   bool has_read = false;
   while (!io.stopped()) {

@@ -6,10 +6,10 @@
 namespace tandem::server {
 namespace {
 
-// Of a worker's time.
-constexpr double kMaxToTake = 0.7;   ///< with who comes
-constexpr double kMaxToBear = 0.85;  ///< beyond it somebody goes
-constexpr double kUneven = 0.25;     ///< between two workers
+// Shares of a worker's time.
+constexpr double kMaxToTake = 0.7;   ///< load up to which a worker accepts a room
+constexpr double kMaxToBear = 0.85;  ///< load above which a room is moved away
+constexpr double kUneven = 0.25;     ///< difference of two workers that moves a room
 
 using Places = std::span<std::optional<std::size_t>>;
 
@@ -21,7 +21,7 @@ std::vector<double> loads_of_workers(std::span<const double> loads, Places worke
   return sums;
 }
 
-/// Of a worker's rooms the largest of at most `most`; none: there is none.
+/// Largest room of a worker with a load of at most `most`; none: there is none.
 std::optional<std::size_t> largest_of(std::size_t worker, double most, std::span<const double> loads, Places workers) {
   std::optional<std::size_t> largest;
   for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -30,7 +30,7 @@ std::optional<std::size_t> largest_of(std::size_t worker, double most, std::span
   return largest;
 }
 
-/// Where there is most time.
+/// Least loaded worker.
 std::size_t idlest_of(const std::vector<double>& sums) {
   return static_cast<std::size_t>(std::ranges::min_element(sums) - sums.begin());
 }
@@ -53,7 +53,7 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const double difference = sums[busiest] - sums[idlest];
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
-  // Where it is only uneven, more than half of the difference would turn it round.
+  // If the loads are only uneven, moving more than half of the difference would reverse it.
   const double room_there = kMaxToTake - sums[idlest];
   const double most = has_too_much ? room_there : std::min(room_there, difference / 2);
   const auto one = largest_of(busiest, most, loads, workers);

@@ -1,4 +1,4 @@
-// Which thread steps which room.
+// Assignment of rooms to threads.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,18 @@
 
 namespace tandem::server {
 
-/// The load of a room that would hold others up.
+/// Load of a room that must not share a thread, because it would delay other rooms.
 inline constexpr double kSharesWithNobody = std::numeric_limits<double>::infinity();
 
-/// Moves rooms, as few as it can: who may not share gets a thread of his own; who may goes to the worker that has least
-/// to do, if it bears him; of a worker that has too much the largest room goes; and where one worker has much more to
-/// do than another, one room changes over, at most one a call.
+/// Reassigns as few rooms as possible. A room that must not share gets its own thread. A room that may share goes to
+/// the least loaded worker that has capacity. An overloaded worker gives away its largest room. If two workers differ
+/// much in load, one room moves; at most one per call.
 ///
-/// Why     a thread that wakes up steps all its rooms that are due one after the other: on a machine where waking up
-///         costs as much as a small step (nested virtual machines), half of the time; and what they all use stays in
-///         the cache.
-/// In      loads    of each room: share of a thread's time that its steps take, or kSharesWithNobody
-///         count    of workers; at least 1
-/// In-out  workers  of each room: that steps it with others, below `count`; none: it has a thread of its own
+/// Why     a thread that wakes up steps all its due rooms in sequence. If waking up costs as much as a small step
+///         (nested virtual machines), this saves half of the time. Shared data also stays in the cache.
+/// In      loads    for each room: share of a thread's time that its steps take, or kSharesWithNobody
+///         count    number of workers; at least 1
+/// In-out  workers  for each room: its shared worker, below `count`; none: it has a thread of its own
 void place_rooms(std::span<const double> loads, std::span<std::optional<std::size_t>> workers, std::size_t count);
 
 }  // namespace tandem::server

@@ -15,14 +15,14 @@
 namespace tandem::server {
 namespace {
 
-/// How often a thread looks whether somebody has come to an empty room.
+/// Period of checks for users in empty rooms.
 constexpr Duration kLookAgain = std::chrono::milliseconds(5);
-/// To sleep and to wake up takes about as long. A thread that would sleep for less goes on at once.
+/// Approximate time to sleep and wake up. A thread continues at once instead of sleeping for less.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// Who sends new states wakes up while a shorter step goes on, to wait for its end.
+/// Limit of the mean answer time for waking io ahead: io then wakes up during the step and waits for its end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Of a core: where io needs so much, it is not told of each short step until it needs less than that again. New states wait for
-// those of the next rooms, at most so long.
+// Shares of a core: above the first, io is not notified after each short step until it falls below the second. New
+// states then wait for states of the next rooms, at most kTellWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -30,19 +30,19 @@ constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery =
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
 constexpr std::uint64_t kEnoughSteps = 5;
-// What a room may need of a core that shares a thread, and that is to share one again; likewise how long its steps may be, as a
-// share of the shortest period of all rooms.
+// Largest demand of a room on a shared thread, as a share of a core, and the one for sharing again. The same shares of
+// the shortest period of all rooms limit its step time.
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
-/// A thread that has more time looks now and then whether it has been given a room, or somebody has come.
+/// A thread that would sleep longer checks in between for assigned rooms and new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// Of its period, by which a room's deadlines may be off their place, and move there in a step.
+/// Tolerance of a room's phase as a fraction 1/kPlaces of its period, and largest shift per step.
 constexpr int kPlaces = 64;
-// Io waits for steps that together, on one thread, are not longer; where one room's alone are, so often in a row, it comes before
-// them again at once: it reads and sends for all rooms.
+// io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. After kSlowStepsInARow
+// steps of one room above kIoWaitsNotFor it gets precedence again at once: it reads and sends for all rooms.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
-/// How long something has been going on: written by one thread, read by any. begin() and end() give `now` back.
+/// Cumulative time of an activity: written by one thread, read by any. begin() and end() return `now`.
 class Busy {
  public:
   LocalTime begin(LocalTime now) {
@@ -55,7 +55,7 @@ class Busy {
     began_.store(LocalTime{}, std::memory_order_release);
     return now;
   }
-  /// In all, with what has not ended yet.
+  /// Total time, including an activity that has not ended yet.
   Duration until(LocalTime now) const {
     for (;;) {
       const LocalTime began = began_.load(std::memory_order_acquire);
@@ -66,13 +66,13 @@ class Busy {
   }
 
  private:
-  std::atomic<LocalTime> began_{LocalTime{}};  ///< LocalTime{}: it does not
+  std::atomic<LocalTime> began_{LocalTime{}};  ///< LocalTime{}: not active
   std::atomic<Duration::rep> done_{0};
 };
 
 }  // namespace
 
-/// One room, its timer and measurements; touched by the thread that steps it alone, but for what is atomic and the mailbox.
+/// Timer and measurements of a room. Except the atomics and the mailbox, only its stepping thread uses them.
 struct RoomScheduler::Loop {
   explicit Loop(Room& its_room)
       : room(its_room),
@@ -86,36 +86,36 @@ struct RoomScheduler::Loop {
   RoomTiming timing;
   std::uint64_t publish_every;  ///< steps
   bool is_awake = false;
-  Duration phase{0};   ///< of its deadlines in a period
-  int slow_steps = 0;  ///< in a row: longer than io waits for
+  Duration phase{0};   ///< phase of its deadlines within a period
+  int slow_steps = 0;  ///< consecutive steps longer than kIoWaitsNotFor
   Duration mean_step{0};
-  Duration mean_answer{0};   ///< of it, what users wait for
-  Duration mean_turn{0};     ///< with the help to send it: what rooms after it on the same thread wait for
-  bool is_answered = false;  ///< its step is, and not finished
-  LocalTime deadline{};      ///< of that step
-  Duration answering{0};     ///< what its turn took
-  LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate so long
+  Duration mean_answer{0};   ///< part of mean_step that users wait for
+  Duration mean_turn{0};     ///< answer plus help with sending: the wait of the rooms after it on the thread
+  bool is_answered = false;  ///< answer() has run, its finish() has not
+  LocalTime deadline{};      ///< deadline of that step
+  Duration answering{0};     ///< duration of its turn
+  LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate
 
-  std::atomic<std::size_t> stepper{0};  ///< whose it is; written by that one alone, when it hands it on
-  std::atomic<std::size_t> wanted{0};   ///< whose it is to be; written by io
+  std::atomic<std::size_t> stepper{0};  ///< owner; written only by the current owner, on handover
+  std::atomic<std::size_t> wanted{0};   ///< owner to be; written by io
   std::atomic<std::uint64_t> steps{0};
-  Busy busy;                         ///< with its steps
-  std::atomic<bool> is_left{false};  ///< nobody is there, and it is not yet as at its start: that takes long
+  Busy busy;                         ///< steps of the room
+  std::atomic<bool> is_left{false};  ///< all users have left, and resetting it to its start takes long
   std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
   realtime::Mailbox<RoomTiming> published;
 
-  // Io's.
-  std::uint64_t steps_before = 0;  ///< until the last look
+  // Used by the io thread only.
+  std::uint64_t steps_before = 0;  ///< at the last measurement
   Duration busy_before{0};
   double demand = 0;                     ///< share of a core that it needs to keep its rate
-  Duration step{0};                      ///< how long one takes
+  Duration step{0};                      ///< mean step time
   std::atomic<bool> has_priority{true};  ///< read by its stepper
   LocalTime no_priority_before{}, alone_until{};
   bool is_told_slow = false;
 };
 
-/// A thread and the rooms that it steps.
+/// A thread and its rooms.
 struct RoomScheduler::Stepper {
   void call() {
     is_called.store(true, std::memory_order_release);
@@ -123,18 +123,18 @@ struct RoomScheduler::Stepper {
   }
 
   std::size_t index = 0;
-  double place = 0;                     ///< 0 to 1: of its first room's deadlines in a period
-  std::vector<Loop*> loops;             ///< in the order in which they are due
-  LocalTime looked{};                   ///< for users of empty rooms
-  LocalTime news_since{};               ///< there are states that nobody was told of; LocalTime{}: none
-  std::atomic<bool> is_called{true};    ///< there is a room for it, or the end
-  std::counting_semaphore<> called{0};  ///< the same, to sleep until then: to try it yields the processor several times
+  double place = 0;                     ///< 0 to 1: phase of its first room's deadlines in a period
+  std::vector<Loop*> loops;             ///< in the order of their deadlines
+  LocalTime looked{};                   ///< last check for users of empty rooms
+  LocalTime news_since{};               ///< time of the oldest states not announced; LocalTime{}: none
+  std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
+  std::counting_semaphore<> called{0};  ///< used to sleep until a call; trying it yields the processor several times
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
-  Busy busy;  ///< with steps, of all its rooms
-  // Io's.
-  Duration cpu_before{0}, busy_before{0};  ///< until the last look
-  double cpu_of_busy = 1;                  ///< since then, wake-ups included
+  Busy busy;  ///< steps of all its rooms
+  // Used by the io thread only.
+  Duration cpu_before{0}, busy_before{0};  ///< at the last measurement
+  double cpu_of_busy = 1;                  ///< since then, including wake-ups
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
@@ -156,7 +156,7 @@ RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_prior
   for (std::size_t i = 0; i < workers_ + rooms.size(); ++i) {
     steppers_.push_back(std::make_unique<Stepper>());
     steppers_[i]->index = i;
-    // The middle of its share of a period: the kernel's own tick comes at whole milliseconds, and takes some 30 us.
+    // The middle of its share of a period: the kernel's tick comes at whole milliseconds, and takes about 30 us.
     const std::size_t number = i < workers_ ? i : i - workers_, of = i < workers_ ? workers_ : rooms.size();
     steppers_[i]->place = (static_cast<double>(number) + 0.5) / static_cast<double>(of);
     steppers_[i]->loops.reserve(rooms.size());
@@ -195,7 +195,7 @@ void RoomScheduler::run(Stepper& stepper) {
   stepper.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
     hand_over(stepper);
-    // The call that it took there may have been that for the end: there is no other.
+    // hand_over() may have consumed the call of stop(), which is not repeated.
     if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
       tell(stepper);
@@ -223,7 +223,7 @@ void RoomScheduler::run(Stepper& stepper) {
   for (Loop* loop : stepper.loops) finish(stepper, *loop);
 }
 
-/// Gives away what is to be another's, and takes what has been given.
+/// Hands over rooms that are assigned to others, and takes newly assigned ones.
 void RoomScheduler::hand_over(Stepper& stepper) {
   for (Loop* loop : stepper.loops) {
     if (loop->wanted.load(std::memory_order_relaxed) != stepper.index) finish(stepper, *loop);
@@ -263,10 +263,10 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   finish(stepper, loop);
   loop.deadline = loop.timer.wait(kNotWorthASleep);
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
-  // One that is not short is worth a turn of io.
+  // A long answer justifies waking io for it alone.
   const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
   const bool tells_at_once = cores_ > 1 && is_worth_it;
-  // Where each core has one, io would keep one from its end.
+  // If every core is stepping, io would delay the end of a step.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
   const bool wakes_io = tells_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer);
@@ -275,7 +275,7 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
   if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
-  // The next room's users would wait for these else. Where each core has one that answers, io may have none.
+  // Without help, the next room's users wait for these sends. If every core is answering, io may have no core.
   const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
   if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);
   stepping_.fetch_sub(1, std::memory_order_relaxed);
@@ -285,7 +285,7 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   loop.mean_turn += (loop.answering - loop.mean_turn) / kStepsOfAMean;
 }
 
-/// What no user waits for, when none is about to wait for another room of the thread.
+/// Finishes a step: the work that no user waits for.
 void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (!loop.is_answered) return;
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
@@ -300,7 +300,7 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
-  // One alone is mostly this machine's hiccup.
+  // A single slow step is usually a hiccup of the machine.
   loop.slow_steps = step > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
   if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) put_io_first(end);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
@@ -312,7 +312,7 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
 }
 
-/// A room is due a little after those before it on the same thread have answered. Its deadlines go there bit by bit.
+/// Shifts a room's deadlines gradually to shortly after the answers of the rooms before it on the thread.
 void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   const Duration period = loop.room.period();
   Duration all{0};
@@ -322,15 +322,15 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Half of what is left of the period stays free. Between a room's step and the next deadline at most half of it, or what is not worth
-  // a sleep: what one takes longer does not make all others late.
+  // Half of the rest of the period stays free. Between a room's turn and the next deadline there is a gap of half the
+  // turn, limited by kNotWorthASleep and the spare time. One longer step then does not delay all others.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
     if (before == &loop) break;
     if (before->is_awake) place += before->mean_turn + std::min({before->mean_turn / 2, kNotWorthASleep, spare});
   }
-  // From −½ to ½ of a period.
+  // Wrapped to −½ to ½ of a period.
   const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;
   const Duration most = period / kPlaces;
   if (off <= most && off >= -most) return;
@@ -339,7 +339,7 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   loop.timer.shift(later);
 }
 
-/// Some 17 KB are copied.
+/// Copies about 17 KB.
 void RoomScheduler::publish(Loop& loop) {
   RoomTiming& timing = loop.published.back() = loop.timing;
   timing.lateness = loop.timer.lateness();
@@ -378,9 +378,9 @@ void RoomScheduler::share(LocalTime now) {
   place(now);
 }
 
-/// A room that gets less than it needs makes fewer steps: what counts is what it would use at its rate. The processor time of a
-/// thread, wake-ups included, is its rooms' by how long it was with each. Means over some 250 ms: the kernel counts a second,
-/// and a hiccup is no need.
+/// Measures demands. A room with too little time makes fewer steps, so its load is computed for its full rate. The
+/// processor time of a thread, wake-ups included, is distributed over its rooms by their busy time. Means cover about
+/// 250 ms: the kernel's limit is per second, and a hiccup is no demand.
 void RoomScheduler::measure(LocalTime now, Duration window) {
   const auto share_of = [](Duration part, Duration whole) {
     return whole > Duration{0} ? std::max(0.0, part / std::chrono::duration<double, std::nano>(whole)) : 0;
@@ -408,8 +408,8 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
   }
 }
 
-/// Priority is lost at once, and gained by who has fitted for a second. It is that of a room's own thread: shared threads always
-/// have it, and who has none does not share.
+/// Withdraws priority at once, and gives it back after a second of fitting. It applies to a room's own thread: shared
+/// threads always have priority, and a room without priority does not share.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};
@@ -428,8 +428,8 @@ void RoomScheduler::give_priority(LocalTime now) {
   }
 }
 
-/// Below the rooms' while their steps are short: above, it would mostly wake up on the core of a step, which then goes on on
-/// another, some 40 us later.
+/// Puts io below the rooms while their steps are short. Above them it would often wake up on the core of a step, which
+/// then continues on another core about 40 us later.
 void RoomScheduler::give_io_priority(LocalTime now) {
   std::vector<Duration> steps(steppers_.size());
   for (const auto& loop : loops_) {
@@ -440,16 +440,16 @@ void RoomScheduler::give_io_priority(LocalTime now) {
   realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
 }
 
-/// By a room too: rooms that leave io no processor leave it none to find that out.
-/// Thread  io, rooms'
+/// Puts io above the rooms. Rooms may call this too: if they use all processors, io has no time to detect it.
+/// Thread  io, rooms
 void RoomScheduler::put_io_first(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
-  // Whatever it was: io may be about to take the lower one, and would not come to take it back.
+  // Set even if unchanged: io may be about to lower its priority, and could not raise it again itself.
   realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 
-/// Where periods differ, a step may not take much of the shortest: who has that one would be held up, and could not tell why.
+/// Assigns rooms to threads. If periods differ, a step may take only a small part of the shortest one.
 void RoomScheduler::place(LocalTime now) {
   Duration shortest = Duration::max();
   for (const auto& loop : loops_) shortest = std::min(shortest, loop->room.period());

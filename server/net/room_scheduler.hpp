@@ -1,4 +1,4 @@
-// The threads that step a server's rooms.
+// Threads that step a server's rooms.
 #pragma once
 
 #include <atomic>
@@ -15,58 +15,60 @@
 
 namespace tandem::server {
 
-/// How well a room's loop kept its time.
+/// Timing statistics of a room's loop.
 struct RoomTiming {
   std::uint64_t steps = 0;
-  std::uint64_t overruns = 0;  ///< steps that were finished after the next deadline (kFaultOverrun)
+  std::uint64_t overruns = 0;  ///< steps finished after the next deadline (kFaultOverrun)
   std::uint64_t missed = 0;    ///< deadlines skipped
-  std::uint64_t slow = 0;      ///< steps while it did not keep 90 % of its rate, and the second after (kFaultRoomSlow)
-  Histogram lateness;          ///< of the beginning of a step
-  Histogram step_time;  ///< answer, what is called after it, and the rest; not what was done for other rooms in between
+  std::uint64_t slow = 0;      ///< steps below 90 % of the rate, and in the second after (kFaultRoomSlow)
+  Histogram lateness;          ///< delay of the start of a step
+  /// Answer, calls after it, and the rest of the step, without work for other rooms in between.
+  Histogram step_time;
 };
 
-/// Steps each room at the deadlines of its own period. Small rooms share threads, one a core, and are due there one after the other:
-/// a thread that has woken up mostly steps several before it sleeps again. A room that is measured to need much of a core, whose steps are
-/// long beside the periods of others, or that everybody has left (it will be made anew) has a thread of its own
-/// (room_placement.hpp). A room that nobody is in sleeps. A step is answered at its deadline, and finished when no room of the
-/// thread is about to be due (Room::answer(), Room::finish()).
+/// Steps each room at the deadlines of its own period. Small rooms share threads, one per core, and are due one after
+/// the other. A thread that has woken up thus usually steps several rooms before it sleeps again. A room gets a thread
+/// of its own (room_placement.hpp) if it needs much of a core, or if its steps are long compared with other rooms'
+/// periods. So does a room that all users have left, because its scene will be remade. A room without users sleeps. A
+/// step is answered at its deadline, and finished when no room of the thread is about to be due (Room::answer(),
+/// Room::finish()).
 ///
-/// All run at one SCHED_FIFO priority. The io thread's is below theirs while the steps of no thread take more than 250 us, so
-/// that it interrupts none; above for 100 ms after two steps of 500 us of one room, because all others would wait for it. By
-/// `share_realtime()` a room that is measured to be too large, or one too many, leaves that priority to the others until it has
-/// fitted for a second: its own users wait, nobody else's.
+/// All threads run at one SCHED_FIFO priority. The io thread's priority is lower while no thread's steps take more than
+/// 250 us, so that it interrupts none. It is higher for 100 ms after two steps of 500 us in one room, because all other
+/// rooms would wait for io. Rooms that exceed the cores by share_realtime() lose the priority until they have fitted
+/// for a second, so that only their own users wait.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
-  ///         before_news        as the next two on the room's thread, without a lock or a wait: a step begins, whose answer
-  ///                            is expected at that time
-  ///         after_answer       with the deadline of its step, which is not finished then
-  ///         on_news            of one or more rooms there are new states to send
-  ///         help_to_send       those of this room, which is awaited: io does so on another processor, and waits for who helps
+  ///         before_news        called at the start of a step with the expected time of its answer
+  ///         after_answer       called with the deadline of the step, before it is finished
+  ///         on_news            called when one or more rooms have new states to send
+  ///         help_to_send       called to send updates of a room in parallel to io, which waits for the helper
+  ///         All four are called on the room's thread, the first three without a lock or a wait.
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
                 std::function<void(const Room&, LocalTime)> after_answer, std::function<void()> on_news,
                 std::function<void(const Room&)> help_to_send);
-  /// Stops.
+  /// Stops the threads.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
   RoomScheduler& operator=(const RoomScheduler&) = delete;
 
-  /// Starts the threads, and takes the calling one for io: one above them at first. Returns what was asked for and not granted, each
-  /// line once.
+  /// Starts the threads, and makes the calling thread the io thread, at first one priority above them. Returns the
+  /// real-time requests that were not granted, without duplicates.
   std::vector<std::string> start();
   void stop();
-  /// Measures what io and each room need, and shares threads and the real-time priority anew; at most each 25 ms.
+  /// Measures the load of io and of each room, then reassigns threads and real-time priority; at most every 25 ms.
   /// Thread  io
   void share(LocalTime now);
-  /// Rooms that have become too slow, or keep up again, since the last call; one line for people each.
+  /// News about rooms that have become too slow or keep up again since the last call, one line each for the operator.
   /// Thread  io
   std::vector<std::string> news();
-  /// In the order of the rooms; after stop().
+  /// Timings in the order of the rooms. Call after stop().
   std::vector<RoomTiming> timings() const;
-  /// Likewise while they run, a tenth of a second old; the rooms wait for nobody.
+  /// Timings while the rooms run, up to 0.1 s old; does not block the rooms.
   /// Thread  any, always the same
   std::vector<RoomTiming> newest_timings();
-  /// When the loop of a room last went round: it has stepped, or found that nobody is there. Thread  any
+  /// Time of the room loop's last iteration: it has stepped, or found no users. Thread: any.
   LocalTime went_round(std::size_t room) const;
 
  private:
@@ -94,16 +96,16 @@ class RoomScheduler {
   std::function<void(const Room&)> help_to_send_;
   std::size_t cores_ = realtime::usable_cores();
   std::vector<std::unique_ptr<Loop>> loops_;
-  /// Those that rooms share, then one for each room.
+  /// Shared threads, then one for each room.
   std::vector<std::unique_ptr<Stepper>> steppers_;
-  std::size_t workers_ = 0;  ///< how many of them are shared
+  std::size_t workers_ = 0;  ///< number of shared threads
   std::atomic<bool> has_realtime_{false};
   pthread_t io_thread_{};
-  std::atomic<bool> io_waits_{false};  ///< for steps: it has less priority than they
+  std::atomic<bool> io_waits_{false};  ///< io has less priority than the steps
   std::atomic<LocalTime> io_first_at_{LocalTime{}};
   double io_demand_ = 0;  ///< share of a core
   std::atomic<bool> is_io_busy_{false};
-  std::atomic<std::size_t> stepping_{0};  ///< threads that answer one
+  std::atomic<std::size_t> stepping_{0};  ///< threads that are answering a step
   Duration io_cpu_{0};
   LocalTime shared_{};
   std::atomic<bool> is_stopping_{false};

@@ -23,11 +23,11 @@ namespace {
 
 constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
 constexpr int kPoseNumbers = 7;
-/// More than a room can use up, and far from the end of the type.
+/// Limit of pose numbers, more than a room can use, and far below the limit of the type.
 constexpr std::uint32_t kMaxNumber = 1'000'000'000;
 constexpr std::array kStructureEndings{".cif", ".pdb"};
 
-/// As a CSV field; names have no control characters.
+/// Quotes a CSV field; names have no control characters.
 std::string csv_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -67,7 +67,7 @@ std::string csv(const std::vector<wire::KeptPose>& poses) {
   return text.str();
 }
 
-/// Of a name NUMBER.cif or NUMBER.pdb; 0: it is none.
+/// Number in a file name NUMBER.cif or NUMBER.pdb; 0 for other names.
 std::uint32_t number_of(const std::filesystem::path& file) {
   const std::string stem = file.stem().string();
   if (std::ranges::find(kStructureEndings, file.extension().string()) == kStructureEndings.end()) return 0;
@@ -142,7 +142,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
   std::vector<std::string> remarks = energy_remarks(result, scene.world.field_model);
   remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room);
-  // A file of that number is of a list that was lost, or of a server that was killed before it listed it.
+  // An existing file of that number is from a lost list, or from a server that was killed before it listed the pose.
   const auto file = [&](const char* ending) { return folder / (std::to_string(pose.number()) + ending); };
   for (const char* ending : kStructureEndings) {
     std::error_code error;
@@ -153,7 +153,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   try {
     save_complex(file(".pdb"), in_file_a, in_file_b, X_files, remarks);
   } catch (const docking::MoleculeError&) {
-    // What PDB cannot hold is in the other.
+    // The .cif file holds the molecules that PDB cannot.
   }
 }
 

@@ -20,7 +20,7 @@ constexpr const char* kLeft = "the user who asked has left";
 
 using Kind = wire::AskPose;
 
-/// Of those the user need not be there.
+/// Whether a request changes the list; these do not need the user to be present.
 bool changes_list(Kind::Kind kind) {
   return kind == Kind::KEEP || kind == Kind::DELETE || kind == Kind::RENAME;
 }
@@ -42,12 +42,12 @@ struct PoseKeeper::Impl {
   std::function<std::uint64_t()> unix_ms;
   std::atomic<bool> is_stopping{false}, has_finished{false};
   realtime::Ring<PoseAnswer> answers{kMaxAnswers};
-  // The keeper's thread.
+  // Used by the keeper's thread only.
   FairTurns turns{0};
   std::deque<PoseAnswer> unsaid;
-  // io's.
+  // Used by the io thread only.
   std::uint64_t last_id = 0;
-  // Uses all of the above.
+  // Last member, because its thread uses all of the above.
   std::unique_ptr<recording::RecorderThread> thread;
 
   PoseSite* find(const Room& room) const {
@@ -55,7 +55,7 @@ struct PoseKeeper::Impl {
     return found == sites.end() ? nullptr : found->get();
   }
 
-  /// False: io has not taken those before.
+  /// Sends the answers; false: the ring is full.
   bool say() {
     while (!unsaid.empty() && answers.push(unsaid.front())) unsaid.pop_front();
     return unsaid.empty();
@@ -196,7 +196,7 @@ void PoseKeeper::deliver(
     const auto asked = std::ranges::find(site.asked, answer.id, &PoseSite::Asked::id);
     const char* const why = asked == site.asked.end() ? nullptr : asked->called_off->load();
     if (answer.id != 0 && asked != site.asked.end()) site.asked.erase(asked);
-    // It was called off while its answer was on the way: the room is not sent it.
+    // The request was called off while its answer was pending, so the placing is not sent to the room.
     const bool is_called_off = answer.placing && why != nullptr;
     if (is_called_off) {
       answer.message.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);

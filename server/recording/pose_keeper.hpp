@@ -1,8 +1,9 @@
-// Poses of two molecules that the users of a room keep, go back to, and find again: in lists, and as structure files.
+// Keeps poses of two molecules for the users of a room, as lists and as structure files, and brings the molecules back
+// to them.
 //
-//   room threads ──mailbox each──▶ keeper's thread: one slice of work after the other, for the room that had least (fair_turns.hpp)
-//   io ──ring a room: requests──▶    │                  energies, files, where the molecules rested (pose_site.hpp)
-//      ◀──ring: answers, and where the room is to place the second molecule──┘
+//   room threads ──mailbox each──▶ keeper's thread: slices of work, next for the room served least (fair_turns.hpp)
+//   io ──ring per room: requests─▶   │                energies, files, rest poses of the molecules (pose_site.hpp)
+//      ◀──ring: answers, and placings of the second molecule─┘
 #pragma once
 
 #include <cstddef>
@@ -19,17 +20,18 @@
 
 namespace tandem::server {
 
-/// For rooms whose scenes have exactly two molecules, of kMaxPairsToKeep pairs of atoms at most; for others it does nothing.
+/// Serves rooms whose scenes have exactly two molecules with at most kMaxPairsToKeep pairs of atoms; ignores others.
 ///
-/// Model   The second molecule is put elsewhere, or where it is static the first. Kept in `folder` (kept_pose_files.hpp),
-///         where a later server of the same room and scene reads them again. Undo goes back to where the second molecule last
-///         rested, for kRests_s and farther than kElsewhere_angstrom from before, or was before it was sent elsewhere; redo
-///         goes forward again, until it is moved on. Each request that was taken gets one answer, at the latest by
-///         refuse_unanswered()
+/// Model   The second molecule is moved, or the first if the second is static. Poses are kept in `folder`
+///         (kept_pose_files.hpp), where a later server of the same room and scene reads them again. Undo returns to the
+///         last rest pose or to the pose before a jump. A rest pose is held for kRests_s, farther than
+///         kElsewhere_angstrom from the one before. Redo goes forward again until the molecule is moved. Each accepted
+///         request gets one answer, at the latest by refuse_unanswered()
 class PoseKeeper final : public RoomService {
  public:
   /// In      folder  empty: nothing is written
-  ///         rooms   that do not step yet
+  /// In      folder  empty: nothing is written
+  ///         rooms   not stepping yet
   ///         unix_ms  milliseconds since 1970
   PoseKeeper(std::filesystem::path folder, const std::vector<std::unique_ptr<Room>>& rooms,
              std::function<std::uint64_t()> unix_ms);
@@ -39,37 +41,37 @@ class PoseKeeper final : public RoomService {
 
   /// Calls work() on a thread of its own from now on.
   void start();
-  /// Serves all requests that can be served.
+  /// Serves all pending requests.
   void work();
-  /// Part of that: one slice. False: nothing can be served now.
+  /// Serves one slice. Returns false when nothing can be served now.
   bool work_slice();
-  /// Requests that are still open are dropped, not served: begin_stop() and deliver() refuse them before.
+  /// Drops open requests without serving them; begin_stop() and deliver() refuse them before.
   void finish() override;
 
   // io
   bool has_molecules(const Room& room) const;
-  /// The file's own pose, and those that users kept, by their numbers.
+  /// The pose of the files and the poses kept by users, by number.
   const std::vector<wire::KeptPose>& kept(const Room& room) const;
-  /// Takes a request, of any kind but CANCEL.
-  /// Out     empty; else why it is refused, for people
+  /// Accepts a request of any kind except CANCEL.
+  /// Out     empty, or the reason for the refusal as text for users
   std::string ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
                   const wire::AskPose& asked);
-  /// Ends minimisations of the room that were asked for and are not over: of that user, or without one of all.
-  /// In      why  a literal, which answers those requests
-  /// Out     false: there are none
+  /// Cancels pending and running minimisations of the room, of one user or of all.
+  /// In      why  literal that answers those requests
+  /// Out     false: there is none
   bool cancel(const Room& room, std::optional<UserId> user, const char* why);
-  /// The user has left: the requests are dropped that are to bring the molecules elsewhere.
+  /// Drops a departed user's requests that would move the molecules.
   void forget(const Room& room, UserId user);
-  /// From now on all that is open is refused, within a slice of work.
+  /// From now on refuses all open requests, within a slice of work.
   void begin_stop();
-  /// Requests without an answer.
+  /// Number of requests without an answer.
   std::size_t unanswered() const;
-  /// Gives each of them up: deliver() brings no answer to them any more.
+  /// Drops all unanswered requests: deliver() brings no answer to them any more.
   void refuse_unanswered(const std::function<void(const Room& room, UserId user, std::uint32_t request)>& on_refused);
-  /// Answers: a kept_pose, a pose_deleted, a pose_taken and a pose_progress are for all users of the room, an error for the user
-  /// who asked, all but pose_progress with that request's number. `placing`, where the molecules are to be put elsewhere, lacks
-  /// the seat; until the room was sent it, or on_answer() returned false because it cannot be, nothing more is answered of that
-  /// room.
+  /// Delivers the answers. kept_pose, pose_deleted, pose_taken and pose_progress go to all users of the room, an error
+  /// to the user of the request. All but pose_progress carry that request's number. `placing`, for answers that move
+  /// molecules, lacks the seat. A room gets no further answers until the placing is done or on_answer() has returned
+  /// false.
   void deliver(const std::function<bool(const Room& room, UserId user, const wire::ServerControl& answer,
                                         const RoomCommand* placing)>& on_answer);
 

@@ -17,9 +17,9 @@ namespace {
 
 constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.5, kSame_angstrom = 0.01;
 constexpr std::size_t kMaxTrail = 100;
-/// Of all steps of one minimisation.
+/// Limit over all steps of one minimisation.
 constexpr std::size_t kMaxPairsToMinimise = 300'000'000;
-/// A request without an evaluation takes as long as these, mostly for files.
+/// Assumed cost of a request without an evaluation, in pairs of atoms; mostly file access.
 constexpr std::uint64_t kPairsOfARequest = 100'000;
 constexpr std::uint64_t kProgressEvery_ms = 250;
 constexpr const char* kAsInFiles = "as in the files";
@@ -39,7 +39,7 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// What the field needs of some atoms.
+/// Copies the data of some atoms that the field needs.
 docking::Molecule part_of(const docking::Molecule& molecule, std::size_t first, std::size_t count) {
   const auto copy = [first, count](const auto& from, auto& to) {
     const auto begin = from.begin() + static_cast<std::ptrdiff_t>(first);
@@ -95,7 +95,7 @@ void PoseSite::on_command(const RoomCommand& command) noexcept {
 }
 
 void PoseSite::on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept {
-  // Of an empty room, only that it was sent a placing.
+  // For an empty room, only a new placing is published.
   if (of.is_empty() && placings_ == placings_told_) return;
   placings_told_ = placings_;
   samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done(), placings_};
@@ -110,7 +110,7 @@ void PoseSite::watch() {
   }
   if (!samples_.poll()) return;
   const Sample& now = samples_.front();
-  // Where they were before they are placed is not where they went from there.
+  // Samples from before the placing are skipped: undo continues from the new place.
   if (is_placing_ && now.placings <= placed_) return;
   is_placing_ = false;
   placed_ = now.placings;
@@ -141,7 +141,7 @@ std::uint64_t PoseSite::serve_slice(std::uint64_t unix_ms, std::deque<PoseAnswer
 }
 
 void PoseSite::refuse_all(const std::string& why, std::deque<PoseAnswer>& answers) {
-  has_work();  // takes what is in the ring
+  has_work();  // moves the ring's requests to waiting_
   if (minimising_) end_minimising(why, answers);
   if (keeping_) waiting_.push_front(std::exchange(keeping_, std::nullopt)->request);
   for (const PoseRequest& request : waiting_) answers.push_back(refusal(request, wire::ERROR_NOT_ALLOWED, why));
@@ -180,7 +180,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
   return kPairsOfARequest;
 }
 
-/// Along the trail, or to a kept pose.
+/// Serves undo, redo and jumps to a kept pose.
 PoseAnswer PoseSite::move_on(const PoseRequest& request) {
   before_placing_ = trail_;
   placed_from_ = X_AB_;
@@ -219,7 +219,7 @@ PoseAnswer PoseSite::delete_pose(const PoseRequest& request) {
   return answer;
 }
 
-/// Files are named by numbers, and none but the list has the name in it.
+/// Renames a pose. Only the list contains names; files are named by numbers.
 PoseAnswer PoseSite::rename_pose(const PoseRequest& request) {
   const std::uint32_t number = request.asked.number();
   if (number == 0) return refusal(request, wire::ERROR_BAD_VALUE, "the pose of the files themselves keeps its name");
@@ -298,7 +298,7 @@ PoseAnswer PoseSite::progress(bool is_over) {
   return news;
 }
 
-/// Empty, or which budget is used up.
+/// Describes the exhausted budget; empty: there is none.
 std::string PoseSite::keeping_problem(const PoseRequest& request) const {
   if (list_.poses.size() >= kMaxKeptPoses)
     return "this room has kept " + std::to_string(kMaxKeptPoses) +
@@ -366,13 +366,13 @@ PoseAnswer PoseSite::place(const Pose& X_AB, const std::string& text, const Pose
   answer.placing->body = moves_second_ ? second_ : first_;
   answer.placing->beside = moves_second_ ? first_ : second_;
   answer.placing->X_SB = moves_second_ ? X_SB : X_SB.inverse();
-  // Requests that follow start from there.
+  // Later requests start from this pose.
   X_AB_ = still_ = X_AB;
   is_placing_ = true;
   return answer;
 }
 
-/// The pose of now can be gone back to.
+/// Jumps to a pose and marks the current one for undo.
 PoseAnswer PoseSite::leave_for(const Pose& X_AB, const std::string& text, const PoseRequest& request) {
   if (is_elsewhere()) mark(*X_AB_);
   mark(X_AB);
@@ -383,7 +383,7 @@ bool PoseSite::is_elsewhere() const {
   return trail_.poses.empty() || docking::rmsd_angstrom(b_, trail_.poses[trail_.at], *X_AB_) > kElsewhere_angstrom;
 }
 
-/// Behind where the trail is now, if it is not the same; what was ahead is dropped.
+/// Appends a pose after the current one, if it differs; drops the poses for redo.
 void PoseSite::mark(const Pose& X_AB) {
   auto& [poses, at] = trail_;
   if (!poses.empty() && docking::rmsd_angstrom(b_, poses[at], X_AB) < kSame_angstrom) return;
@@ -393,7 +393,7 @@ void PoseSite::mark(const Pose& X_AB) {
   at = poses.size() - 1;
 }
 
-/// True: all of it is done.
+/// Evaluates one slice of a pose's energy. Returns true when it is complete.
 bool PoseSite::evaluate_slice(Evaluation& evaluation) const {
   const std::size_t fits = std::max<std::size_t>(1, kMaxPairsInSlice / std::max<std::size_t>(1, b_.size()));
   const std::size_t count = std::min(fits, a_.size() - evaluation.atoms_done);
@@ -425,7 +425,7 @@ const wire::KeptPose* PoseSite::find(std::uint32_t number) const {
   return found == list_.poses.end() ? nullptr : &*found;
 }
 
-/// Out     empty, or the reason why the files are as they were
+/// Out     empty, or the reason for which the files are unchanged
 std::string PoseSite::write_down(const KeptPoseList& list, const wire::KeptPose* added) {
   if (folder_.empty()) return {};
   std::error_code error;

@@ -1,7 +1,7 @@
-// One room of two molecules: the poses that its users keep, where its molecules have rested, and the requests that are open.
+// Kept poses, rest poses and open requests of one room with two molecules.
 //
 //   room thread: on_command(), on_step() ──mailbox──▶ keeper's thread: watch(), serve_slice()
-//   io: requests ──ring──▶                                  └─▶ answers (PoseKeeper brings them to io)
+//   io: requests ──ring──▶                                  └─▶ answers (PoseKeeper delivers them to io)
 #pragma once
 
 #include <atomic>
@@ -20,22 +20,22 @@
 
 namespace tandem::server {
 
-// What a user may ask of a room's poses (WIRE.md); rates: session/limits.hpp and room/room_seats.hpp.
+// Limits of a user's pose requests (WIRE.md); for rates see session/limits.hpp and room/room_seats.hpp.
 inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 inline constexpr std::size_t kMaxPoseRequestsOfUser = 4, kMaxPoseRequestsOfRoom = 32;
 
-/// Pairs of atoms that are evaluated in one slice, so that other rooms need not wait for longer.
+/// Pairs of atoms evaluated in one slice, which bounds the wait of other rooms.
 inline constexpr std::size_t kMaxPairsInSlice = 10'000'000;
-/// Larger scenes have no kept poses: each of them is evaluated in double, all pairs of it.
+/// Larger scenes have no kept poses, because each pose is evaluated over all pairs in double precision.
 inline constexpr std::size_t kMaxPairsToKeep = 300'000'000;
 
 struct PoseRequest {
   std::uint64_t id = 0;  ///< unique in the keeper
   UserId user;
   std::string user_name;
-  std::uint32_t number = 0;  ///< of the request on the wire
+  std::uint32_t number = 0;  ///< request number on the wire
   wire::AskPose asked;
-  /// A literal that says why the request is not to be served any more; null: it is. Set by io.
+  /// Literal with the reason for dropping the request, set by io; null: it is still to be served.
   std::shared_ptr<std::atomic<const char*>> called_off;
 };
 
@@ -43,7 +43,7 @@ class PoseSite;
 
 struct PoseAnswer {
   PoseSite* site = nullptr;
-  std::uint64_t id = 0;  ///< of the request that is answered by this; 0: this tells of one that is under way
+  std::uint64_t id = 0;  ///< id of the answered request; 0: progress of a running one
   UserId user;
   wire::ServerControl message;
   std::optional<RoomCommand> placing;
@@ -51,34 +51,34 @@ struct PoseAnswer {
 
 class PoseSite final : public RoomWatcher {
  public:
-  /// In      folder  of all rooms' poses; empty: nothing is written
+  /// In      folder  root for the poses of all rooms; empty: nothing is written
   ///         first, second  indices of the bodies with the molecules
   PoseSite(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second);
   ~PoseSite() override;
   PoseSite(const PoseSite&) = delete;
   PoseSite& operator=(const PoseSite&) = delete;
 
-  // The room's thread.
+  // Room thread:
   void on_command(const RoomCommand& command) noexcept override;
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& of, ServerTime now, TickFaults faults) noexcept override;
 
-  // The keeper's thread.
-  /// Takes where the molecules are.
+  // Keeper's thread:
+  /// Reads the newest poses of the molecules.
   void watch();
-  /// A request can be served. Not while the room has yet to place the molecules where the last answer sends them: what follows is
-  /// asked of there. A minimisation is computed meanwhile.
+  /// Whether a request can be served. False while a placing is pending, because later requests refer to the pose after
+  /// it. A minimisation continues meanwhile.
   bool has_work();
-  /// Some work for a request, its answer if that is the end of it, and news of one that goes on. While has_work().
+  /// Serves one slice of a request. Appends its answer when it is finished, or progress. Requires has_work().
   ///
-  /// Model   A minimisation and other requests take turns. One that brings the molecules elsewhere ends it
-  /// Out     the work, in pairs of atoms: about kMaxPairsInSlice at most
+  /// Model   A minimisation and other requests take turns. A request that moves the molecules ends the minimisation
+  /// Out     work in pairs of atoms: at most about kMaxPairsInSlice
   std::uint64_t serve_slice(std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
-  /// Answers each open request by that refusal.
+  /// Refuses each open request with the reason `why`.
   void refuse_all(const std::string& why, std::deque<PoseAnswer>& answers);
 
-  // io
-  /// A request that was pushed, until its answer is delivered.
+  // io thread:
+  /// Request that was pushed, kept until its answer is delivered.
   struct Asked {
     std::uint64_t id;
     UserId user;
@@ -88,24 +88,24 @@ class PoseSite final : public RoomWatcher {
   };
   const Room* const room;
   std::vector<Asked> asked;
-  std::vector<wire::KeptPose> kept;  ///< number 0, and those that users keep, as far as io knows
+  std::vector<wire::KeptPose> kept;  ///< number 0 and the users' poses, as known to io
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
-  /// The room did not get what the last answer wanted placed.
+  /// Reports that the room did not accept the last placing.
   void refuse_placing() { is_refused_ = true; }
 
  private:
-  /// Two bodies, the step after which they were there, and how many placings the room had been sent before.
+  /// Poses of both bodies after a step, and the number of placings the room had received before.
   struct Sample {
     Pose X_WA, X_WB;
     Step step;
     std::uint64_t placings = 0;
   };
-  /// Poses that can be gone back to, and which of them is now's; those behind it can be gone forward to.
+  /// Visited poses and the current one, for undo and redo.
   struct Trail {
     std::vector<Pose> poses;
     std::size_t at = 0;
   };
-  /// The energy of a pose, atom after atom of the first molecule.
+  /// Energy of a pose, summed over atoms of the first molecule.
   struct Evaluation {
     Pose X_AB;
     std::size_t atoms_done = 0;
@@ -157,24 +157,24 @@ class PoseSite final : public RoomWatcher {
   const Duration period_;
   std::filesystem::path folder_;
 
-  std::uint64_t placings_ = 0, placings_told_ = 0;  ///< the room's own
+  std::uint64_t placings_ = 0, placings_told_ = 0;  ///< used by the room's thread only
   realtime::Mailbox<Sample> samples_;
   std::atomic<bool> is_refused_{false};
 
-  // The keeper's thread.
+  // Used by the keeper's thread only.
   int lock_ = -1;
-  bool is_known_ = false;  ///< the file has the list below; with the lock it stays so
+  bool is_known_ = false;  ///< the file has the list below; the lock ensures that it stays so
   bool is_placing_ = false;
-  std::uint64_t placed_ = 0;  ///< by the newest sample
+  std::uint64_t placed_ = 0;  ///< placings in the newest sample
   wire::KeptPose of_files_;
   KeptPoseList list_;
   std::deque<PoseRequest> waiting_;
   std::optional<Keeping> keeping_;
   std::optional<Minimisation> minimising_;
-  bool was_minimising_ = false;  ///< in the last slice
+  bool was_minimising_ = false;  ///< whether the last slice was of the minimisation
   std::optional<Pose> placed_from_;
   std::optional<Pose> X_AB_;   ///< newest [Å]
-  std::optional<Pose> still_;  ///< since then it has moved less than kStill_angstrom
+  std::optional<Pose> still_;  ///< pose since which it has moved less than kStill_angstrom
   Step still_since_{};
   Trail trail_, before_placing_;
 };

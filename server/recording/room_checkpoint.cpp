@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kNumbersPerPose = 7;
 
-/// Of the description and all that it names; but not of how that is drawn.
+/// Hash of the scene's description and the assets it names, except drawings.
 std::string hash_of(const LoadedScene& scene) {
   std::string text = scene.description.SerializeAsString();
   for (const Asset& asset : scene.assets) {

@@ -1,4 +1,4 @@
-// What a room goes on from, as a message.
+// Checkpoint message from which a room resumes.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,10 @@
 
 namespace tandem::server {
 
-/// Of a room between its steps.
+/// Checkpoint of a room between its steps.
 wire::RoomCheckpoint checkpoint_of(const Room& room);
 wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& scene, const RoomState& state);
-/// Fails   nothing: it is of another scene, or a number is missing. Ranges are Room::resume()'s to check
+/// Fails   nothing: the checkpoint is of another scene, or a number is missing. Room::resume() checks the ranges
 std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const LoadedScene& scene);
 
 }  // namespace tandem::server

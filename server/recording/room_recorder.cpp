@@ -10,7 +10,7 @@
 namespace tandem::server {
 namespace {
 
-/// Kill −9 loses at most what is younger, and the time to drain.
+/// After kill −9, at most steps younger than this plus the drain period are lost.
 constexpr std::uint64_t kFlushEvery_ns = 250'000'000;
 enum : std::uint16_t { kRoomTopic, kStepTopic, kStatesTopic };
 
@@ -70,7 +70,7 @@ wire::RecordedRoom RoomRecorder::description(std::uint32_t part) const {
   return out;
 }
 
-/// What does not fit takes the whole step with it.
+/// Appends a record; if it does not fit, the whole step is lost.
 template <class What>
 void RoomRecorder::push(const What& what) noexcept {
   if (is_losing_ || !ring_.push({step_, what})) is_losing_ = true;
@@ -105,7 +105,7 @@ void RoomRecorder::on_step(const Room& room, ServerTime now, TickFaults faults) 
   ++step_;
 }
 
-/// Puts together what belongs to a step; of one that was lost in part nothing is left.
+/// Assembles the records of a step; drops a step with missing records.
 void RoomRecorder::take(const Record& record) {
   if (record.step != taken_step_) {
     taken_step_ = record.step;
@@ -151,7 +151,7 @@ void RoomRecorder::write_step(const Record& record, const Stepped& stepped) {
 void RoomRecorder::drain() {
   const std::uint64_t before_ns = newest_ns_;
   while (ring_.pop(record_)) take(record_);
-  // Of a room that sleeps all is flushed at once.
+  // For an idle room, everything is flushed at once.
   if (newest_ns_ != before_ns && newest_ns_ < flushed_ns_ + kFlushEvery_ns) return;
   flushed_ns_ = newest_ns_;
   file_.flush(newest_ns_);

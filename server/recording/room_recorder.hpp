@@ -1,10 +1,10 @@
-// The recording of one room.
+// Recording of one room.
 //
 //   room thread                          recorder thread
 //   on_command, on_input ──┐
 //   on_step: hashes, states ──ring──▶    drain(): whole steps to messages ▶ RecordingFile
 //
-// A step that does not find place in the ring is left out as a whole, and counted; so is what the disk does not take.
+// A step that does not fit into the ring is dropped as a whole and counted; so is a step that the disk does not accept.
 #pragma once
 
 #include <atomic>
@@ -22,14 +22,14 @@ namespace tandem::server {
 
 struct RoomRecording {
   std::filesystem::path file;
-  std::string program;          ///< with its version
-  std::string scene_file{};     ///< as it was named
-  std::uint64_t recording = 0;  ///< a number that the files of one recording share
-  Duration unix_offset{0};      ///< from the room's clock to the time since 1970
-  double states_hz = 50;        ///< how often it says where everything is; at most each step
-  std::size_t capacity = 4096;  ///< of the ring: records, one for each step, command, input and state
+  std::string program;          ///< including its version
+  std::string scene_file{};     ///< file name as given by the user
+  std::uint64_t recording = 0;  ///< number shared by the files of one recording
+  Duration unix_offset{0};      ///< from the room's clock to Unix time
+  double states_hz = 50;        ///< rate of recorded states; at most one per step
+  std::size_t capacity = 4096;  ///< records in the ring, one for each step, command, input and state
   recording::RotationSettings rotation{};
-  std::optional<wire::RoomCheckpoint> restored{};  ///< what the room begins with
+  std::optional<wire::RoomCheckpoint> restored{};  ///< state that the room resumes from
 };
 
 class RoomRecorder final : public RoomWatcher {
@@ -43,23 +43,23 @@ class RoomRecorder final : public RoomWatcher {
   void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept override;
   void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept override;
 
-  /// Writes what waits, and flushes when it is due. One thread, not the room's.
+  /// Writes the pending steps, and flushes when due. Call from one thread, not the room's.
   void drain();
-  /// After the last step: writes all and the end.
+  /// Writes all remaining steps and closes the file. Call after the last step.
   void finish();
 
-  /// Steps that are not in the recording. Thread  any
+  /// Number of steps missing from the recording. Thread: any.
   std::uint64_t steps_lost() const { return steps_lost_.load(std::memory_order_relaxed); }
-  /// Thread  as drain(); its counters: any
+  /// Thread  that of drain(); counters: any
   const recording::RecordingFile& file() const { return file_; }
-  /// What a person should be told since the last call; empty: nothing. Thread  as drain()
+  /// News for the operator since the last call; empty: none. Thread: that of drain().
   std::string take_news();
 
  private:
   struct Stepped {
     ServerTime now{};
     TickFaults faults = 0;
-    std::uint32_t records = 0;  ///< of this step before this one
+    std::uint32_t records = 0;  ///< number of earlier records of this step
     double field_energy_kj_per_mol = 0;
     bool has_states = false;
     StateHashes hashes;
@@ -71,7 +71,7 @@ class RoomRecorder final : public RoomWatcher {
     Wrench on_hand_W;
     BodyId held;
   };
-  /// `step` tells what belongs together.
+  /// Ring entry; records of one step have the same `step`.
   struct Record {
     std::uint64_t step = 0;
     std::variant<RoomCommand, TakenInput, proto::BodyState, ToolRecord, Stepped> what;
@@ -91,12 +91,12 @@ class RoomRecorder final : public RoomWatcher {
   realtime::Ring<Record> ring_;
   std::atomic<std::uint64_t> steps_lost_{0};
 
-  // The room's thread.
-  std::uint64_t step_ = 1;  ///< under way
+  // Used by the room's thread only.
+  std::uint64_t step_ = 1;  ///< current step
   std::uint32_t records_ = 0;
   bool is_losing_ = false;
 
-  // The recorder's.
+  // Used by the recorder's thread only.
   recording::RecordingFile file_;
   Record record_;
   std::uint64_t taken_step_ = 0;

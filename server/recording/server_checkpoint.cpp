@@ -17,12 +17,12 @@ constexpr const char* kFileName = "checkpoint.pb";
 constexpr Duration kCheckpointEvery = std::chrono::milliseconds(500), kMaxBackOff = std::chrono::seconds(8);
 constexpr double kTakeEvery_s = 0.1;
 constexpr Duration kLookEvery = std::chrono::milliseconds(20);
-/// Of 64 rooms, each with the nodes of eight soft bodies, and all that Admission remembers; what is longer is none of ours.
+/// Size limit: 64 rooms, each with the nodes of eight soft bodies, and all state of Admission.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
 }  // namespace
 
-/// Takes how a room is, on the room's thread.
+/// Copies the state of a room, on the room's thread.
 class ServerCheckpoint::Watch final : public RoomWatcher {
  public:
   explicit Watch(const Room& room)
@@ -34,19 +34,19 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
-    // Of one that goes to sleep, how it sleeps.
+    // When the room becomes idle, its last state is copied.
     if (room.steps_done().value % every_ != 0 && !room.is_idle()) return;
     room.describe(states.back());
     states.publish();
   }
 
-  // Of the room, which may be gone before this.
+  // Copied, because the room may be destroyed first.
   const std::string name;
   const std::shared_ptr<const LoadedScene> scene;
   realtime::Mailbox<RoomState> states;
 
  private:
-  /// So that the room's thread need not allocate.
+  /// State with space for all nodes, so that the room's thread does not allocate.
   static RoomState with_all_nodes(const LoadedScene& scene) {
     RoomState state;
     for (const SoftModel& body : scene.soft_bodies) {

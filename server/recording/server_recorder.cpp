@@ -8,10 +8,10 @@
 namespace tandem::server {
 namespace {
 
-/// Rings hold at least a second of two users.
+/// The rings hold at least one second of two users.
 constexpr Duration kWriteEvery = std::chrono::milliseconds(20);
 
-/// Room names may hold anything.
+/// Replaces characters of a room name that may not be in a file name.
 std::string plain(std::string name) {
   for (char& c : name) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';

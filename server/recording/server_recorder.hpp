@@ -1,4 +1,4 @@
-// The recordings of a server's rooms, and the thread that writes them all.
+// Recordings of a server's rooms, and the thread that writes them.
 #pragma once
 
 #include <functional>
@@ -12,11 +12,11 @@
 
 namespace tandem::server {
 
-/// A file a room in a folder: ROOM-20261122T071500Z.mcap, and -002, … as it rotates.
+/// Writes one file per room into a folder: ROOM-20261122T071500Z.mcap, and -002, … as it rotates.
 class ServerRecorder final : public RoomService {
  public:
-  /// Watches the rooms from now on; they outlive it, and do not step yet.
-  /// In      scene_files  of each room, as it was named
+  /// Watches the rooms from now on. The rooms outlive the recorder, and do not step yet.
+  /// In      settings  for each room
   ///         on_news  called on the recorder's thread
   /// Fails   std::invalid_argument: the folder or a file cannot be made
   ServerRecorder(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
@@ -25,9 +25,9 @@ class ServerRecorder final : public RoomService {
   ServerRecorder(const ServerRecorder&) = delete;
   ServerRecorder& operator=(const ServerRecorder&) = delete;
 
-  /// Writes what waits, and the ends.
+  /// Writes the pending steps and closes the files.
   void finish() override;
-  /// In the order of the rooms; after finish(), and what they count at any time.
+  /// Recorders in the order of the rooms. Use them after finish(); their counters at any time.
   const std::vector<std::unique_ptr<RoomRecorder>>& rooms() const { return recorders_; }
 
  private:

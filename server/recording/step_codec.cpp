@@ -27,10 +27,10 @@ void write(const CouplingParameters& from, google::protobuf::RepeatedField<doubl
 bool read(const google::protobuf::RepeatedField<double>& from, CouplingParameters& to) {
   if (from.size() != static_cast<int>(kCoefficients.size())) return false;
   for (std::size_t i = 0; i < kCoefficients.size(); ++i) to.*kCoefficients[i] = from[static_cast<int>(i)];
-  return std::ranges::all_of(from, [](double number) { return number >= 0; });  // NaN, too, is refused
+  return std::ranges::all_of(from, [](double number) { return number >= 0; });  // also refuses NaN
 }
 
-/// FNV-1a over whole words, folded.
+/// FNV-1a over whole words, folded to 32 bits.
 class Hash {
  public:
   void add(std::uint64_t word) noexcept { value_ = (value_ ^ word) * 0x100000001b3U; }
@@ -125,7 +125,8 @@ wire::RecordedInput recorded(const TakenInput& input) {
   return out;
 }
 
-/// Checked as what comes from the network. That reader makes the rotation unit length: the room used what it made then.
+/// Checks the input like one from the network. That parser normalises the rotation again, so the recorded rotation,
+/// which the room used, is restored.
 std::optional<TakenInput> input_of(const wire::RecordedInput& in) {
   TakenInput input{in.seat(), {}};
   const std::string payload = in.update().SerializeAsString();

@@ -1,4 +1,5 @@
-// What a room's steps use, as messages of a recording and back: the same bits, so that the steps can be done again.
+// Commands and inputs of a room's steps as recording messages, and back. They keep all bits, so that the steps can be
+// repeated.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -14,23 +15,23 @@ wire::RecordedCommand recorded(const RoomCommand& command);
 /// Fails   nothing: a number is out of its range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
 
-/// An input that a step took.
+/// Input taken by a step.
 struct TakenInput {
   std::size_t seat = 0;
   proto::ClientUpdate update;
 };
 wire::RecordedInput recorded(const TakenInput& input);
-/// Fails   nothing: it is none that a server would have taken
+/// Fails   nothing: a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 
-/// A number for the state of each thing after a step: two worlds that were stepped alike have the same.
+/// Hash of each object's state after a step: equal worlds have equal hashes.
 struct StateHashes {
-  boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 8> bodies;  ///< as the scene's, then soft bodies
-  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;        ///< as the scene's
+  boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 8> bodies;  ///< scene order, then soft bodies
+  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;        ///< scene order
 
   bool operator==(const StateHashes&) const = default;
 };
-/// Thread  the room's: no allocation
+/// Thread  room: no allocation
 StateHashes hashes_of(const Room& room) noexcept;
 
 }  // namespace tandem::server

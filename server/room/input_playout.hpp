@@ -1,5 +1,5 @@
-// One user's inputs, played out at a constant delay after they came: what the network does to their order and spacing
-// then costs neither force nor energy, as long as it is within that delay.
+// Playout of one user's inputs at a constant delay. Changes of their order and spacing by the network then cost neither
+// force nor energy, as long as they stay within that delay.
 #pragma once
 
 #include <array>
@@ -13,33 +13,35 @@
 
 namespace tandem::server {
 
-/// What a room uses of an input.
+/// Input as the room uses it.
 struct PlayedInput {
-  Tick tick;  ///< of exactly which the rest is; while it runs on and until what is due has come: which it stands for
+  /// Tick of the values. During run_on(), and until the due tick has arrived, the tick that they represent instead.
+  Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
-  double energy_to_hand_j = 0;    ///< as in ClientUpdate
-  double energy_from_hand_j = 0;  ///< likewise
-  Wrench on_hand_W;               ///< likewise
-  bool has_underrun = false;      ///< nothing newer has come: the last is held
-  Duration sent{0};               ///< by the client's clock, of a tick that came
+  std::uint32_t buttons = 0;      ///< for a lost tick from the next received one, so never late
+  double energy_to_hand_j = 0;    ///< from ClientUpdate
+  double energy_from_hand_j = 0;  ///< from ClientUpdate
+  Wrench on_hand_W;               ///< from ClientUpdate
+  bool has_underrun = false;      ///< no newer input has arrived: the last is held
+  Duration sent{0};               ///< client clock; zero for a lost tick
 };
 
-/// Plays a client's handle, buttons, energies and what its hand is shown at a delay that nearly all of its inputs keep, one of
-/// its ticks after the other.
+/// Plays out a client's handle, buttons, energies and displayed wrench tick by tick, at a delay that nearly all of its
+/// inputs meet.
 ///
-/// Model   The delay is PlayoutDelay's, of stamps by the client and steps of the room.
-///         A tick that did not come is put between its neighbours: a cubic for the position and for the rotation
-///         vector from the first to the second, with their twists at its ends. It errs by T⁴/384 max|x⁗| over a gap
-///         of T. Energies and wrenches go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
-///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
-///         On underrun, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
-///         caught up with at 5/4 of the hand's pace, two of its ticks in every fourth step, not by a jump.
-///         With run_on() the hand is taken to go on as it went, slower and slower until kRunOn_s, by kRunOnMost_m at most;
-///         what is then played counts as the tick that is due, for at a known place of an old one the hand is known to be no
-///         more. What then comes is played at once from where it is due, and the difference goes within some kLeadFade_s.
+/// Model   The delay is that of PlayoutDelay, from the client's stamps and the room's steps.
+///         Lost ticks are interpolated between their neighbours. The position and the rotation vector between them
+///         follow cubics with the neighbours' twists at the ends. Their error is at most T⁴/384 max|x⁗| over a gap of
+///         T. Energies and wrenches are interpolated linearly. The played tick advances by the ticks per step. It
+///         changes this stride only after a drift of 0.75 ticks from the wanted delay, so jitter of time stamps has no
+///         effect.
+///         On underrun the last pose is held and its twist fades to zero in kTwistFade_s. Later inputs are caught up
+///         with at 5/4 of the hand's pace, two ticks in every fourth step, not by a jump.
+///         With run_on() the hand is extrapolated at a speed that falls to zero in kRunOn_s, by at most kRunOnMost_m.
+///         The result counts as the tick that is due, because the old pose is known not to hold any more. The next
+///         input is played at once at its due tick, and the difference fades within about kLeadFade_s.
 /// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
-/// Thread  the room's; time is counted in steps; no allocation
+/// Thread  room; time is counted in steps; no allocation
 class InputPlayout {
  public:
   static constexpr std::size_t kHistory = 128;
@@ -52,18 +54,19 @@ class InputPlayout {
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
-  /// A valid input that is first seen in the step at `now`; one that is not newer than the last is not taken.
+  /// Stores a valid input first seen in the step at `now`. Discards an input that is not newer than the last.
   void take(const proto::ClientUpdate& update, Duration now) noexcept;
-  /// What is played in the step at `now`; once a step. Before the first input is due it is that one, held; nothing
-  /// when there is none.
+  /// Returns the input to use in the step at `now`; called once a step. Before the first input is due, it is held.
+  /// Returns nothing when there is no input.
   std::optional<PlayedInput> play(Duration now) noexcept;
-  /// Of an input that play() just gave with an underrun: the hand goes on. Where it has stopped instead, its tool presses by
-  /// as much more; so it is for one that would lose what it shares, or that would stop what it carries and fling it after.
+  /// Extrapolates the input that play() just returned with an underrun. If the hand has in fact stopped, its tool
+  /// presses by that much more. Used only for a tool that would lose a shared object, or would stop a carried one and
+  /// then fling it.
   void run_on(PlayedInput& played) noexcept;
-  /// Starts anew: there is no way from the inputs so far to the next.
+  /// Discards all inputs; the next one is not connected with them.
   void reset() noexcept;
 
-  /// By how much what is played is later than the least late input would allow; 0 before the first.
+  /// Playout delay above the earliest that the least late input would allow; 0 before the first.
   Duration delay() const noexcept { return delay_.delay(); }
 
  private:
@@ -79,13 +82,13 @@ class InputPlayout {
   std::size_t newest_ = 0;
   std::size_t count_ = 0;
   std::uint64_t played_ = 0;        ///< tick; 0: none yet
-  std::uint32_t steps_behind_ = 0;  ///< in a row
+  std::uint32_t steps_behind_ = 0;  ///< consecutive
   double underrun_s_ = 0;
   bool has_run_on_ = false;
-  std::uint64_t due_ = 0;         ///< tick, there or not
-  std::uint64_t ran_to_ = 0;      ///< tick; 0: it never ran on
-  Vec3 lead_ = Vec3::Zero();      ///< of what is played before what came
-  Vec3 played_p_ = Vec3::Zero();  ///< with it
+  std::uint64_t due_ = 0;         ///< tick, received or not
+  std::uint64_t ran_to_ = 0;      ///< tick; 0: the hand never ran on
+  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from the received one
+  Vec3 played_p_ = Vec3::Zero();  ///< includes lead_
 
   net::PlayoutDelay delay_{kDelay};
 };

@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// How often windows are told how soft bodies yield.
+/// Rate of soft-body updates for windows.
 constexpr double kSoftOffsets_hz = 20;
 
 }  // namespace
@@ -23,7 +23,7 @@ proto::ServerUpdate RoomUpdate::of(std::size_t seat) const {
   return update;
 }
 
-/// What the room's loop keeps of a seat: large, so made once, and taken over by the seat's next user.
+/// State of a seat in the room's loop. It is large, so it is made once and reused by the seat's next user.
 struct Room::User {
   explicit User(Room& room, bool is_limited)
       : port(room.world_, is_limited), drivers(make_tool_drivers(room.period_, port)), driver(drivers.front().get()) {}
@@ -31,7 +31,7 @@ struct Room::User {
   ToolDriver& driver_for(proto::ClientMode mode) const {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
   }
-  /// Until there is an input again.
+  /// Stops the tool's drive until the next input.
   void let_tool_be() noexcept {
     input.answered = input.newest.input_tick;
     driver->stop();
@@ -43,9 +43,9 @@ struct Room::User {
   UserInput input;
   ToolPort port;
   ToolDrivers drivers;
-  ToolDriver* driver;  ///< one of them: by the mode of the newest input
+  ToolDriver* driver;  ///< selected from `drivers` by the mode of the newest input
   bool grab_button = false;
-  bool has_grabbed = false;  ///< or released, in this step; outlives a change of users
+  bool has_grabbed = false;  ///< grab or release done in this step; survives a change of users
   std::uint64_t requests_served = 0;
 };
 
@@ -94,7 +94,7 @@ bool Room::is_idle() const {
   return commands_.is_empty() && stays_as_it_is && is_empty();
 }
 
-/// Who comes into an empty room finds the scene, and not what somebody did to it yesterday.
+/// Resets the scene of an empty room after reset_after_s, so that a new user finds it at its start.
 void Room::start_anew_when_left() noexcept {
   steps_empty_ = is_empty() ? steps_empty_ + 1 : 0;
   is_as_at_start_ = is_as_at_start_ && steps_empty_ > 0;
@@ -112,7 +112,7 @@ void Room::step(ServerTime now) noexcept {
 
 void Room::answer(ServerTime now) noexcept {
   finish();
-  // Of a step that nobody saw, nobody is told.
+  // Faults of a step in an empty room are dropped: they concern no user.
   if (is_empty()) late_faults_ = 0;
   apply_commands();
   start_anew_when_left();
@@ -145,7 +145,7 @@ void Room::publish_soft_offsets() noexcept {
   soft_offsets_.publish();
 }
 
-/// Who held something is told that he does not any more.
+/// Puts all bodies back, and notifies the users who lost a held body.
 void Room::reset() noexcept {
   std::array<BodyId, proto::kMaxUsers> held{};
   const auto held_by = [this](const User& user) { return world_.tool(user.seat.tool).held; };
@@ -164,7 +164,7 @@ bool Room::moves(BodyId body) const noexcept {
   return std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
 }
 
-/// A hand that holds it stays where it is, and has it from there: its coupling feels no step.
+/// Sets a body's pose. A tool that holds it stays in place and gets a new grip, so its coupling feels no step.
 void Room::place(BodyId body, const Pose& X_WB) noexcept {
   if (!moves(body) || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
   constexpr double kWholeWay_m = 1e6;
@@ -193,7 +193,7 @@ void Room::apply(const RoomCommand& command) noexcept {
   if (command.seat.index >= proto::kMaxUsers) return;
   if (command.kind == RoomCommand::Kind::kJoin) return join(command.seat);
   User& user = *users_[command.seat.index];
-  // A command that crossed its user's departure must not touch who has the seat now.
+  // A command that was posted before its user left must not affect the seat's new user.
   if (!user.seat.user.is_valid() || user.seat.user != command.seat.user) return;
   switch (command.kind) {
     case RoomCommand::Kind::kLeave:
@@ -218,12 +218,12 @@ void Room::join(const Seat& seat) noexcept {
   leave(user);
   if (has_tool(seat.role) && seat.tool >= scene_->world.tools.size()) return;
   user.seat = seat;
-  // What the seat's former user sent last is not this one's.
+  // Discards the last input of the seat's former user.
   user.inbox.poll();
   if (seat.is_manipulator()) open_port(user);
 }
 
-/// Of a tool that was left in resume() everything is as it was then; the scene's own idea of what it holds does not count.
+/// Activates a user's tool. State from resume() replaces the scene's, including the held body.
 void Room::open_port(User& user) noexcept {
   const std::size_t tool = user.seat.tool;
   const auto left = std::exchange(left_[tool], std::nullopt);
@@ -244,7 +244,7 @@ void Room::open_port(User& user) noexcept {
   }
 }
 
-/// Nobody's hand is on it yet.
+/// Keeps the held bodies of reserved tools in place until kKeptFor has passed.
 void Room::keep_left_things() noexcept {
   for (auto& left : left_) {
     if (!left) continue;
@@ -336,7 +336,7 @@ void Room::leave(User& user) noexcept {
   user.requests_served = 0;
 }
 
-// A grab measures the distance to every graspable body, so a seat has one a step.
+// Serves one grab or release per seat and step: a grab measures the distance to every graspable body.
 void Room::serve_request(User& user, const RoomCommand& command) noexcept {
   ++user.requests_served;
   if (!user.seat.is_manipulator()) return;
@@ -365,7 +365,7 @@ void Room::release(User& user, std::uint32_t request) noexcept {
   const BodyId held = world_.tool(user.seat.tool).held;
   user.has_grabbed = true;
   world_.release(user.seat.tool);
-  // An answer is due to a request even when nothing was held; the button asks for none.
+  // A request needs an answer even if nothing was held; the button (request 0) does not.
   if (!held.is_valid() && request == 0) return;
   emit({RoomEvent::Kind::kReleased, user.seat.user, held, request, {}});
 }
@@ -387,7 +387,7 @@ TickFaults Room::take_input(User& user) noexcept {
   if (!input.is_there) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
-    // What waits to be played is dropped there: an opened hand must not be.
+    // Pending inputs are dropped, so a released button must act now.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
     user.let_tool_be();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
@@ -407,7 +407,7 @@ void Room::take_newest(User& user) noexcept {
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
   input.is_there = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
-  // Let go in any case: a hand that is lost must be able to open.
+  // A release acts at once even without a valid handle, so that a lost hand can open.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
   if (input.newest.handle_valid ? !driver.delays_buttons() : !is_down) follow_grab_button(user, input.newest.buttons);
   if (&driver != user.driver) {
@@ -420,7 +420,7 @@ void Room::take_newest(User& user) noexcept {
 
 void Room::follow_grab_button(User& user, std::uint32_t buttons) noexcept {
   const bool is_down = (buttons & kButtonGrab) != 0;
-  // After a command of this step the button has its turn with the next input.
+  // After a command in this step, the button is evaluated with the next input.
   if (is_down == user.grab_button || user.has_grabbed) return;
   user.grab_button = is_down;
   if (is_down) {
@@ -450,7 +450,7 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
     told.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
                           user->input.handle_age(), user->input.on_hand_W});
     const auto body = std::ranges::find(told.bodies, held, &proto::BodyState::id);
-    // Of several who hold a body, the one in the first seat is named.
+    // If several users hold a body, the one in the first seat is named.
     if (body != told.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
   }
   proto::OwnUpdate common;

@@ -4,18 +4,17 @@
 //   ─────────                             ───────────
 //   RoomCommand  ──ring──▶              answer(): 1 apply commands
 //   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, and let the driver of its mode set
-//                                                   the handle of his tool (tool_driver.hpp)
+//                                                   their tool's handle (tool_driver.hpp)
 //                                                 3 step the world as far as hands feel it; account for what each
 //                                                   tool put into it (tool_port.hpp)
-//                ◀──mailbox── RoomUpdate              4 publish what users are told
-//                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, tell watchers, look ahead
+//                ◀──mailbox── RoomUpdate              4 publish the updates for users
+//                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, notify watchers, look ahead
 //
-// A seat changes hands while values wait in mailboxes, so each update says whom it is for. The io side stamps
+// A seat may change users while values wait in mailboxes, so each update names its user. The io thread stamps
 // `received` and `sent`.
 //
-// Nothing else crosses. The room thread never waits or logs in a step, and a step does a bounded amount of work
-// whatever users send: at most kMaxCommandsPerStep commands, among them one grab or release a seat. It allocates
-// nothing.
+// Nothing else is exchanged. During a step the room thread never waits, logs or allocates. The work of a step is
+// bounded for any input from users: at most kMaxCommandsPerStep commands, with at most one grab or release per seat.
 #pragma once
 
 #include <array>
@@ -37,20 +36,20 @@
 
 namespace tandem::server {
 
-/// From io to the room, about a seat; only kJoin looks at more of it than `index` and `user`.
+/// Command from the io thread to the room, about a seat. Only kJoin uses more of the seat than `index` and `user`.
 struct RoomCommand {
   enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset, kPlace };
   Kind kind = Kind::kJoin;
   Seat seat;
-  BodyId body = {};                               ///< kGrab; invalid: the nearest in reach. kPlace
-  std::uint32_t request = 0;                      ///< kGrab, kRelease: carried back in the event
+  BodyId body = {};                               ///< kGrab; invalid: the nearest in reach. kPlace: body to place
+  std::uint32_t request = 0;                      ///< kGrab, kRelease: copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling
-  const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: it stays
-  BodyId beside = {};                             ///< kPlace: of another body
-  Pose X_SB = {};                                 ///< kPlace: of `body` in the frame of that one
+  const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
+  BodyId beside = {};                             ///< kPlace: reference body
+  Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
 };
 
-/// From the room to io. kPutBack concerns all users, and only its `body` counts.
+/// Event from the room to the io thread. kPutBack concerns all users; of its fields only `body` is valid.
 struct RoomEvent {
   enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased, kPutBack };
   Kind kind = Kind::kGrabbed;
@@ -60,70 +59,72 @@ struct RoomEvent {
   physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< kGrabRefused
 };
 
-/// What a room's users are told of a step. Arrays are by Seat::index.
+/// State that a room publishes for its users after a step. Arrays are indexed by Seat::index.
 struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// All; nobody is told of himself.
+  /// all users with tools; of() leaves out the recipient
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< whom the seat's is for; invalid: nobody
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< of his, kGrab and kRelease, so far
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user that the seat's entry is for; invalid: none
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the user so far
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
-  /// As that user is told.
+  /// Returns the update for the user of one seat.
   proto::ServerUpdate of(std::size_t seat) const;
 };
 
-/// How the scene's soft bodies yield, for windows: of each, the offsets of proto::soft_lattice() from where it is at rest.
+/// Deformation of the scene's soft bodies, for windows: for each body the offsets of its proto::soft_lattice() points
+/// from rest.
 using SoftOffsets = std::vector<std::vector<Vec3>>;
 
-/// More commands wait for the next step: io refills the ring while the room empties it.
+/// Limit of commands applied in one step. The others wait in the ring until the next step.
 inline constexpr int kMaxCommandsPerStep = 64;
 
-/// Older input than this is not followed any more: the hand may be anywhere by then.
+/// Age from which an input is stale: its handle is no longer followed, because the hand may have moved anywhere since.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
-/// For so long a tool waits, with what it held, for the user who had it before the room was resumed.
+/// Time for which a tool and its held body are reserved after resume() for the user who had them before.
 inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 
-/// Whether the hands of a room begin together.
+/// Settings of a common start for all hands of a room.
 struct RoomStartSettings {
-  std::size_t users = 0;                        ///< manipulators that must be there; 0: each hand begins by itself
-  Duration countdown{std::chrono::seconds(3)};  ///< from the last one's arrival to the start
+  std::size_t users = 0;                        ///< manipulators required to start; 0: each hand begins on its own
+  Duration countdown{std::chrono::seconds(3)};  ///< from the arrival of the last required user to the start
 };
 
 struct RoomOptions {
-  bool steps_soft_aside = false;        ///< soft bodies by a thread of their own; the same bits
-  bool controls_tool_passivity = true;  ///< a tool puts no more into the world than its user's hand put in
+  bool steps_soft_aside = false;        ///< soft bodies are stepped by a thread of their own, with identical results
+  bool controls_tool_passivity = true;  ///< limits the energy a tool puts into the world to the hand's input
   RoomStartSettings start{};            ///< for RoomSeats
 };
 
-/// Where everything is, for a room that goes on from there: after a crash of the server, say.
+/// State from which a room can resume, for example after a crash of the server.
 struct RoomState {
-  /// One that a user has.
+  /// Tool of a user.
   struct Tool {
     std::uint8_t tool = 0;
     RigidState state;
     BodyId held;
-    Pose X_BT;  ///< in what it holds
+    Pose X_BT;  ///< pose in the held body
   };
-  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;  ///< not where the scene starts them
+  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;  ///< bodies that are not at their start
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
-  std::vector<Vec3> soft_nodes_W;  ///< of all soft bodies in their order; none: as the scene starts them
+  std::vector<Vec3> soft_nodes_W;  ///< all soft bodies in their order; empty: as in the scene
 };
 
 class Room;
 
-/// Sees what each step uses, in that order, and when it is done: enough to do the same again.
+/// Observer of the inputs of each step, in the order of their use, and of the end of the step. This is enough to repeat
+/// the step.
 ///
-/// Thread  the room's: no allocation, lock or wait
+/// Thread  room: no allocation, lock or wait
 class RoomWatcher {
  public:
   virtual ~RoomWatcher() = default;
-  /// A command is applied.
+  /// Called when a command is applied.
   virtual void on_command(const RoomCommand& command) noexcept = 0;
-  /// All commands of the step have been; next, inputs are taken out of the mailboxes.
+  /// Called when all commands of the step are applied, before inputs are taken from the mailboxes.
   virtual void on_commands_done() noexcept {}
-  /// An input is taken.
+  /// Called when an input is taken.
   virtual void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept = 0;
   virtual void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept = 0;
 };
@@ -141,59 +142,60 @@ class Room {
   const RoomStartSettings& start_settings() const { return start_settings_; }
 
   // io side
-  /// False when 256 commands are waiting: the room is stuck or flooded.
+  /// Returns false when 256 commands are waiting: the room is stuck or flooded.
   bool post(const RoomCommand& command) { return commands_.push(command); }
   bool next_event(RoomEvent& event) { return events_.pop(event); }
-  /// By Seat::index; io writes.
+  /// Mailbox for the inputs of a seat (Seat::index), written by the io thread.
   realtime::Mailbox<proto::ClientUpdate>& input(std::size_t seat);
-  /// The room writes.
+  /// Mailbox of updates, written by the room thread.
   realtime::Mailbox<RoomUpdate>& output() { return output_; }
-  /// Of a room with soft bodies, 20 times a second; else never anything.
+  /// Mailbox of soft-body offsets, written at 20 Hz in a room with soft bodies and never in others.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
-  /// Before the first step, at most kMaxWatchers; they outlive the room's steps.
+  /// Adds a watcher before the first step; at most kMaxWatchers, and each must outlive the room's steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
-  /// Before the first step: things are there and move so. Who takes a tool of then within kKeptFor has it where it was, and in
-  /// his hand what it held; until then that hangs where it was. What is out of range is left as the scene says.
+  /// Restores a saved state before the first step. A user who takes a saved tool within kKeptFor finds it where it was,
+  /// with its held body in hand. Until then that body is kept in place. Values out of range are ignored.
   void resume(const RoomState& state);
 
   // room side
-  /// One fixed step at `now` (stamps updates; does not change the physics): answer(), then finish().
+  /// Runs one fixed step: answer(), then finish(). `now` stamps the updates and does not affect the physics.
   void step(ServerTime now) noexcept;
-  /// What users wait for: their inputs are taken, and the outputs are there (World::answer()).
+  /// First part of a step: takes the inputs and publishes the outputs that users wait for (World::answer()).
   void answer(ServerTime now) noexcept;
-  /// The rest of the step, whose faults users are told with the next one; and what can be found of that (World::look_ahead()).
-  /// Does nothing without an answer() before.
+  /// Second part of a step, then World::look_ahead(). Its faults are reported to users with the next step. Does nothing
+  /// without a preceding answer().
   void finish() noexcept;
   Step steps_done() const { return step_; }
-  /// A static body, and one that the scene lacks, do not.
+  /// Whether a body can move; false for a static body and for one that the scene lacks.
   bool moves(BodyId body) const noexcept;
-  /// Nobody is here or has asked to come, and all is as the scene says, or stays as it was left: a step would change
-  /// nothing that anybody could miss.
+  /// Whether steps can be skipped: no user, no waiting command, and the scene is at its start or has no automatic
+  /// reset.
   bool is_idle() const;
-  /// Nobody is here.
+  /// Whether no seat has a user.
   bool is_empty() const noexcept;
-  /// Adds `faults` to what the next updates report (the loop's own, e.g. kFaultOverrun).
+  /// Adds `faults` to the report of the next updates (from the room loop, e.g. kFaultOverrun).
   void report(TickFaults faults) { pending_faults_ |= faults; }
-  /// Events that found no place: io has not taken any for 256 of them.
+  /// Number of events dropped because 256 were waiting for the io thread.
   std::uint64_t events_lost() const { return events_lost_; }
-  /// What the passivity controllers of its tools took out of their motion.
+  /// Energy that the tools' passivity controllers have taken from their motion [J].
   double braked_j() const noexcept;
   const physics::World& world() const { return world_; }
-  /// For resume(). Without allocation where `state` has been here before, or the scene has no soft bodies.
+  /// Writes the state for resume(). Does not allocate if `state` has been filled before or the scene has no soft
+  /// bodies.
   void describe(RoomState& state) const noexcept;
-  /// Who has the seat; invalid: nobody.
+  /// Seat with this index; its user is invalid if the seat is free.
   const Seat& seat(std::size_t index) const;
   const RoomOptions& options() const { return options_; }
-  /// The newest input that moves a tool; Tick{} without one.
+  /// Newest input that moves a tool; Tick{} without one.
   Tick answered(std::size_t tool) const;
-  /// Of a seat; without effect in a room that does not control the passivity of tools.
+  /// Passivity controller of a seat; without effect in a room that does not control the passivity of tools.
   const haptics::ToolPassivityController& tool_passivity(std::size_t seat) const;
 
  private:
   struct User;
 
-  /// Time as the physics knows it.
+  /// Simulated time of the completed steps.
   Duration time_done() const noexcept { return period_ * static_cast<Duration::rep>(step_.value); }
   void start_anew_when_left() noexcept;
   void apply_commands() noexcept;
@@ -226,24 +228,24 @@ class Room {
   RoomOptions options_;
   Duration period_;
   RoomStartSettings start_settings_;
-  std::vector<BodyId> moving_bodies_;  ///< those that updates tell of
+  std::vector<BodyId> moving_bodies_;  ///< bodies listed in updates
   physics::World world_;
   realtime::Ring<RoomCommand> commands_{256};
   realtime::Ring<RoomEvent> events_{256};
-  std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< by Seat::index
+  std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< indexed by Seat::index
   realtime::Mailbox<RoomUpdate> output_;
   SoftLattices soft_lattices_;
   realtime::Mailbox<SoftOffsets> soft_offsets_;
-  static constexpr std::size_t kMaxWatchers = 4;  // a recorder, a checkpoint, a keeper of poses, metrics
+  static constexpr std::size_t kMaxWatchers = 4;  // recorder, checkpoint, pose keeper, metrics
   boost::container::static_vector<RoomWatcher*, kMaxWatchers> watchers_;
-  std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;  ///< by tool: of resume(), nobody has it yet
+  std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;  ///< indexed by tool: restored, not taken yet
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< since the last user left
   bool is_as_at_start_ = true;
-  bool is_answered_ = false;  ///< a step is, and not finished
+  bool is_answered_ = false;  ///< answer() has run, its finish() has not
   TickFaults pending_faults_ = 0;
-  TickFaults late_faults_ = 0;  ///< of the last finish(): users are told with the next step
-  ServerTime answered_{};       ///< when the step was that is to be finished, and its faults
+  TickFaults late_faults_ = 0;  ///< faults of the last finish(), reported with the next step
+  ServerTime answered_{};       ///< time of the step that awaits finish()
   TickFaults answered_faults_ = 0;
   std::uint64_t events_lost_ = 0;
 };

@@ -5,7 +5,7 @@
 namespace tandem::server {
 namespace {
 
-/// A room that is this far behind takes nobody in, so that what waits stays bounded.
+/// Limit of waiting commands above which a room accepts no new users, so that the queue stays bounded.
 constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
@@ -87,7 +87,7 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {
-  // Only the newest counts, so a flood of them waits as one.
+  // Only the newest coupling counts, so older waiting ones are removed and the queue stays short.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   post_surely({.kind = RoomCommand::Kind::kSetCoupling,
                .seat = seat,

@@ -1,4 +1,4 @@
-// When the hands of a room begin: together, once enough users are there.
+// Common start of the hands of a room, once enough users are present.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -14,22 +14,23 @@ namespace tandem::server {
 
 /// Counts the users whose hands have arrived, and sets the time of the common start.
 ///
-/// Model   With RoomStartSettings::users hands present, the start is set to now + countdown. If a user leaves before that
-///         time and too few remain, the start is withdrawn. A start that has passed stays until the last user leaves.
+/// Model   With RoomStartSettings::users hands present, the start is set to now + countdown. If a user leaves before
+///         that time and too few remain, the start is withdrawn. A start that has passed stays until the last user
+///         leaves.
 /// Thread  io
 class RoomStart {
  public:
   explicit RoomStart(const RoomStartSettings& settings) : settings_(settings) {}
 
-  /// False: hands begin when their own clients do, and nothing below has an effect.
+  /// Whether a common start is used. If not, hands begin when their own clients do, and nothing below has an effect.
   bool is_used() const { return settings_.users > 0; }
-  /// The first valid handle of a manipulator has arrived; again for the same user, nothing happens.
+  /// Adds a user when the first valid handle of a manipulator has arrived. Repeated calls for a user have no effect.
   /// Out     whether message() has changed
   bool add(UserId user, ServerTime now);
-  /// A user has left.
+  /// Removes a user who has left.
   /// Out     whether message() has changed
   bool remove(UserId user, ServerTime now);
-  /// None: users are awaited.
+  /// Time of the common start; none: users are awaited.
   std::optional<ServerTime> starts_at() const { return starts_at_; }
   wire::RoomStart message() const;
 

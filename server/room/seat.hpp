@@ -1,4 +1,4 @@
-// A place in a room, and who has it.
+// A seat of a room and its user.
 #pragma once
 
 #include <array>
@@ -9,21 +9,22 @@
 
 namespace tandem::server {
 
-/// kOperator: a manipulator who may also set the room's parameters; one a room.
+/// kOperator: a manipulator who may also set the room's parameters; at most one per room.
 enum class UserRole : std::uint8_t { kManipulator, kObserver, kOperator };
 constexpr bool has_tool(UserRole role) {
   return role != UserRole::kObserver;
 }
 
-/// One of a room's places, as both its io thread and its loop name it.
+/// A seat of a room, used by its io thread and its loop.
 struct Seat {
   std::uint8_t index = 0;  ///< in the room's fixed arrays, < proto::kMaxUsers
-  UserId user = {};        ///< invalid: nobody has it
+  UserId user = {};        ///< invalid: the seat is free
   UserRole role = UserRole::kObserver;
-  std::uint8_t tool = 0;     ///< where has_tool(role)
-  bool leaves_gaps = false;  ///< the user does not send what is little enough to be extrapolated (a deadband)
-  haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;  ///< that his device bears, in the world
-  std::array<char, 80> user_name{};                                          ///< for recordings; ends at the first zero
+  std::uint8_t tool = 0;     ///< valid if has_tool(role)
+  bool leaves_gaps = false;  ///< the user suppresses inputs that can be extrapolated (deadband)
+  haptics::CouplingParameters coupling_bounds =
+      haptics::kNoCouplingBounds;    ///< limits of the user's device, in the world
+  std::array<char, 80> user_name{};  ///< for recordings; ends at the first zero
 
   bool is_manipulator() const { return user.is_valid() && has_tool(role); }
 };

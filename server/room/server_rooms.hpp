@@ -1,8 +1,8 @@
-// The rooms of a server, and what works beside them on threads of its own: one owner, so that the order of destruction is right
-// by construction.
+// The rooms of a server and the services that work beside them on their own threads. One owner ensures the order of
+// destruction.
 //
 //   LiveServer ─owns─▶ ServerRooms ─owns─▶ rooms
-//        │                  └──────owns─▶ services (recorder, checkpoint, poses, metrics): refer to the rooms, destroyed first
+//        │                  └──────owns─▶ services (recorder, checkpoint, poses, metrics): use rooms, destroyed first
 //        └─owns─▶ scheduler, hub, sockets: refer to rooms and services, destroyed before both
 #pragma once
 
@@ -19,8 +19,9 @@ namespace tandem::server {
 class RoomService {
  public:
   virtual ~RoomService() = default;
-  /// After the last step of each room and the last call from the io thread, also when that thread ended by an exception: writes
-  /// or drops the work that waits, and joins the thread. Idempotent. A service that never finished does so when it is destroyed.
+  /// Writes or drops the waiting work, and joins the thread. Called after the last step of each room and the last call
+  /// from the io thread, also when that thread ended by an exception. Idempotent. The destructor does this if finish()
+  /// was never called.
   virtual void finish() = 0;
 };
 
@@ -36,15 +37,15 @@ class ServerRooms {
   }
 
   const std::vector<std::unique_ptr<Room>>& rooms() const { return rooms_; }
-  /// Null in, null out. A later service may refer to an earlier one.
+  /// Adds a service and returns it; null is returned unchanged. A later service may refer to an earlier one.
   template <class Service>
   Service* add(std::unique_ptr<Service> service) {
     Service* const added = service.get();
     if (added != nullptr) services_.push_back(std::move(service));
     return added;
   }
-  /// RoomService::finish() of each, in the order in which they were added, whatever one of them throws.
-  /// Fails   what the first of them threw
+  /// Calls RoomService::finish() of each service in the order of addition, even if one of them throws.
+  /// Fails   rethrows the first exception
   void finish() {
     std::exception_ptr fault;
     for (const auto& service : services_) {

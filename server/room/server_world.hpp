@@ -9,7 +9,7 @@ namespace tandem::server {
 
 physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, bool steps_soft_aside = false);
 
-/// Of some steps with every tool at its start: what this machine takes at least. It cannot keep a rate below that.
+/// Shortest of some steps with every tool at its start: a lower bound of the step time on this machine.
 Duration quickest_step(const std::shared_ptr<const LoadedScene>& scene);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// From the nodes of soft bodies to what windows are told of them.
+// Offsets of the lattice points of soft bodies, computed from their nodes, for windows.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +10,22 @@
 
 namespace tandem::server {
 
-/// Of each soft body the points of proto::soft_lattice() in its box at rest; each goes with the nodes next to it.
+/// The proto::soft_lattice() points in the rest box of each soft body; each follows its nearest nodes.
 ///
-/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes next to it at rest, w ∝ 1 / distance
-/// Thread  measure(): the room's, without allocation
+/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes nearest at rest, w ∝ 1 / distance
+/// Thread  measure(): room, without allocation
 class SoftLattices {
  public:
   explicit SoftLattices(const std::vector<SoftModel>& bodies);
 
-  /// As many offsets as there are points, all zero.
+  /// Zero offsets, one for each point.
   std::vector<std::vector<Vec3>> at_rest() const;
-  /// In      out  of the size of at_rest()
+  /// In      out  sized like at_rest()
   void measure(const physics::World& world, std::vector<std::vector<Vec3>>& out) const noexcept;
 
  private:
-  std::vector<std::vector<Vec3>> rest_W_;               ///< nodes
-  std::vector<std::vector<proto::NearPlaces>> points_;  ///< with nodes
+  std::vector<std::vector<Vec3>> rest_W_;               ///< nodes at rest
+  std::vector<std::vector<proto::NearPlaces>> points_;  ///< with their nearest nodes
 };
 
 }  // namespace tandem::server

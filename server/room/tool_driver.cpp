@@ -9,8 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Of a user that leaves gaps on purpose the handle is extrapolated for so long: the longest such gap (kDeadbandFloor),
-/// and what the network adds to it.
+/// Limit of the extrapolation for a user with a deadband: its longest gap (kDeadbandFloor) plus the network's jitter.
 constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
 
 void report_energy(ToolPort& port, const UserInput& input) noexcept {
@@ -68,9 +67,9 @@ class PlayoutDriver final : public ToolDriver {
   InputPlayout playout_;
 };
 
-/// ClientMode::kWave: the waves move a virtual handle, which the coupling pulls the tool to, and its answer becomes the
-/// wave back; where the hand is, only keeps that handle from drifting away. Both ends keep account, so a client that
-/// uses another impedance gets reflections, but no energy.
+/// ClientMode::kWave: the waves move a virtual handle to which the coupling pulls the tool; the coupling's force
+/// becomes the returning wave. The hand's position only prevents drift of that handle. Both ends keep an energy
+/// balance, so a client with another impedance gets reflections, but no energy.
 class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}

@@ -1,5 +1,5 @@
-// How a user's inputs move his tool: one strategy for each ClientMode, that is for each way in which a client bridges
-// the delay. The room chooses by the mode of the newest input and knows none of them by name.
+// Control of a tool by its user's inputs. Each ClientMode has one strategy, which matches how that client bridges the
+// delay. The room selects it by the mode of the newest input, without a case for any single one.
 #pragma once
 
 #include <array>
@@ -13,50 +13,51 @@
 
 namespace tandem::server {
 
-/// The newest input of a user, and which of his inputs is in use.
+/// Newest input of a user, and the one in use.
 struct UserInput {
   proto::ClientUpdate newest;
-  Duration arrived{0};     ///< when, in the room's steps
-  Duration since_last{0};  ///< from the arrival of the one before
-  bool is_there = false;   ///< one has come
-  bool has_gaps = false;   ///< between inputs the handle goes on as it last moved
-  Tick answered;           ///< whose handle is in use
-  Wrench on_hand_W;        ///< what the hand was shown then, as far as its client tells
+  Duration arrived{0};     ///< time of arrival, in the room's steps
+  Duration since_last{0};  ///< since the previous arrival
+  bool is_there = false;   ///< an input has arrived
+  bool has_gaps = false;   ///< the handle is extrapolated between inputs
+  Tick answered;           ///< tick of the handle in use
+  Wrench on_hand_W;        ///< wrench displayed to the hand at that tick, if the client reports it
 
   bool has_handle() const { return is_there && newest.handle_valid; }
-  /// How long ago the hand was where the handle in use is, about: half of the round trip; 0: not known.
+  /// Approximate age of the handle in use: half of the round trip; 0: unknown.
   Duration handle_age() const { return newest.round_trip / 2; }
 };
 
-/// A strategy for one seat: in each step take() when an input has come, drive(), the world's step, settle().
+/// Strategy for one seat. Call order in a step: take() for a new input, drive(), the world's step, settle().
 ///
-/// Thread  the room's: no allocation, no throw
+/// Thread  room: no allocation, no throw
 class ToolDriver {
  public:
   virtual ~ToolDriver() = default;
 
-  /// The grab button acts when drive() says so and the tool is where its user had it; else as soon as it comes.
+  /// Whether the grab button acts when drive() returns it, with the tool where its user had it; otherwise it acts on
+  /// arrival.
   virtual bool delays_buttons() const noexcept { return false; }
-  /// An input that has come in the step at `now`, of the driver's mode; its handle may be invalid.
+  /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
   virtual void take(const UserInput& input, Duration now) noexcept = 0;
-  /// Sets the tool's handle for the step at `now`, and `answered`.
+  /// Sets the tool's handle and `answered` for the step at `now`.
   /// In      input  with a valid handle
-  /// Out     of a driver that delays buttons: those that act now
+  /// Out     buttons that act now, from a driver that delays buttons
   virtual std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept = 0;
-  /// After the world's step, while the newest input has a handle.
+  /// Called after the world's step, while the newest input has a handle.
   virtual void settle() noexcept {}
-  /// Adds what the client of this mode is told of its tool.
+  /// Adds the tool's values for a client of this mode.
   virtual void describe(proto::OwnUpdate& /*update*/) const noexcept {}
-  /// There is no handle for now: nothing that is on its way acts any more.
+  /// Discards pending inputs: there is no handle for now.
   virtual void stop() noexcept {}
-  /// Another mode or another user follows.
+  /// Prepares for another mode or another user.
   virtual void reset() noexcept { stop(); }
 };
 
-/// By the value of their ClientMode.
+/// Indexed by ClientMode.
 using ToolDrivers = std::array<std::unique_ptr<ToolDriver>, 3>;
 
-/// For one seat.
+/// Makes the drivers of one seat.
 /// In      port  outlives them
 ToolDrivers make_tool_drivers(Duration period, ToolPort& port);
 

@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// What a hand works against may for a moment be more than its coupling's limit: what was predicted, the damper.
+/// Factor by which the hand may exceed the coupling's limits for a moment, because of prediction and the damper.
 constexpr double kOverLimit = 2.0;
 
 }  // namespace
@@ -78,7 +78,7 @@ void ToolPort::settle() noexcept {
   const physics::ToolState tool = state();
   const double net_into_world_j = tool.energy_into_world_j - tool.energy_from_world_j;
   passivity_.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
-  // b (v² + (kBrakeLever_m ω)²) h with the velocities at the end of the step, at which the solver has the brake act.
+  // b (v² + (kBrakeLever_m ω)²) h with the velocities at the end of the step, where the solver applies the brake.
   const double lever_speed_m_per_s = physics::kBrakeLever_m * tool.tool.V.w.norm();
   const double speed_squared = tool.tool.V.v.squaredNorm() + lever_speed_m_per_s * lever_speed_m_per_s;
   const double braked_j = brake_n_s_per_m_ * speed_squared * step_s_;

@@ -1,5 +1,5 @@
-// What goes through between a user and the world: his handle pulls his tool, and the energy that the tool puts into the
-// world is accounted for.
+// Port between a user and the world: the handle pulls the tool, and the energy that the tool puts into the world is
+// accounted for.
 #pragma once
 
 #include <optional>
@@ -10,42 +10,44 @@
 
 namespace tandem::server {
 
-/// One seat's.
+/// Port of one seat.
 ///
-/// Thread  the room's: no throw
+/// Thread  room: no throw
 class ToolPort {
  public:
-  /// In      world  outlives it
-  ///         is_limited  the tool puts no more into the world than the hand put in (ToolPassivityController)
+  /// In      world  outlives the port
+  ///         is_limited  limits the energy that the tool puts into the world to the hand's input
+  ///         (ToolPassivityController)
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 
-  /// A new user takes a tool; it appears in the world.
-  /// In      bounds  of the coupling, that the user's device bears, in the world
+  /// Activates a tool for a new user; it appears in the world.
+  /// In      bounds  largest coupling that the user's device supports, in the world
   void open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept;
-  /// He leaves, and the tool with him.
+  /// Removes the tool when its user leaves.
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
-  /// In a gap of its inputs the hand is to be taken as going on: its tool presses on a thing with another's, or holds one
-  /// that nothing presses on, or another's hand too, itself or through other things.
+  /// Whether the hand is to be extrapolated in a gap of its inputs. True for a tool that presses on an object together
+  /// with another tool. True for a tool that holds a body if that body has no contact, or if another hand acts on it
+  /// directly or through other bodies.
   bool runs_on() const noexcept;
-  /// In force now.
+  /// Coupling in force.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 
-  /// The tool is pulled there, until the next call.
+  /// Sets the handle that pulls the tool until the next call.
   void set_handle(const RigidState& handle) noexcept;
-  /// There is no handle until the next set_handle(), and nothing else pulls for the user.
+  /// Removes the handle until the next set_handle(). Nothing else pulls for the user meanwhile.
   void clear_handle() noexcept;
 
-  /// The client's running sums of energy when its handle was at `X_WH`; `elapsed_s` since those before. Of what it says
-  /// its hand put in counts what a hand can do on that way against the strongest pull of its coupling.
+  /// Reports the client's cumulative energies when its handle was at `X_WH`; `elapsed_s` since the previous report. The
+  /// hand's input is limited to the work that it can do on that path against the coupling's force limits.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// Before a step: limits what pulls for the user to the energy that the hand put in.
+  /// Called before a step: limits the energy of the pull to the hand's input.
   TickFaults limit(double step_s) noexcept;
-  /// After a step: measures what the tool did.
+  /// Called after a step: measures the tool's work.
   void settle() noexcept;
   const haptics::ToolPassivityController& passivity() const noexcept { return passivity_; }
-  /// What the passivity controller's brake took out of the tool's motion, of all who had this port.
+  /// Energy that the passivity controller's brake took from the tool's motion, over all users of this port [J].
   double braked_j() const noexcept { return braked_j_; }
 
  private:
@@ -55,7 +57,7 @@ class ToolPort {
   bool has_handle_ = false;
   std::optional<Pose> reported_at_;  ///< X_WH
   haptics::ToolPassivityController passivity_;
-  double brake_n_s_per_m_ = 0;  ///< in the step under way
+  double brake_n_s_per_m_ = 0;  ///< in the current step
   double step_s_ = 0;
   double braked_j_ = 0;
 };

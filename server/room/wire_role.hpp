@@ -1,4 +1,4 @@
-// A user's role as messages and recordings say it.
+// A user's role as messages and recordings encode it.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ inline wire::Role wire_role(UserRole role) noexcept {
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
-/// Fails   nothing: not a role that can be asked for
+/// Fails   nothing: not a role that can be requested
 inline std::optional<UserRole> role_of(wire::Role role) noexcept {
   if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
   if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;

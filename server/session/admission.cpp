@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// What the issuer's clock may be ahead.
+/// Tolerated lead of the issuer's clock.
 constexpr std::uint64_t kClockError_ms = 60'000;
 constexpr Duration kReadClockEvery = std::chrono::milliseconds(100), kNoteTimeEvery = std::chrono::minutes(10);
 
@@ -17,7 +17,7 @@ std::span<const std::byte> bytes_in(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-/// Of bytes that have its length.
+/// In      text  at least as long as the array
 template <class Array>
 Array array_of(const std::string& text) {
   Array array{};
@@ -25,7 +25,7 @@ Array array_of(const std::string& text) {
   return array;
 }
 
-/// Who may do more may do less.
+/// Rank of a role; a higher role includes the rights of the lower ones.
 int rank_of(wire::Role role) {
   if (role == wire::ROLE_OPERATOR) return 2;
   return role == wire::ROLE_MANIPULATOR ? 1 : 0;
@@ -68,7 +68,7 @@ void Admission::resume(const wire::AdmissionState& state) {
     Credential& credential = credentials_[array_of<Id>(in.id())];
     credential.key = array_of<secure::PublicKey>(in.key());
     credential.granted = in.granted();
-    // A user who was connected when the server ended has lost the connection then.
+    // A user who was connected when the server ended counts as lost at this start.
     credential.lost_before_ms = in.lost_ms() != 0 ? in.lost_ms() : settings_.unix_ms();
     if (in.tool() > 0) credential.tool = static_cast<std::uint8_t>(in.tool() - 1);
     credential.claims = in.claims();
@@ -124,9 +124,9 @@ void Admission::poll(LocalTime now) {
   if (read_clock_ && now - *read_clock_ < kReadClockEvery) return;
   read_clock_ = now;
   const std::uint64_t now_ms = time_.update(settings_.unix_ms(), now);
-  // Not one that may be wrong for a moment, as after the machine's start.
+  // Waits at first, because the clock may be wrong for a moment after the machine's start.
   if (!note_time_) note_time_ = now + kClockHold;
-  if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;  // when it has followed
+  if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;  // set to a time after the step is followed
   if (now < *note_time_) return;
   note_time_ = now + kNoteTimeEvery;
   ledger_->note_time(now_ms);
@@ -213,7 +213,7 @@ Admission::Credentials::iterator Admission::find_beside(const Id& first) {
   return std::ranges::find_if(credentials_, [&first](const auto& entry) { return entry.second.beside == first; });
 }
 
-/// The same answer to whatever is wrong: who guesses learns nothing.
+/// All faults give the same answer, so that guessing reveals nothing.
 std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                               Ticket& ticket) {
   const auto found = find_signed(join.resume(), exported);
@@ -250,7 +250,7 @@ std::optional<Refusal> Admission::admit_beside(wire::JoinRoom& join, const std::
   ticket.claims = found->second.claims;
   const wire::JoinRoom& first = found->second.granted;
   join.set_room(first.room());
-  // There is one operator a room.
+  // A room has only one operator.
   const bool has_tool = join.role() != wire::ROLE_OBSERVER && first.role() != wire::ROLE_OBSERVER;
   join.set_role(has_tool ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER);
   return cut_to(ticket.claims, join);
@@ -270,7 +270,7 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
     return ticket.id;
   }
   if (ticket.beside) {
-    // The credential of a second device that was lost; it cannot come back now.
+    // Credential of an earlier second device that was lost; the new device replaces it.
     const auto before = find_beside(*ticket.beside);
     if (before != credentials_.end()) erase(before);
   }

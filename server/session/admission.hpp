@@ -1,13 +1,15 @@
-// Who may join, and as what: by a token that is used once, or by coming back with the key that the first join named.
+// Admission of users and their rights: by a token that is used once, or by a resume with the key named at the first
+// join.
 //
-//   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force of the request cut to the token's
-//   JoinRoom.resume ─▶ credential known, not expired ▶ signature of this connection's export ──▶ those of the first join,
-//                      in another room where the token was for any
-//   JoinRoom.beside ─▶ likewise, of a user who is here, with one device ──▶ his room, and what his token allows
+//   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force limited to the token's
+//   JoinRoom.resume ─▶ credential known, not expired ▶ signature over this connection's export ──▶ rights of the first
+//                      join, also in another room if the token allows any
+//   JoinRoom.beside ─▶ the same checks, for a connected user with one device ──▶ their room, and the token's rights
 //
-// A token is used only when its user has a seat, and a seat is given only when the use is on the disk (invitation_ledger.hpp). The
-// list of used tokens outlives every restart. Credentials outlive one with --resume (state(), AdmissionSettings::resumed). Times are
-// those of unix_time.hpp: a wall clock that is wrong for less than 10 s changes nothing.
+// A token counts as used only when its user has a seat, and a seat is given only when the use is on disk
+// (invitation_ledger.hpp). The list of used tokens outlives every restart. Credentials outlive a restart with --resume
+// (state(), AdmissionSettings::resumed). unix_time.hpp defines the times: a wall clock that is wrong for less than 10 s
+// has no effect.
 #pragma once
 
 #include <array>
@@ -29,19 +31,19 @@
 
 namespace tandem::server {
 
-/// How long after its loss a connection may be resumed.
+/// Time after its loss within which a connection may be resumed.
 inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
 
 struct AdmissionSettings {
   secure::KeyId audience{};                ///< this server's key
-  std::vector<secure::PublicKey> issuers;  ///< whose tokens let in
-  std::function<std::uint64_t()> unix_ms;  ///< of the wall clock: milliseconds since 1970, UTC
+  std::vector<secure::PublicKey> issuers;  ///< keys whose tokens are accepted
+  std::function<std::uint64_t()> unix_ms;  ///< wall clock: milliseconds since 1970, UTC
   InvitationLedger* ledger = nullptr;      ///< outlives the Admission; null: one in memory, for trials
   std::size_t max_credentials = 1024;
-  wire::AdmissionState resumed{};  ///< of the run before; empty: no credential outlives it
+  wire::AdmissionState resumed{};  ///< state of the previous run; empty: all earlier credentials end
 };
 
-/// Why somebody is not let in.
+/// Reason for refusing a join.
 struct Refusal {
   wire::ErrorCode code = wire::ERROR_UNSPECIFIED;
   std::string text;
@@ -51,49 +53,50 @@ struct Refusal {
 class Admission {
  public:
   using Id = std::array<std::byte, 16>;
-  /// What was let in, until it has got a seat or not.
+  /// Admitted join that has no seat yet.
   struct Ticket {
     bool is_resumed = false;
-    Id id{};  ///< of the token, or of the credential
+    Id id{};  ///< token, or credential if resumed
     std::uint64_t expires_ms = 0;
     secure::PublicKey resume_key{};
     bool has_resume_key = false;
-    std::optional<std::uint8_t> tool{};  ///< of who comes back: the one he had
-    wire::TokenClaims claims;            ///< of a newcomer's token, or of the user's beside whom it is
+    std::optional<std::uint8_t> tool{};  ///< for a resume: the tool that the user had
+    wire::TokenClaims claims;            ///< from a new user's token, or from the first device
     std::optional<Id> beside{};
     bool uses_token() const { return !is_resumed && !beside; }
   };
 
   explicit Admission(AdmissionSettings settings);
 
-  /// Checks the request and cuts it to what is granted: afterwards its room, name, role and force are those allowed.
+  /// Checks the request and limits its room, name, role and force to the granted ones.
   ///
-  /// In      exported  of this connection for kResumeExport; none: nobody can resume
+  /// In      exported  keying material of this connection for kResumeExport; none: resume is not possible
   std::optional<Refusal> admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported, LocalTime now,
                                Ticket& ticket);
-  // Of a ticket that uses_token(): a seat is given only when the use is kWritten.
-  /// Begins to write the use down.
+  // For a ticket that uses_token(): a seat is given only when the use is kWritten.
+  /// Begins to write the token's use to disk.
   void use(const Ticket& ticket) { ledger_->use(ticket.id, ticket.expires_ms); }
-  /// kNone after use(): it could not be written.
+  /// State of the use; kNone after use(): it could not be written.
   InvitationLedger::Use use_of(const Ticket& ticket) const { return ledger_->use_of(ticket.id); }
   Refusal unwritten() const;
-  /// The ticket's holder got no seat: its token is valid as before.
+  /// Releases a token whose holder got no seat; it is valid as before.
   void release(const Ticket& ticket) { ledger_->release(ticket.id); }
 
-  /// The ticket's holder has a seat, and may come back as `granted` says, to `tool` if that is free.
-  /// Out     the credential; none: it named no key, or too many are remembered
+  /// Records that the ticket's holder has a seat, and may resume with the rights of `granted`, at `tool` if that is
+  /// free.
+  /// Out     the credential; none: the ticket has no resume key, or too many credentials are stored
   std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, std::optional<std::uint8_t> tool,
                                 LocalTime now);
-  /// The connection is gone, and may be resumed within kResumeWithin.
+  /// Records a lost connection; it may be resumed within kResumeWithin.
   void note_lost(const Id& credential, LocalTime now);
-  /// That of the device which this one is beside; of a first device, its own.
+  /// Credential of the user's first device; for a first device, its own.
   Id first_of(const Id& credential) const;
-  /// It lets in no more, nor does that of a second device beside it; also after a restart, once that is on the disk.
-  /// Out     the second device's; none: there is no such
+  /// Revokes the credential and that of a second device beside it; once written to disk, also across a restart.
+  /// Out     the second device's credential; none: there is no second device
   std::optional<Id> revoke(const Id& credential);
-  /// Reads the wall clock, and takes over what is on the disk. Often: it costs little.
+  /// Reads the wall clock and collects finished disk writes. Cheap enough to call often.
   void poll(LocalTime now);
-  /// All that must outlive the server, and how often that has changed.
+  /// State to save across restarts, and a count of its changes.
   wire::AdmissionState state(LocalTime now) const;
   std::uint64_t changes() const { return changes_; }
 
@@ -102,10 +105,10 @@ class Admission {
     secure::PublicKey key{};
     wire::JoinRoom granted;
     std::optional<LocalTime> lost{};
-    std::uint64_t lost_before_ms = 0;  ///< since 1970, by the server before; 0: not lost then
+    std::uint64_t lost_before_ms = 0;  ///< since 1970, in the previous run; 0: not lost then
     std::optional<std::uint8_t> tool{};
     wire::TokenClaims claims;
-    std::optional<Id> beside{};  ///< of a second device
+    std::optional<Id> beside{};  ///< for a second device: the first one's credential
   };
   using Credentials = std::map<Id, Credential>;
   void resume(const wire::AdmissionState& state);
@@ -115,7 +118,7 @@ class Admission {
                                      Ticket& ticket);
   std::optional<Refusal> admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                       Ticket& ticket);
-  /// Whose it is who has signed that; end(): nobody's.
+  /// Finds the credential whose key made the signature; end(): none.
   Credentials::iterator find_signed(const wire::Resume& by, const std::optional<secure::Exported>& exported);
   Credentials::iterator find_beside(const Id& first);
   std::optional<Refusal> check_times(const wire::TokenClaims& claims, LocalTime now) const;
@@ -125,7 +128,7 @@ class Admission {
   std::unique_ptr<InvitationLedger> own_ledger_;
   InvitationLedger* ledger_;
   UnixTime time_;
-  std::optional<LocalTime> read_clock_{}, note_time_{};  ///< when last; when next
+  std::optional<LocalTime> read_clock_{}, note_time_{};  ///< last reading; next note
   Credentials credentials_;
   std::uint64_t changes_ = 1;
 };

@@ -14,10 +14,10 @@
 namespace tandem::server {
 namespace {
 
-/// What a join waits for the writer, on top of the disk.
+/// Longest wait of a join for the writer, in addition to the disk's time.
 constexpr Duration kWriterPeriod = std::chrono::milliseconds(5);
 constexpr Duration kMinRetryAfter = std::chrono::milliseconds(500), kMaxRetryAfter = std::chrono::seconds(8);
-/// Of kMaxUsedTokens and kMaxRevoked it is 2 MB.
+/// Size limit; kMaxUsedTokens and kMaxRevoked need 2 MB.
 constexpr std::uintmax_t kMaxLedgerBytes = 16U << 20U;
 constexpr unsigned kLedgerMode = 0600;
 
@@ -146,7 +146,7 @@ void InvitationLedger::finish() {
   poll();
   thread_->stop();
   thread_.reset();
-  // More than the ring holds.
+  // The ring may not have held all changes.
   for (poll(); posted_ > settled_; poll()) work(SteadyClock().now());
 }
 
@@ -160,7 +160,7 @@ InvitationLedger::Use InvitationLedger::use_of(const Id& token) const {
   return found->second.number > settled_ ? Use::kBeingWritten : Use::kWritten;
 }
 
-/// Deletes what has expired from a full list; looks through it no more often than that can help.
+/// Deletes expired entries of a full list. Searches only when one may have expired.
 bool InvitationLedger::has_room(std::uint64_t now_ms) {
   if (used_.size() < max_used_) return true;
   if (now_ms < none_expires_before_ms_) return false;
@@ -209,7 +209,7 @@ void InvitationLedger::post(Change change) {
 void InvitationLedger::poll() {
   Outcome outcome;
   while (outcomes_.pop(outcome)) settle(outcome);
-  // No more than the ring of outcomes holds, so that the writer never waits for this thread.
+  // At most as many as the ring of outcomes holds, so that the writer never waits for this thread.
   while (!waiting_.empty() && sent_ - settled_ < kInFlight && changes_.push(waiting_.front())) {
     const Change& change = waiting_.front();
     sent_ = change.number;
@@ -279,7 +279,7 @@ void InvitationLedger::work(LocalTime now) {
   const std::error_code error = write();
   const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
   if (error) {
-    // Those clients are refused.
+    // The clients with these uses are refused.
     for (const Id& id : uses) apply({.kind = Change::Kind::kRelease, .id = id});
     back_off_ = was_failing ? std::min(2 * back_off_, kMaxRetryAfter) : kMinRetryAfter;
     retry_ = now + back_off_;

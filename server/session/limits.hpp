@@ -1,5 +1,5 @@
-// What one connection, one address and all together may ask of the io thread: every number is here, and said in
-// server/README.md. Who goes beyond a limit of his own is ended; who meets one that he shares with others waits.
+// Limits on the load of the io thread by one connection, one address and all together; server/README.md explains them.
+// A connection that exceeds its own limit is ended; at a shared limit it waits.
 #pragma once
 
 #include <chrono>
@@ -10,42 +10,42 @@
 
 namespace tandem::server {
 
-// One connection's own: beyond them it is ended.
-/// Control messages; state and requests for assets, which a client sends at its own pace, count kOwnPace.
+// Limits of one connection; beyond them it is ended.
+/// Control messages. State and requests for assets, which a client sends at its own pace, cost kOwnPace.
 inline constexpr net::Rate kControlRate{100, 200};
 inline constexpr double kOwnPace = 0.05;
-/// Client updates that are taken; a client sends 1000 a second.
+/// Accepted client updates; a client sends 1000 a second.
 inline constexpr net::Rate kUpdateRate{4000, 4000};
-/// Places that one user points at; beyond it they are refused. Each nudges the hands of the others.
+/// Pointing by one user; beyond it the request is refused. Each nudges the hands of the others.
 inline constexpr net::Rate kUserPointRate{1, 2};
-/// A reader that leaves more than this unread is disconnected (DISCONNECT_SLOW).
+/// Unread control bytes above which a connection is ended (DISCONNECT_SLOW).
 inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
-/// While more than this waits for a reader, news of others wait beside it: of each parameter the newest, of users who is
-/// there by then.
+/// Queued bytes above which news are held back. Held news are merged: the newest value of each parameter, and the users
+/// present at the time of sending.
 inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 
-// One address's: those who share it and have not joined wait, in turn.
-/// Control messages of all of them, joined ones included but for what those send at their own pace.
+// Limits of one address. Its connections that have not joined wait in turn.
+/// Control messages of all its connections, except those that joined users send at their own pace.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};
-/// What joining counts there, for it costs others most.
+/// Cost of a join there; it is high because joins burden others most.
 inline constexpr double kJoinPrice = 10;
-/// Connections that have not joined; beyond it the oldest of them is ended.
+/// Connections that have not joined; beyond this number the oldest is ended.
 inline constexpr std::size_t kMaxHalfOpen = 16;
-/// Who stays no longer than that leaves a line of another kind in the log, where those of a kind are bounded.
+/// Stays up to this length are logged as another kind, because the log limits the lines of each kind.
 inline constexpr Duration kShortStay{std::chrono::seconds(5)};
 
-// A turn of the io thread is about a millisecond: what control, accepting and reading may take of it, so that states go
-// out on time. What is more waits for the next turn, here or in the kernel.
-inline constexpr net::Rate kTurn{64'000, 64};            ///< control messages of all
-inline constexpr net::Rate kConnectionTurn{16'000, 32};  ///< of one connection
-/// What a message counts there that is answered with much: joining, an asset's chunk.
+// Budget of control, accepting and reading in one turn of the io thread (about a millisecond), so that states go out on
+// time. The rest waits for the next turn, here or in the kernel.
+inline constexpr net::Rate kTurn{64'000, 64};            ///< control messages of all connections
+inline constexpr net::Rate kConnectionTurn{16'000, 32};  ///< control messages of one connection
+/// Cost there of a message with a large answer: a join or an asset's chunk.
 inline constexpr double kBigAnswer = 8;
-inline constexpr net::Rate kReadTurn{64'000, 64};                ///< reads of TCP, all together
-inline constexpr net::Rate kConnectionReadTurn{2000, 2};         ///< of one connection
-inline constexpr std::size_t kReadBytes = 4096;                  ///< at one read
-inline constexpr net::Rate kAcceptTurn{4000, 8};                 ///< new connections
-inline constexpr net::Rate kHandshakeTurn{500, 4};               ///< TLS handshakes answered: a signature each, 0.2 ms
-inline constexpr net::Rate kStrangersTurn{64'000, 64};           ///< datagrams to the port that everybody knows
-inline constexpr net::Rate kConnectionDatagramTurn{32'000, 32};  ///< datagrams of one user, from where he always sends
+inline constexpr net::Rate kReadTurn{64'000, 64};         ///< TCP reads of all connections
+inline constexpr net::Rate kConnectionReadTurn{2000, 2};  ///< TCP reads of one connection
+inline constexpr std::size_t kReadBytes = 4096;           ///< per read
+inline constexpr net::Rate kAcceptTurn{4000, 8};          ///< new connections
+inline constexpr net::Rate kHandshakeTurn{500, 4};        ///< answered TLS handshakes: one signature each, 0.2 ms
+inline constexpr net::Rate kStrangersTurn{64'000, 64};    ///< datagrams to the public port
+inline constexpr net::Rate kConnectionDatagramTurn{32'000, 32};  ///< datagrams of one user from the usual address
 
 }  // namespace tandem::server

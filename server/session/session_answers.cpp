@@ -62,7 +62,7 @@ void fill(const MassProperties& mass, wire::MassProperties& out) {
   for (const double number : mass.principal_inertia_kg_m2) out.add_principal_inertia_kg_m2(number);
 }
 
-/// Of a longer note the beginning, in whole code points.
+/// Shortens a long note at a code point boundary.
 std::string shortened(std::string note) {
   constexpr std::size_t kMaxNoteBytes = 400;
   if (note.size() <= kMaxNoteBytes) return note;
@@ -83,7 +83,7 @@ void fill_notes(const std::vector<std::string>& notes, wire::Joined& joined) {
   }
 }
 
-/// What is the same for every newcomer.
+/// Fills the fields that are equal for all new users.
 void fill(const LoadedScene& scene, wire::Joined& joined) {
   *joined.mutable_scene() = scene.description;
   for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
@@ -146,7 +146,7 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
 }
 
 std::size_t joined_answer_bound(const LoadedScene& scene) {
-  // A user's numbers, and coefficients that are zero in the description, rounded up.
+  // Room for a user's numbers, and for coefficients that are zero in the description; rounded up.
   constexpr std::size_t kBesides = 256;
   wire::Joined joined;
   fill(scene, joined);

@@ -8,7 +8,7 @@
 namespace tandem::server {
 namespace {
 
-/// Null: all that is there is in range.
+/// Returns the first bound out of range; null: all present bounds are in range.
 const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
   for (const proto::CouplingField& field : proto::kCouplingFields) {
     if ((bounds.*field.has)() && !field.accepts((bounds.*field.get)())) return &field;
@@ -33,7 +33,7 @@ void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<cons
   serve(connection, now);
 }
 
-/// What waits of it, as far as its turn goes; the rest stays in the reader.
+/// Serves waiting messages of a connection within its turn; the rest stays in the reader.
 void SessionHub::Impl::serve(Connection& connection, LocalTime now) {
   wire::ClientControl message;
   while (connection.state != ConnectionState::kClosed && !connection.held_join && connection.reader.has_next() &&
@@ -53,7 +53,7 @@ void SessionHub::Impl::serve(Connection& connection, LocalTime now) {
   }
 }
 
-/// Those who wait, beginning behind the one that was served last, so that each has its turn.
+/// Serves waiting connections in turn, beginning after the one served last.
 void SessionHub::Impl::serve_waiting(LocalTime now) {
   const auto serve_range = [this, now](auto from, auto to) {
     for (; from != to && turn.has_some(now); ++from) {
@@ -67,20 +67,20 @@ void SessionHub::Impl::serve_waiting(LocalTime now) {
   serve_range(connections.begin(), next);
 }
 
-/// Who has joined does not wait for what others of his address have used.
+/// A joined user is not held up by the use of others at the same address.
 bool SessionHub::Impl::has_turn(const Connection& connection, LocalTime now) const {
   if (!turn.has_some(now) || !connection.turn.has_some(now)) return false;
   return !connection.is_half_open() || connection.address->control.has_some(now);
 }
 
-/// Who sends more than a program with a person in front of it could, costs all others their states.
+/// Charges a message to the token buckets. Clients over the rate of an interactive program delay the states of all.
 bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientControl& message, LocalTime now) {
   const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
   const double price = has_own_pace ? kOwnPace : 1.0;
   const double work = message.has_get_asset() || message.has_join() ? kBigAnswer : 1.0;
   turn.take(work, now);
   connection.turn.take(work, now);
-  // What a joined user sends at his own pace is his connection's: it must keep no newcomer of his address waiting.
+  // A joined user's own-pace messages cost only the connection, so that they delay no newcomer of the address.
   if (connection.is_half_open() || !has_own_pace) {
     connection.address->control.take(message.has_join() ? kJoinPrice : price, now);
   }
@@ -204,7 +204,7 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   }
 }
 
-/// Cuts what is wanted to what is granted.
+/// Checks the join against admission, and limits `wanted` to the granted rights.
 bool SessionHub::Impl::let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted,
                               Admission::Ticket& ticket) {
   if (!admission) return true;
@@ -215,7 +215,7 @@ bool SessionHub::Impl::let_in(Connection& connection, std::uint32_t request, wir
     return false;
   }
   if (!ticket.is_resumed) return true;
-  // Who comes back may be here still, by a connection that has not been found dead yet.
+  // The resumed user may still have a connection whose loss has not been detected yet.
   for (const auto& [handle, other] : connections) {
     if (other->credential != ticket.id || other->state != ConnectionState::kActive) continue;
     end(*other, wire::DISCONNECT_RESUMED, "the user came back on another connection");
@@ -257,7 +257,7 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   }
 }
 
-/// A kill between the seat and the write would leave the token valid, so the write goes before; io does not wait for it.
+/// Writes the token's use before giving a seat: a kill in between would leave it valid. Does not block io.
 void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message,
                             const Admission::Ticket& ticket) {
   connection.held_join = std::make_unique<HeldJoin>(HeldJoin{message, ticket});
@@ -265,7 +265,7 @@ void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& m
   settle(connection);
 }
 
-/// Once the write is done or has failed. Checks everything again: meanwhile others may have taken the last place.
+/// Continues a held join after its write. Checks everything again, because others may have taken the last place.
 void SessionHub::Impl::settle(Connection& connection) {
   const InvitationLedger::Use use = admission->use_of(connection.held_join->ticket);
   if (use == InvitationLedger::Use::kBeingWritten) return;
@@ -282,7 +282,7 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
                                  const Admission::Ticket& ticket) {
   const wire::JoinRoom& wanted = message.join();
   auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
-  // Where tokens are asked for, nothing goes out unsealed.
+  // With tokens, no datagram is sent unsealed.
   if (admission && !secret) return end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "no keys for datagrams");
   const UserRole role = *role_of(wanted.role());
   std::vector<std::string> taken;
@@ -343,7 +343,7 @@ void SessionHub::Impl::introduce(Connection& newcomer) {
   announce_presence(newcomer, user_joined(newcomer.seat, newcomer.user_name));
 }
 
-/// Of who came and has left again before somebody could be told, he is told nothing.
+/// If a user leaves before others were notified of the join, they get neither message.
 void SessionHub::Impl::announce_presence(const Connection& whose, const wire::ServerControl& message) {
   const auto is_his_coming = [&whose](const wire::ServerControl& told) {
     return told.has_user_joined() && told.user_joined().user() == whose.seat.user.value;
@@ -367,7 +367,7 @@ void SessionHub::Impl::grab_or_release(Connection& connection, const wire::Clien
   if (!was_posted) send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
 }
 
-/// Who is kicked may come back only with a new token.
+/// Removes a user; a kicked user can join again only with a new token.
 void SessionHub::Impl::kick(Connection& connection, const wire::ClientControl& message) {
   const auto found = std::ranges::find_if(connections, [&](const auto& entry) {
     return entry.second->is_in(*connection.seats) && entry.second->seat.user.value == message.kick().user();
@@ -412,7 +412,7 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
   }
 }
 
-/// Also under hands that press: both ends fade it (haptics::LawFade).
+/// Sets the law. Allowed during contact: both ends fade it (haptics::LawFade).
 void SessionHub::Impl::set_law(Connection& connection, const wire::ClientControl& message) {
   RoomSeats& seats = *connection.seats;
   const physics::SceneCoupling& of_scene = seats.room().scene().world.coupling;
@@ -435,8 +435,8 @@ void SessionHub::Impl::set_law(Connection& connection, const wire::ClientControl
       seats, [&] { seats.set_law(connection.seat, *law); }, &connection);
 }
 
-/// Each user is told what of it concerns him.
-/// In      but  knows the new law already
+/// Runs a change of the coupling, and notifies each user of the changes that concern them.
+/// In      but  user already notified of the new law
 void SessionHub::Impl::change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but) {
   std::vector<std::pair<Connection*, haptics::CouplingParameters>> before;
   for (const auto& [handle, user] : connections) {
@@ -469,7 +469,7 @@ void SessionHub::Impl::reset_room(Connection& connection, const wire::ClientCont
   }
 }
 
-/// Each the value for the own tool.
+/// Sends a changed coefficient to all users, each with the value for their own tool.
 void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t request,
                                           const proto::CouplingField& field) {
   const auto index = static_cast<std::size_t>(&field - proto::kCouplingFields.data());
@@ -483,7 +483,7 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
   send(setter, answer);
 }
 
-/// As soon as the user reads what came before: however many others set, come and go, he has no more to read.
+/// Sends merged news once the user has read the earlier bytes, so that many changes by others do not add up.
 void SessionHub::Impl::tell_news(Connection& connection) {
   const bool has_news = !connection.presence.empty() || connection.has_new_law || connection.changed_parameters.any();
   if (!has_news || transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeNews) return;

@@ -40,7 +40,7 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
 }
 
-/// Who has joined keeps his place; of those who have not, the oldest goes first, and of the address that has most of them.
+/// Ends the oldest connection that has not joined, of the address with most of them. Joined users keep their places.
 void SessionHub::Impl::make_room(Connection& newcomer) {
   const bool is_full = connections.size() > settings.max_connections;
   if (!is_full && half_open_of(*newcomer.address) <= kMaxHalfOpen) return;
@@ -60,18 +60,19 @@ std::size_t SessionHub::Impl::half_open_of(const AddressUse& address) const {
 }
 
 Connection* SessionHub::Impl::oldest_half_open(const AddressUse& address, const Connection& but) {
-  for (const auto& [handle, connection] : connections) {  // in the order of their coming
+  for (const auto& [handle, connection] : connections) {  // in order of arrival
     const bool is_candidate = connection.get() != &but && connection->is_half_open();
     if (is_candidate && connection->address == &address) return connection.get();
   }
   return nullptr;
 }
 
-/// Not counting `but`, which has just come; of addresses with as many, the one whose oldest came first.
+/// Finds the address with most half-open connections, without the newcomer `but`. Among equals the oldest connection
+/// decides.
 AddressUse& SessionHub::Impl::most_half_open(const Connection& but) {
   AddressUse* most = but.address;
   std::size_t count = 0;
-  for (const auto& [handle, connection] : connections) {  // in the order of their coming
+  for (const auto& [handle, connection] : connections) {  // in order of arrival
     if (connection.get() == &but || !connection->is_half_open()) continue;
     const std::size_t candidates = half_open_of(*connection->address) - (connection->address == but.address ? 1 : 0);
     if (candidates <= count) continue;
@@ -116,7 +117,7 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
   return proto::DropReason::kNone;
 }
 
-/// The user's hand has arrived, or the user has left: whether and when the room's hands begin may change.
+/// Updates the common start after a hand has arrived or a user has left.
 void SessionHub::Impl::note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime)) {
   RoomSeats& seats = *connection.seats;
   if (!(seats.start().*change)(connection.seat.user, server_time_of_own_clock(called_at))) return;
@@ -151,7 +152,7 @@ void Connection::note_changes(const haptics::CouplingParameters& before) {
   }
 }
 
-/// To all in the room: they see it, and their hands feel it.
+/// Sends the pointed place to all in the room; they see it, and their hands feel it.
 void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& message) {
   const wire::Point& point = message.point();
   const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
@@ -173,7 +174,7 @@ void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& 
   }
 }
 
-/// With the request's number for who asked.
+/// Sends a message to all in a room; the request's number goes only to the user who made the request.
 void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message) {
   for (const auto& [handle, connection] : connections) {
     if (connection->state != ConnectionState::kActive || &connection->seats->room() != &room) continue;
@@ -182,7 +183,7 @@ void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t r
   }
 }
 
-/// Of rooms with soft bodies, to those who asked for it.
+/// Sends the soft bodies' shapes to the users who requested them.
 void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
   if (!seats.room().soft_offsets().poll()) return;
   const SoftOffsets& offsets = seats.room().soft_offsets().front();
@@ -194,7 +195,7 @@ void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
   }
 }
 
-/// Nothing waits behind a shape: while anything does, it is left out, as is one that has not changed.
+/// Shapes never queue: a shape is skipped while any byte is queued, or if it is unchanged.
 void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::ServerControl& message) {
   std::string& told = connection.soft_shapes_told[message.soft_shape().soft_body()];
   if (told == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
@@ -202,7 +203,7 @@ void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::Serve
   send(connection, message);
 }
 
-/// What it changes of the coupling, the user is told after all have their states.
+/// Applies a room update; news about the coupling are sent after all states.
 void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate& told) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
@@ -274,13 +275,13 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     log("closed", connection.label() + " closed: " + text);
     return;
   }
-  // Kinds apart, for of each there are few lines: whoever joins and leaves again must not use up those of others.
+  // Separate kinds, because the log limits the lines of each: short stays must not use up those of others.
   const std::string_view kind = called_at - connection.joined < kShortStay ? "left soon" : "left";
   log(kind, connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
                 std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_other_device(*connection.credential, reason);
-  } else if (connection.credential) {  // also before the same user's new connection has its seat: it may not get one
+  } else if (connection.credential) {  // may run before the user's new connection has a seat, which it may not get
     admission->note_lost(*connection.credential, called_at);
   }
   if (settings.poses != nullptr) settings.poses->forget(connection.seats->room(), connection.seat.user);
@@ -289,7 +290,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   announce_presence(connection, user_left(connection.seat, reason));
 }
 
-/// Who left by the first device, or was kicked with either, goes with both.
+/// Ends the user's other device too, if the user left with the first one or was kicked with either.
 void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
   const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
   const std::optional<Admission::Id> second = admission->revoke(first);
@@ -307,7 +308,7 @@ void SessionHub::Impl::sweep() {
     if (is_closed) --entry.second->address->connections;
     return is_closed;
   });
-  // An address is remembered until what it has used is earned again: coming anew does not help.
+  // An address is kept until its token bucket is full again, so reconnecting gives no new budget.
   if (gone == 0 && addresses.size() <= connections.size()) return;
   std::erase_if(addresses, [this](auto& entry) {
     return entry.second.connections == 0 && entry.second.control.is_full(called_at);

@@ -1,6 +1,6 @@
-// The server's side of every connection, without a socket: bytes and time come in, bytes go out through
-// ServerTransport. The live server drives it from Asio (server/net), the lab from simulated links.
-// The states of a connection are those of proto/STATES.md.
+// The server's side of every connection, without sockets: bytes and time come in, bytes leave through ServerTransport.
+// The live server drives it from Asio (server/net), the lab from simulated links. proto/STATES.md defines the states of
+// a connection.
 #pragma once
 
 #include <array>
@@ -24,29 +24,29 @@
 
 namespace tandem::server {
 
-/// A TCP connection of the transport; chosen by it, never reused while open, not 0.
+/// TCP connection of the transport. The transport chooses the handle; it is not 0 and never reused while open.
 using ConnectionHandle = std::uint64_t;
 
-/// How the hub sends. Called on the io thread, from inside the hub's calls.
+/// Send interface of the hub. Called on the io thread, from inside the hub's calls.
 class ServerTransport {
  public:
   virtual ~ServerTransport() = default;
-  /// Queues control bytes, in order and whole.
+  /// Queues control bytes, whole and in order.
   virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
-  /// Sends one state datagram to where that connection's last accepted datagram came from. Freshest-only:
-  /// false when it could not be sent now (it is then lost, and counted by the caller).
-  /// Thread  io; or who helps it (SessionHub::help()), for another connection, while io does nothing but this
+  /// Sends one state datagram to the source address of that connection's last accepted datagram. Freshest-only: false
+  /// when it cannot be sent now; the datagram is then lost, and the caller counts it.
+  /// Thread  io; while io only sends, also the thread in SessionHub::help(), for another connection
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
   /// Control bytes that the connection has not taken yet. The hub sends state over TCP only when it is 0
-  /// (freshest-only), and ends a connection whose reader lets kMaxQueuedControlBytes pile up.
+  /// (freshest-only), and ends a connection whose reader exceeds kMaxQueuedControlBytes.
   virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
-  /// What the connection's TLS exports (RFC 8446 §7.5); nothing where it is not encrypted.
+  /// Keying material exported from the connection's TLS (RFC 8446 §7.5); nothing if it is not encrypted.
   virtual std::optional<secure::Exported> exported(ConnectionHandle, std::string_view /*label*/,
                                                    std::span<const std::byte> /*context*/) {
     return std::nullopt;
   }
-  /// Closes after what is queued has been sent. The hub has forgotten the connection by then: no call about it
-  /// need follow, and one that does is ignored.
+  /// Closes after the queued bytes have been sent. The hub has already dropped the connection; later calls about it are
+  /// optional and ignored.
   virtual void close(ConnectionHandle connection) = 0;
 };
 
@@ -55,31 +55,33 @@ enum class ConnectionState : std::uint8_t { kGreeting, kJoining, kActive, kClose
 std::string_view name_of(ConnectionState state);
 
 struct HubSettings {
-  Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining: no state and no control for this long
+  Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining, without state and control
   Duration hello_timeout{std::chrono::seconds(2)};            ///< from connecting to hello
-  Duration join_timeout{std::chrono::seconds(5)};             ///< from connecting to having joined
+  Duration join_timeout{std::chrono::seconds(5)};             ///< from connecting to joined
   std::size_t max_connections = 64;
   std::uint16_t datagram_port = 0;
-  /// Draws connection ids. They must not be guessed, so live: cryptographic (LiveServer); a seeded one is for trials.
+  /// Source of connection ids. They must not be guessable: the live server uses a cryptographic source (LiveServer),
+  /// trials a seeded one.
   std::function<std::uint64_t()> connection_ids{};
-  /// Who may join; none: everybody (--insecure, trials).
+  /// Rules for joining; none: everybody may join (--insecure, trials).
   std::optional<AdmissionSettings> admission{};
-  /// Destroyed after the hub: a service of its rooms (ServerRooms); null: no poses are kept.
+  /// Service of the rooms (ServerRooms), destroyed after the hub; null: no poses are kept.
   PoseKeeper* poses = nullptr;
 };
 
-/// A datagram that was taken.
+/// Result of on_datagram().
 struct AcceptedDatagram {
-  ConnectionHandle connection = 0;             ///< 0: it was dropped
-  std::optional<std::uint64_t> path_answer{};  ///< it was no state, and says the number of a challenge back
+  ConnectionHandle connection = 0;             ///< 0: the datagram was dropped
+  std::optional<std::uint64_t> path_answer{};  ///< number returned by a path answer; none for state
 };
 
 struct HubCounters : proto::ChannelCounters {
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
-  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};     ///< of connections and joins, by wire::ErrorCode
-  std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< of connections, by wire::DisconnectReason
-  Histogram round_trip;  ///< of each input that was taken, as this end measures it; what a client says in it can lie
+  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};     ///< connections and joins, by wire::ErrorCode
+  std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< connections, by wire::DisconnectReason
+  /// For each accepted input, measured at this end. A client can falsify it, because it reports part of it.
+  Histogram round_trip;
 };
 
 class SessionHub {
@@ -88,45 +90,45 @@ class SessionHub {
   SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport);
   ~SessionHub();
 
-  /// In      address  where it comes from, without a port: those of one address share limits
+  /// In      address  peer address without the port; connections from one address share limits
   void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
-  /// The TCP connection is gone; the user leaves its room and what it held is let go.
+  /// Ends a lost TCP connection: the user leaves the room, and the tool releases its body.
   void on_disconnected(ConnectionHandle connection, LocalTime now, const std::string& why = "the connection was lost");
-  /// A datagram from anywhere; one that is dropped is counted, and not answered. Of one that is accepted the transport may
-  /// remember where it came from. `may_belong_to` lets the transport veto a connection (wrong peer address).
+  /// Handles a datagram from any source. Dropped datagrams are counted, not answered. The transport may remember the
+  /// source of an accepted one. `may_belong_to` lets the transport veto a connection (wrong peer address).
   AcceptedDatagram on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                const std::function<bool(ConnectionHandle)>& may_belong_to);
-  /// A datagram that asks its receiver to say `number` back; empty: that connection has no state, or no seal. Stays until
-  /// the next call for that connection.
+  /// Datagram that asks its receiver to return `number`; empty if the connection has no state or no sealing. Valid
+  /// until the next call for that connection.
   std::span<const std::byte> path_challenge(ConnectionHandle connection, std::uint64_t number, LocalTime now);
 
-  /// Sends every update that a room has published since the last call, then delivers room events, ends what has been
-  /// silent for too long, and serves control messages that wait, one connection after the other (limits.hpp).
-  /// In      clock  asked anew for each update, which says when it was sent: to send the others takes some time
+  /// Sends every update that rooms have published since the last call. Then delivers room events, ends silent
+  /// connections, and serves waiting control messages in turn (limits.hpp).
+  /// In      clock  read again for each update to stamp it, because sending the others takes time
   void poll(const Clock& clock);
-  /// Sends some of the updates that poll() is sending, or is about to, of a room that has just published one. Poll() waits for
-  /// what is begun here: from no thread that may be held up.
+  /// Helps poll() to send the updates of a room that has just published. The io thread waits for sends begun here, so
+  /// the calling thread must not block.
   /// Thread  the room's
   void help(const Room& room);
-  /// Refuses requests of poses that nobody has served yet, and those to come; poll() sends the answers.
+  /// Refuses all pose requests not yet started and all later ones; poll() sends the answers.
   void begin_stop();
-  /// Some request of poses is not answered yet.
+  /// Whether a pose request is still unanswered.
   bool owes_answers() const;
-  /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING). Requests of poses that are not answered yet are refused before.
+  /// Ends all connections (DISCONNECT_SERVER_STOPPING), after refusing the unanswered pose requests.
   void stop(LocalTime now);
 
-  /// Messages of that connection wait for a later turn: read no more of it until then.
+  /// Whether messages of that connection wait for a later turn; until then, read no more from it.
   bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;
   std::size_t user_count() const;
-  /// Of a room, in the order of the constructor, by UserRole.
+  /// Number of users in a room by UserRole; rooms are numbered as in the constructor.
   std::array<std::size_t, 3> users_in(std::size_t room) const;
   const HubCounters& counters() const;
-  /// For logs: one line a noteworthy event (joined, left and why, refused and why). Called on the io thread.
+  /// Log sink, one line per noteworthy event (joined, left or refused with the reason). Called on the io thread.
   std::function<void(std::string_view kind, const std::string& line)> on_log;
-  /// What must outlive the server has changed; within poll() and stop().
+  /// Called within poll() and stop() when the state to save across restarts has changed.
   std::function<void(const wire::AdmissionState&)> on_admission;
 
  private:

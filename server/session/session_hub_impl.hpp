@@ -1,8 +1,8 @@
-// Private to this folder: the connections of a SessionHub, and what its four sources do with them.
+// Private to this folder: the connections of a SessionHub. Its functions are in four sources:
 //   session_hub.cpp      connections as a whole: accept, send, state in, time-outs, end
 //   session_updates.cpp  state out
-//   session_control.cpp  what a client's control messages ask for
-//   session_poses.cpp    of those, what concerns poses of molecules
+//   session_control.cpp  control messages from clients
+//   session_poses.cpp    control messages about poses of molecules
 #pragma once
 
 #include <bitset>
@@ -23,13 +23,13 @@
 
 namespace tandem::server {
 
-/// What the connections of one address share.
+/// Limits shared by the connections of one address.
 struct AddressUse {
   net::TokenBucket control{kAddressControlRate};
   std::size_t connections = 0;
 };
 
-/// A join that waits until the use of its token is on the disk.
+/// Join that waits until the use of its token is on disk.
 struct HeldJoin {
   wire::ClientControl granted;
   Admission::Ticket ticket;
@@ -47,32 +47,32 @@ struct Connection {
   net::TokenBucket control{kControlRate};
   net::TokenBucket turn{kConnectionTurn};
   bool state_over_tcp = false;
-  std::unique_ptr<HeldJoin> held_join;  ///< kJoining; until it is settled no other message is served
+  std::unique_ptr<HeldJoin> held_join;  ///< kJoining: until the token's use is written; blocks other messages
 
   // kActive
   LocalTime joined{};
   std::string user_name;
   RoomSeats* seats = nullptr;
   Seat seat;
-  proto::ChannelCounters counters;  ///< of the stream, and what it left out, since collect()
+  proto::ChannelCounters counters;  ///< counts of the stream since the last collect()
   std::uint64_t bodies_thinned = 0;
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
   net::TokenBucket poses{kUserPoseRate};
   net::TokenBucket points{kUserPointRate};
   bool wants_soft_shapes = false;
-  std::map<std::uint32_t, std::string> soft_shapes_told;  ///< offsets, by soft body
-  std::optional<Admission::Id> credential;                ///< by which the user may come back
-  // News that he was not told yet.
+  std::map<std::uint32_t, std::string> soft_shapes_told;  ///< last sent offsets, by soft body
+  std::optional<Admission::Id> credential;                ///< for a later resume by the user
+  // News not sent to the user yet.
   bool has_new_law = false;
-  std::bitset<proto::kCouplingFields.size()> changed_parameters;  ///< coefficients that others set, or a grip changed
-  std::vector<wire::ServerControl> presence;  ///< of users who came and stay, or whom he knew and who left: in order
+  std::bitset<proto::kCouplingFields.size()> changed_parameters;  ///< coefficients changed by others or by a grip
+  std::vector<wire::ServerControl> presence;                      ///< joins and leaves not sent yet, in order
 
   std::string label() const {
     if (seats == nullptr) return "connection " + std::to_string(handle);
     return "user " + std::to_string(seat.user.value) + " " + quoted(user_name);
   }
-  /// What concerns him is not what it was `before`: he is to be told.
+  /// Marks the coefficients in force that differ from `before`, so that the user is notified.
   void note_changes(const haptics::CouplingParameters& before);
   bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }
   bool is_in(const RoomSeats& room) const { return state == ConnectionState::kActive && seats == &room; }
@@ -162,8 +162,8 @@ struct SessionHub::Impl {
   std::optional<Admission> admission;
   std::uint64_t admission_told = 0;
   std::vector<std::unique_ptr<RoomSeats>> rooms;
-  std::deque<SharedTurns> updates;     ///< of each room, to those who get them by UDP
-  std::vector<Connection*> updated{};  ///< those
+  std::deque<SharedTurns> updates;     ///< per room, for its UDP users
+  std::vector<Connection*> updated{};  ///< UDP users of the current room
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;
   HubCounters counters;
@@ -171,7 +171,7 @@ struct SessionHub::Impl {
   std::map<std::string, AddressUse> addresses;
   net::TokenBucket turn{kTurn};
   ConnectionHandle served_last = 0;
-  LocalTime called_at{};  ///< the call under way
+  LocalTime called_at{};  ///< time of the current call
 };
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// What users ask of the poses of a room's molecules, and what they are answered (recording/pose_keeper.hpp).
+// Requests of users about poses of a room's molecules, and their answers (recording/pose_keeper.hpp).
 #include <algorithm>
 
 #include "server/session/session_hub_impl.hpp"
@@ -16,7 +16,7 @@ std::string rate_text(const net::Rate& rate) {
 
 }  // namespace
 
-/// The answer comes later, by tell_poses().
+/// Starts a request; tell_poses() sends the answer.
 void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientControl& message) {
   const Room& room = connection.seats->room();
   const wire::AskPose& asked = message.ask_pose();
@@ -45,7 +45,8 @@ void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientContro
   }
 }
 
-/// A kept pose is its keeper's, by name. Once that user has left it is everybody's, else a room could fill up for good.
+/// A kept pose belongs to the user name that kept it. After that user has left, everybody may edit it; otherwise a room
+/// could fill up for good.
 std::string SessionHub::Impl::pose_edit_problem(const Connection& connection, const wire::AskPose& asked) const {
   const bool edits = asked.kind() == wire::AskPose::DELETE || asked.kind() == wire::AskPose::RENAME;
   if (!edits || connection.seat.role == UserRole::kOperator) return {};
@@ -76,7 +77,7 @@ void SessionHub::Impl::cancel_minimising(Connection& connection, std::uint32_t r
   send(connection, answer);
 }
 
-/// A disk that hangs, or an evaluation that takes long, does not hold up a stop.
+/// Refuses open requests at a stop, so that a hung disk or a long evaluation does not delay it.
 void SessionHub::Impl::refuse_unanswered_poses() {
   if (settings.poses == nullptr) return;
   tell_poses();

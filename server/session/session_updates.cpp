@@ -1,4 +1,4 @@
-// What rooms have published, sent to their users: by io, and by the room's thread, which helps it.
+// Sends published room updates to their users, on the io thread and on the room's thread that helps it.
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -8,7 +8,8 @@
 namespace tandem::server {
 namespace {
 
-// Io alone sends to fewer users in the time that it takes to share them; it begins so soon where it is awake.
+// Below this number of users, io alone is faster than sharing the work. An awake io thread begins within the time
+// below.
 constexpr std::size_t kWorthHelping = 4;
 constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 
@@ -26,7 +27,7 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 
 }  // namespace
 
-/// What is sent into a TCP connection is io's alone.
+/// Sends a room's update to its users. Only the io thread writes to TCP connections.
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   auto& output = rooms[room]->room().output();
   if (!output.poll()) return;
@@ -44,9 +45,9 @@ void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   }
 }
 
-/// Thread  io, or who helps it: nothing but this connection is changed
+/// Thread  io or the helping thread; changes nothing but this connection
 void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& told, LocalTime now) {
-  // The seat's previous user is not sent his any more.
+  // The seat's previous user is skipped.
   if (told.user[connection.seat.index] != connection.seat.user) return;
   take_room_update(connection, told);
   const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;

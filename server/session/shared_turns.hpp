@@ -1,10 +1,10 @@
-// A loop whose turns two threads take: the one that runs it, and one that has nothing better to do just then.
+// Parallel loop of two threads: the owner, which runs it, and an idle helper.
 //
 //   run():  open ── takes turns ── closes ── waits until no helper is in a turn
 //   help():      sees it open, takes turns
 //
-// A turn is taken by counting up, so each is taken once; a helper says that it is there before it looks again whether the
-// loop is open, so run() never leaves one behind.
+// Each turn is taken by incrementing a counter, so it is taken once. A helper registers itself before it checks again
+// that the loop is open, so run() never leaves one behind.
 #pragma once
 
 #include <atomic>
@@ -15,12 +15,13 @@
 
 namespace tandem::server {
 
-/// Without a lock or an allocation; who waits for the other spins. A turn must not throw: the other would never be told.
+/// Uses no lock and does not allocate; run() spins while it waits for helpers. A turn must not throw: the other thread
+/// would not be notified.
 class SharedTurns {
  public:
   using Turn = std::function<void(std::size_t)>;
 
-  /// Calls `turn` once with each number below `count`, here or in help(), and returns when all have returned.
+  /// Calls `turn` once with each number below `count`, here or in help(). Returns when all calls have returned.
   /// Thread  one
   void run(std::size_t count, const Turn& turn) noexcept {
     turn_ = &turn;
@@ -32,8 +33,8 @@ class SharedTurns {
     while (helpers_.load() > 0) {
     }
   }
-  /// Takes turns of the loop that runs, or begins within `time`.
-  /// Thread  any: run() waits for a turn that is taken here, so none that may be held up
+  /// Takes turns of the open loop; waits up to `time` for it to open.
+  /// Thread  any thread that does not block: run() waits for turns taken here
   void help(Duration time) noexcept {
     const SteadyClock clock;
     const LocalTime until = clock.now() + time;
@@ -50,7 +51,7 @@ class SharedTurns {
     for (std::size_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) (*turn_)(i);
   }
 
-  const Turn* turn_ = nullptr;  ///< these two: of the loop that is open
+  const Turn* turn_ = nullptr;  ///< open loop's, as count_
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::atomic<int> helpers_{0};

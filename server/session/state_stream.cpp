@@ -30,7 +30,7 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   if (input.acknowledged_sent != ServerTime{}) {
     round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
   }
-  // An observer's updates only say that it is there and where; they never reach the world.
+  // An observer's updates only keep the connection alive and show its address; they never reach the world.
   if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);
   }
@@ -41,7 +41,7 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   proto::OwnUpdate own = published.own[seat_.index];
   channel_.count_overwritten(own.step.value);
   unsent_faults_ |= own.tick_faults;
-  // Until its first datagram nobody knows where a user's datagrams should go.
+  // The destination of a user's datagrams is unknown until the first one arrives.
   if (!channel_.has_heard() && !is_stream_) return 0;
   const auto changed = [&](const net::Deadband& deadband, Duration since) {
     return has_changed(deadband, since, own, published.users.size());
@@ -61,8 +61,8 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   return thinned;
 }
 
-// A client without a local model couples to the tool where it was sent to be; one with a model compares it with what
-// was, at that input.
+// A client without a local model couples to the last sent tool pose. A client with a model compares poses at the same
+// input, so the last sent pose is extrapolated.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own,
                               std::size_t users) const {
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;

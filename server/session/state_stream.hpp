@@ -1,4 +1,4 @@
-// The state half of a user's session: between the mailboxes of his room and the datagrams of his connection.
+// State stream of a user's session, between the mailboxes of the room and the datagrams of the connection.
 #pragma once
 
 #include <functional>
@@ -10,10 +10,10 @@
 
 namespace tandem::server {
 
-/// Thread  io; send() also who helps it (SessionHub::help())
+/// Thread  io; send() also on the thread in SessionHub::help()
 class StateStream {
  public:
-  /// Hands over a datagram; false when it could not be sent now.
+  /// Sends a datagram; returns false when it cannot be sent now.
   using Deliver = std::function<bool(std::span<const std::byte>)>;
 
   /// In      seats, counters  must outlive the stream
@@ -21,16 +21,16 @@ class StateStream {
               proto::ChannelCounters& counters);
 
   bool is_for(const proto::DatagramHeader& header) const { return channel_.is_for(header); }
-  /// Client updates that were taken, so far.
+  /// Number of accepted client updates.
   std::uint64_t taken() const { return taken_; }
-  /// A valid handle of a user with a tool has been taken.
+  /// Whether a valid handle of a user with a tool has been accepted.
   bool has_hand() const { return has_hand_; }
-  /// Gives the client update in the datagram to the room, or says why it is dropped.
+  /// Passes the client update in the datagram to the room, or returns the reason for dropping it.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
-  /// From the send of a state to the input that says it has come, less what the client had it for; none: it has said
-  /// nothing of the kind yet.
+  /// Time from sending a state to receiving the input that acknowledges it, less the client's holding time; none before
+  /// the first acknowledgement.
   std::optional<Duration> round_trip() const { return round_trip_; }
-  /// A path message: the number that it says back, or why it is dropped.
+  /// Reads the number returned by a path message, or returns the reason for dropping it.
   proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::uint64_t& number) {
     return channel_.receive_path(header, datagram, number);
@@ -38,10 +38,10 @@ class StateStream {
   std::span<const std::byte> path_challenge(std::uint64_t number, LocalTime now) {
     return channel_.path_message(number, now);
   }
-  /// Sends what the room has published, unless it is suppressed or paced.
+  /// Sends the room's update, unless it is suppressed or paced.
   ///
-  /// In      is_blocked  state goes over TCP, and the connection has not taken all that was sent before
-  /// Out     bodies and users that did not fit into the datagram
+  /// In      is_blocked  state uses TCP, and earlier bytes are still queued
+  /// Out     number of bodies and users that did not fit into the datagram
   std::size_t send(const RoomUpdate& published, bool is_blocked, LocalTime now, const Deliver& deliver);
 
  private:
@@ -57,10 +57,10 @@ class StateStream {
   std::uint64_t taken_ = 0;
   bool has_hand_ = false;
   std::optional<Duration> round_trip_;
-  proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< of the newest client update
-  TickFaults unsent_faults_ = 0;                         ///< of steps that nothing was sent of
-  proto::OwnUpdate sent_;                                ///< last, as published; only where it may suppress the next
-  std::size_t users_sent_ = 0;                           ///< with it
+  proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< mode of the newest client update
+  TickFaults unsent_faults_ = 0;                         ///< faults of steps that were not sent
+  proto::OwnUpdate sent_;                                ///< last sent update as published, if it may suppress the next
+  std::size_t users_sent_ = 0;                           ///< in the same update
 };
 
 }  // namespace tandem::server

@@ -8,9 +8,9 @@
 namespace tandem::server {
 namespace {
 
-/// Drift between two comparisons, and what adjtime(3) slews, is far below it.
+/// Tolerance for drift between two updates; drift and the slew of adjtime(3) are far below it.
 constexpr std::int64_t kDrift_ms = 1000;
-/// The year 9999: beyond it a clock is broken, and sums stay far from overflow.
+/// Year 9999: a later clock is broken, and the limit keeps sums far from overflow.
 constexpr std::uint64_t kLatest_ms = 253'402'300'799'000;
 
 std::int64_t milliseconds(LocalTime now) {

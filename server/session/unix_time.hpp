@@ -1,8 +1,8 @@
-// The time of day by which invitations are valid. Errors of the machine's clock are common: it is set while the server runs, or is
-// wrong for a moment after the machine's start.
+// Time of day for the validity of invitations. Errors of the machine's clock are common: it may be set while the server
+// runs, or be wrong for a moment after the machine's start.
 //
-//   monotonic clock + offset ──▶ at()      the offset follows the wall clock at once where both differ by at most 1 s (drift),
-//                                          and where a larger step has lasted for 10 s
+//   monotonic clock + offset ──▶ at()    the offset follows the wall clock at once if both differ by at most 1 s
+//                                        (drift), and a larger step once it has lasted for 10 s
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace tandem::server {
 
-/// How long the wall clock must stay set to another time until that time is used.
+/// Time for which the wall clock must keep a step before the step is followed.
 inline constexpr Duration kClockHold = std::chrono::seconds(10);
 
 /// Milliseconds since 1970, UTC.
@@ -21,21 +21,21 @@ inline constexpr Duration kClockHold = std::chrono::seconds(10);
 /// Thread  one
 class UnixTime {
  public:
-  /// In      last_ms  time in the run before. The first reading of a wall clock that is behind it counts as a step back
+  /// In      last_ms  time noted in the previous run; a first reading behind it counts as a backward step
   explicit UnixTime(std::uint64_t last_ms = 0) : last_ms_(last_ms) {}
 
-  /// Compares with the wall clock: at least once a second, so that a step back and forth is seen.
+  /// Compares with the wall clock. Call at least once a second, so that a step back and forth is noticed.
   /// Out     the time
   std::uint64_t update(std::uint64_t wall_ms, LocalTime now);
-  /// After the first update().
+  /// Current time; requires an earlier update().
   std::uint64_t at(LocalTime now) const;
-  /// Until the time follows the wall clock; nothing: it does.
+  /// Time left until a step of the wall clock is followed; nothing: there is no pending step.
   std::optional<Duration> follows_in(LocalTime now) const;
 
  private:
   std::uint64_t last_ms_;
-  std::optional<std::int64_t> offset_ms_{};  ///< to the monotonic clock
-  std::optional<std::int64_t> step_ms_{};    ///< likewise of the wall clock, where that differs
+  std::optional<std::int64_t> offset_ms_{};  ///< from the monotonic clock
+  std::optional<std::int64_t> step_ms_{};    ///< pending offset of the wall clock, if it differs
   LocalTime stepped_{};
 };
 

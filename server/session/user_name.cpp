@@ -16,13 +16,13 @@ bool is_between(std::uint32_t code, std::uint32_t first, std::uint32_t last) {
   return code >= first && code <= last;
 }
 
-/// A blank of any width.
+/// Whether the code point is a blank of any width.
 bool is_space(std::uint32_t code) {
   return code == ' ' || code == 0xA0 || code == 0x1680 || is_between(code, 0x2000, 0x200A) || code == 0x202F ||
          code == 0x205F || code == 0x3000;
 }
 
-/// Takes no place, or shows nothing there: two names that differ by it look alike.
+/// Whether the code point has no visible glyph: two names that differ only by it look alike.
 bool is_invisible(std::uint32_t code) {
   return code == 0xAD || code == 0x34F || code == 0x61C || code == 0x115F || code == 0x1160 ||
          is_between(code, 0x17B4, 0x17B5) || is_between(code, 0x180B, 0x180F) || is_between(code, 0x200B, 0x200D) ||
@@ -31,7 +31,7 @@ bool is_invisible(std::uint32_t code) {
          is_between(code, 0x1D173, 0x1D17A) || is_between(code, 0xE0000, 0xE0FFF);
 }
 
-/// As many whole ones as there is place for.
+/// Returns as many whole characters as fit into `most_bytes`.
 std::string first_characters(std::string_view name, std::size_t most_bytes) {
   std::string_view rest = name;
   std::size_t size = 0;
@@ -49,7 +49,7 @@ bool is_acceptable_user_name(std::string_view name) {
   while (!name.empty()) {
     const auto code = net::take_code_point(name);
     if (!code || !net::is_harmless(*code) || is_invisible(*code)) return false;
-    // The blanks but U+0020 look like it: they would give one name twice.
+    // Blanks other than U+0020 look like it, so two names could look equal.
     if (is_space(*code) && (was_space || *code != ' ')) return false;
     was_space = is_space(*code);
   }

@@ -1,4 +1,4 @@
-// Names that people give themselves end up in logs, terminals and windows of other people.
+// User names, which appear in logs, terminals and windows of other people.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace tandem::server {
 
-/// True for 1 to 64 bytes of valid UTF-8 without control, line-breaking, direction-overriding or invisible characters, and
-/// without a space at either end or two in a row.
+/// True for 1 to 64 bytes of valid UTF-8 without control, line-breaking, direction-overriding or invisible characters,
+/// and without a space at either end or two in a row.
 bool is_acceptable_user_name(std::string_view name);
-/// `name`, or with a number where somebody has it: "ada (2)".
+/// Returns `name`, with a number appended if it is taken: "ada (2)".
 std::string name_beside(const std::string& name, const std::vector<std::string>& taken);
 
 }  // namespace tandem::server
