@@ -13,7 +13,7 @@
 namespace tandem::server {
 
 /// Reads a whole file of at most 64 MiB.
-/// In      remedy  text that says what to do if the file is missing; for a data file of Debian it names the package
+/// In      remedy  advice for a missing file; for a data file of Debian the package to install
 /// Fails   std::runtime_error
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy);
 

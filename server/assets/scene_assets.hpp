@@ -106,7 +106,7 @@ class SceneAssets {
   SceneLoading loading_;
   std::vector<wire::MoleculeSource> sources_;
   Duration built_{0};                                                 ///< total build time so far
-  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< by contact_key()
+  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< key: contact_key()
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxDescriptionBytes = 2000;
-constexpr double kMaxContactPoints = 1 << 20U;  // of a room; about 1 KiB each
+constexpr double kMaxContactPoints = 1 << 20U;  // in one room; about 1 KiB each
 constexpr std::uint32_t kDefaultObservers = 4;
 constexpr double kDefaultBounds_m = 10;
 
@@ -35,7 +35,7 @@ void complete(wire::Tool& tool) {
   if (tool.shapes().empty()) tool.add_shapes()->mutable_sphere()->set_radius_m(0.005);
   complete(*tool.mutable_shapes());
   wire::Workspace& workspace = *tool.mutable_workspace();
-  // By default the resting handle coincides with the tool's initial pose.
+  // The default makes the resting handle coincide with the tool's initial pose.
   if (!workspace.has_device_base()) *workspace.mutable_device_base() = tool.placement();
 }
 

@@ -22,10 +22,9 @@ struct LoadedScene {
   wire::Scene description;          ///< every default filled in; file names reduced to base names
   physics::WorldDescription world;  ///< the same scene for the physics: masses, contact shapes, molecules
   std::vector<std::vector<SolidShape>> body_shapes;  ///< parallel to world.bodies
-  std::vector<Vec3>
-      molecule_centres_angstrom;  ///< parallel to world.bodies: origin of the molecule in the frame of its file
-  std::vector<WorkspaceMapping> workspaces;  ///< parallel to world.tools
-  std::vector<SoftModel> soft_bodies;        ///< parallel to description.soft_bodies()
+  std::vector<Vec3> molecule_centres_angstrom;       ///< parallel to world.bodies: molecule's origin in its file
+  std::vector<WorkspaceMapping> workspaces;          ///< parallel to world.tools
+  std::vector<SoftModel> soft_bodies;                ///< parallel to description.soft_bodies()
   std::vector<Asset> assets;
   std::vector<std::string> notes;            ///< for the operator: e.g. atoms whose type was guessed, triangles read
   std::vector<std::string> notes_for_users;  ///< subset of `notes` that is shown to users: guesses, changes, omissions
