@@ -63,7 +63,7 @@ struct EndBlocks {
 
 /// Changes of a residue's block at a chain end.
 struct TerminusEdit {
-  std::vector<BlockAtom> replaced;  ///< by name; if the block lacks the atom ("OXT"), it is added
+  std::vector<BlockAtom> replaced;  ///< atoms of these names; if the block lacks one ("OXT"), it is added
   std::vector<BlockAtom> added;     ///< H1, H2, H3 …
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
@@ -80,7 +80,7 @@ struct ForceField {
   std::string directory;  ///< for messages
   std::map<std::string, AtomType, std::less<>> types;
   std::map<std::string, ResidueBlock, std::less<>> blocks;
-  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< by block
+  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< key: block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH

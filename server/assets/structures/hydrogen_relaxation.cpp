@@ -27,7 +27,7 @@ constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
 constexpr double kGivenHydrogenBondAngstrom = 1.5;  // from a given hydrogen to its atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// Search radius about the carrier of a group: the reach of its hydrogens plus the reach of those of other atoms.
+/// Search radius about the carrier of a group: the reach of its own and of other hydrogens.
 constexpr double kReachAngstrom = 6.5;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;

@@ -19,7 +19,7 @@ struct NetCharge {
   double total_e = 0;
   std::vector<ChainCharge> chains;             ///< in file order
   std::vector<std::string> fractional_chains;  ///< chains whose sum is not whole: "A (+2.38 e)"
-  /// Residues whose charge differs from that of their block. In chains with a fractional sum also residues with a
+  /// Residues whose charge differs from the charge of their block. In chains with a fractional sum also residues with a
   /// fractional charge.
   std::vector<std::string> suspects;
 

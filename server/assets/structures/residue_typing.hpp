@@ -5,7 +5,7 @@
 //   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
 //   2. block        by residue name; HIS, LYS, ASP, GLU by the hydrogens on their atoms; CYS by its disulfide
 //   3. chain ends   by the hydrogens on N and by OXT; without hydrogens the charged end
-//   4. atoms        heavy ones by name; a hydrogen by its heavy atom, whatever its name
+//   4. atoms        heavy ones by name; a hydrogen by its heavy atom, under any name
 //   5. the rest     by element, charge 0, named as guessed
 #pragma once
 
@@ -47,7 +47,7 @@ std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed)
 /// unless the force field is by element.
 TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue);
 
-/// For each residue whether its SG is bonded to that of another.
+/// Returns for each residue whether its SG is bonded to another SG.
 ///
 /// Source  GROMACS's specbond.dat: SG-SG 0.2 nm, and pdb2gmx's tolerance of 10 %
 /// Fails   MoleculeError: more than 20,000 cysteines

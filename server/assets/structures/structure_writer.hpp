@@ -20,7 +20,7 @@ namespace tandem::server {
 /// were not read from the file are not written, nor are charges and radii of a PQR file.
 ///
 /// Source  wwPDB, "PDB file format" 3.30, ATOM, TER and REMARK
-/// In      X_AB     pose of the frame of the ligand's file in that of the receptor's, position [Å]
+/// In      X_AB     pose of the ligand's file frame in the receptor's file frame, position [Å]
 ///         remarks  lines for the user, as REMARK; bytes other than printable ASCII become '?', long lines are divided
 /// Out     coordinates with 3 decimals [Å]
 /// Fails   MoleculeError naming the atom: more atoms and TER than 99,999, more chains than 62, names above 4 letters,
