@@ -1,4 +1,4 @@
-// The results of a study as one HDF5 file, for those who analyse with Python, MATLAB or R.
+// Results of a study as one HDF5 file, for analysis in Python, MATLAB or R.
 //
 //   /trials/0000   attributes: experiment, stage, …, seed, overrides (JSON), outcome, and every metric (NaN: null)
 //   /trials/0000/users/NAME          attributes: the user's own metrics
