@@ -39,7 +39,8 @@ struct EnergyLedger {
 /// Cost    O(ticks)
 EnergyLedger energy_ledger(const SessionTrace& trace);
 
-/// Energy that a display would create if it showed every hand of `truth` the right wrench, but one loop of `trial` late.
+/// Energy that a display would create if it showed every hand of `truth` the right wrench, but late by one loop of
+/// `trial`.
 ///
 /// Model   the greatest rise of Σ_users Σ_j [F(j − n) − F(j)]·(x_{j+1} − x_j), F and x of `truth`
 ///         n  the mean of that user's loop in ticks: from a motion of the hand to the step that uses it, and from a

@@ -19,7 +19,8 @@ constexpr double kMinLoadedTravel_m = 1e-4;
 constexpr double kMinFit = 0.8;  ///< R²
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// Time before and after a step of the reference, plus a round trip, in which a step of the trial is not an error.
+/// Tolerance in time. Steps of the trial are reduced by the largest step of the reference within this time plus a round
+/// trip.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 

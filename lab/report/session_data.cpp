@@ -33,7 +33,7 @@ bool required_boolean(JsonFields& fields, std::string_view name) {
   return fields.boolean(name, false);
 }
 
-/// Reads a number that is null, and becomes NaN, while the client does not know it. `pointer` is the path from the
+/// Reads a number. The client writes null for an unknown value, which becomes NaN. `pointer` is the path from the root.
 /// root.
 double measured(const boost::json::value& root, const std::string& pointer, JsonFields& fields, std::string_view name) {
   boost::json::error_code error;

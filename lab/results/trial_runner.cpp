@@ -95,7 +95,7 @@ struct Job {
   SharedReference* same_stage = nullptr;  ///< often the same run; null if not requested
 };
 
-// Orders numbers as in a row that was read back, so new and reused results give the same bytes.
+// Converts a row to text and back, so new and reused results have the same number types and give the same bytes.
 json::object as_read_back(const json::object& row) {
   return parse_json(pretty_json(row), "a trial's row").get_object();
 }

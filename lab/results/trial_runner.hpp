@@ -21,13 +21,12 @@
 namespace tandem::lab {
 
 struct RunSettings {
-  std::filesystem::path out;        ///< an existing folder
-  std::size_t threads = 1;          ///< 1 or more
-  bool wants_samples = false;       ///< write the time series of every trial …
-  bool samples_lie_in_out = false;  ///< … or of the only trial, in `out` itself
-  bool holds_against_own_stage =
-      true;             ///< also compute TrialView::same_stage metrics, not only those against the truth
-  std::string program;  ///< fingerprint of this program; results of other programs are not reused
+  std::filesystem::path out;            ///< an existing folder
+  std::size_t threads = 1;              ///< 1 or more
+  bool wants_samples = false;           ///< write the time series of every trial …
+  bool samples_lie_in_out = false;      ///< … or of the only trial, in `out` itself
+  bool holds_against_own_stage = true;  ///< also compute the metrics of TrialView::same_stage
+  std::string program;                  ///< fingerprint of this program; results of other programs are not reused
 };
 
 struct TrialResult {

@@ -8,11 +8,14 @@
 namespace tandem::server {
 
 /// Builds a scene in which one tool holds the receptor and one the ligand. Their relative orientation is that of the
-/// files. Along the line of centres they are moved apart to a gap of 8 Å. The function chooses open settings: hydrogens
-/// as given, or built where a file has none; charges with ε = 4r; all pairs up to a million, above that the choice of
-/// choose_field(), whichever molecule is the receptor; a zero area of 1 kT up to a million pairs. The force scale makes
-/// the strongest pull 1 N. The length scale is 10 mm for 1 Å, less where the larger radius of gyration would exceed 80
-/// mm.
+/// files. Along the line of centres they are moved apart to a gap of 8 Å. Open settings get these values:
+///
+///   hydrogens     as given; built where a file has none
+///   charges       ε = 4r
+///   pairs         all up to a million; above that choose_field() decides, whichever molecule is the receptor
+///   zero area     1 kT up to a million pairs
+///   force scale   the strongest pull is 1 N
+///   length scale  10 mm for 1 Å, less where the larger radius of gyration would exceed 80 mm
 ///
 /// In      receptor, ligand  absolute file, chains, hydrogens
 /// Out     a scene to be written to a file; complete_and_check() has not been called

@@ -17,7 +17,7 @@ inline constexpr double kKeptWell = 0.05;
 struct WellCheck {
   double well_kj_per_mol = 0;            ///< least energy of the sum over all pairs on the approach
   double error_kj_per_mol = 0;           ///< largest difference on the approach
-  double reference_cutoff_angstrom = 0;  ///< cut-off of the reference; 0: all pairs. Used for large molecules
+  double reference_cutoff_angstrom = 0;  ///< cut-off of the reference, for large molecules; 0: all pairs
   std::size_t pairs = 0;                 ///< evaluated by the field at contact
 
   bool is_kept() const { return error_kj_per_mol <= -kKeptWell * well_kj_per_mol; }

@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 constexpr int kMaxWaitShare = 10;
 /// Limit of the number of additional files (buffers) of one mesh file.
 constexpr std::size_t kMaxBeside = 64;
-/// Limit of a .gltf whose buffers are looked up. A longer one contains its numbers itself.
+/// Size limit of a .gltf whose buffers are looked up. A longer one contains its numbers itself.
 constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
 /// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but usually a scale is missing.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;

@@ -21,8 +21,8 @@ std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const 
 /// are joined. The extension of `file` selects the format; messages name `file`. Unit and up axis follow the format:
 /// .gltf and .glb metres and y, .dae its asset element, .3ds z. For other formats the unit is that of the file, and z
 /// is up. Buffers of a .gltf are read from its folder or below.
-/// Fails   std::runtime_error: empty, not a mesh, more than a million triangles, a vertex that is not finite, coordinates
-///         whose rounding far from the origin changes the shape, an extension that is not read
+/// Fails   std::runtime_error: empty, not a mesh, more than a million triangles, a vertex that is not finite,
+///         coordinates whose rounding far from the origin changes the shape, an extension that is not read
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
 /// Whether the format states the unit, as .gltf, .glb and .dae do.

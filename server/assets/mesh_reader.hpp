@@ -1,11 +1,12 @@
 // Interface between mesh_file and the program tandem-mesh-reader. Parsers of mesh files trust the sizes that a file
-// declares: 250 bytes that declare two billion vertices made Assimp allocate 19 GB. So each file is parsed by a process of
-// its own, which has bounded memory and time, opens no files, and may crash:
+// declares: 250 bytes that declare two billion vertices made Assimp allocate 19 GB. So each file is parsed by a process
+// of its own, which has bounded memory and time, opens no files, and may crash:
 //
 //   tandem-mesh-reader FORMAT      FORMAT  the file's extension without the dot
-//   standard input                 the file and its additional files (buffers of a .gltf), from a descriptor with a size
-//                                  (fstat()). For each file: u32 length of its name, u32 bytes, the name, the bytes
-//   standard output, exit code 0   kMesh, u32 vertices, u32 triangles, f64 x y z each, i32 a b c each; or kRefusal and text
+//   standard input                 the file and its additional files (buffers of a .gltf), from a descriptor of known
+//                                  size (fstat()). For each file: u32 length of its name, u32 bytes, the name, the bytes
+//   standard output, exit code 0   kMesh, u32 vertices, u32 triangles, f64 x y z each, i32 a b c each; or kRefusal and
+//                                  text
 //   exit code kOutOfMemory         memory above address_space_limit()
 //   SIGXCPU                        processor time above cpu_limit_s()
 #pragma once

@@ -42,7 +42,7 @@ constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
 /// Limit below which a pull does not count as attraction [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
-/// Smallest depth of the least energy below the zero area that leaves something to feel [kT].
+/// Depth that the well must have below the zero area, so something is left to feel [kT].
 constexpr double kFelt_kt = 3;
 
 double extent_angstrom(const Molecule& molecule) {

@@ -27,11 +27,11 @@ std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::
 using ScaleProgress = std::function<void(const std::string& what, double done)>;
 
 /// Fills in the numbers of `field` that are 0, which means "to be found": newtons_per_kcal_per_mol_angstrom,
-/// knee_kcal_per_mol and, with a zero area, minimum_kcal_per_mol. Probes each pair of molecules in two ways. They
-/// approach each other along their centres, in the orientation of their files, and from six sides. They are also drawn
-/// out of their pose in the files, along the easiest of 24 directions, with sideways yielding. The strongest pull of
-/// all probes becomes 1 N. The minimum is the least energy of descents from there and from the pose in the files. A
-/// zero area that would contain all attraction is removed.
+/// knee_kcal_per_mol and, with a zero area, minimum_kcal_per_mol. Probes each pair of molecules in two ways. First they
+/// approach each other along their centres, in the orientation of their files, and from six sides. Then they are drawn
+/// out of their pose in the files along the easiest of 24 directions, with sideways motion free. The strongest pull of
+/// all probes becomes 1 N. The minimum is the least energy of descents from the best approach and from the pose in the
+/// files. A zero area that would contain all attraction is removed.
 ///
 /// In      molecules      positions relative to their own centres
 ///         centres        centre of each molecule in its file [Å]

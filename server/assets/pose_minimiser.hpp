@@ -9,8 +9,8 @@ namespace tandem::server {
 
 /// Descends from a pose; every accepted step lowers the energy.
 ///
-/// Model   Levenberg steps with the 6×6 gradient of exact_field(), at most 0.5 Å at the farthest atom, until no step
-///         gains 1e-6 kcal/mol
+/// Model   Levenberg steps with the 6×6 gradient of exact_field(), at most 0.5 Å of translation and of rotation at the
+///         farthest atom, until no step gains 1e-6 kcal/mol
 class PoseMinimiser {
  public:
   static constexpr int kMaxSteps = 200;

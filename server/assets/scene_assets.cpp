@@ -83,7 +83,7 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
-/// Aborts a build that takes too long. Throwing from the progress callback leaves nothing behind.
+/// Aborts a build that takes too long. Throwing from the progress callback discards the partial result.
 [[noreturn]] void refuse_long_build(Duration allowed, double done) {
   throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
                             " s to be made ready for touch, and this one was done by " +
@@ -91,7 +91,7 @@ auto or_refused(const SceneField& field, const Read& read) {
                             " %: simplify it, give a smaller largest_size_m, or allow more (--build-limit)");
 }
 
-/// Bounds of a mesh with a size that can be divided by; refuses a mesh without.
+/// Bounds of a mesh. Refuses a mesh of size 0, because the size is used as a divisor.
 Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::filesystem::path& file,
                              const SceneField& field) {
   try {

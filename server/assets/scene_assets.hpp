@@ -60,7 +60,7 @@ class SceneAssets {
   /// Contact shape of a mesh, from the cache if possible. An unreadable, damaged or foreign cache entry is built anew.
   /// A cache that cannot be written causes a note, not an error. Offers the shape to clients and writes its hash into
   /// `message`.
-  /// Fails   as make_contact_mesh(); MeshError: the shapes of the scene take longer than SceneLoading::max_build
+  /// Fails   like make_contact_mesh(); MeshError: the shapes of the scene take longer than SceneLoading::max_build
   std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
   /// Offers the triangles of `mesh`, as load_mesh() returned it, and its drawings; writes their hash into `message`. A
   /// mesh with more triangles than a client accepts causes a note instead.
@@ -90,8 +90,8 @@ class SceneAssets {
 
   const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name,
                             bool is_coarse);
-  /// Offers a coarse contact asset, which clients touch until they have `fine`, unless it is more than a quarter of its
-  /// size.
+  /// Offers a coarse contact asset, which clients touch until they have `fine`, unless it is larger than a quarter of
+  /// `fine`.
   void add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message, const Contact& fine);
   /// Reads the bytes of a file and keeps them as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,

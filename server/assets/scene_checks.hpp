@@ -15,7 +15,7 @@ inline constexpr const char* kDefaultDielectric = "4r";
 /// Fills in every default of `scene` and refuses the first invalid field. The ranges of single numbers
 /// (proto/scene_ranges.hpp) are checked first, then conditions between fields.
 ///
-/// In      scene  as parsed; its file names are not changed
+/// In      scene  result of the parser; its file names are not changed
 /// Fails   SceneError
 void complete_and_check(wire::Scene& scene, const SceneField& file);
 

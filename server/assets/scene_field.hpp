@@ -31,7 +31,7 @@ class SceneField {
   const std::string& name() const { return field_; }
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
-  /// Refuses a number outside [low, high], limits that depend on other fields. `demand` describes the valid range in
+  /// Refuses a number outside [low, high]. These limits depend on other fields; `demand` describes them in words.
   /// words.
   void require_within(double value, double low, double high, const std::string& demand) const;
 

@@ -20,8 +20,9 @@ namespace tandem::server {
 ///         contact    object without contact: spring k along n, linearised at the depth d. The force is zero at the
 ///                    surface and beyond, see soft_wrench(). Object with a force below k d: the wrench of the step,
 ///                    with a stiffness between the two, because a first touch of a few samples gives no reliable one
-/// Limits  the surface is a plane; no friction before the touch; a body that gives way as a whole feels too stiff; an
-///         object that approaches in less than kSteps soft steps (0.25 s), or while others are pressed, is not predicted
+/// Limits  the surface is a plane; no friction before the touch; a body that gives way as a whole feels too stiff;
+///         an object that approaches in less than kSteps soft steps (0.25 s), or while others are pressed, is not
+///         predicted
 class PredictedSoftContact {
  public:
   /// Distance below which an object is observed.

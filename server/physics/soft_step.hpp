@@ -51,7 +51,7 @@ struct SoftReaction {
 ///
 /// Model   a sample p of the surface at depth d inside an object is moved onto its surface: λ = d / w, w = Σ bᵢ² / mᵢ,
 ///         Δxᵢ = bᵢ λ n / mᵢ. The object gets the impulse −λ n / h at p, so each correction conserves momentum.
-///         Friction pulls p along the surface towards its position if it had stuck to the object since the start of the
+///         Friction pulls p along the surface towards the position of sticking to the object since the start of the
 ///         step; the sum is at most μ Σ λ. Objects move from pose to pose during the first half of the sweeps, so thin
 ///         or fast objects do not jump over the surface. The second half finds the equilibrium.
 /// Limit   soft bodies do not collide with each other or with themselves

@@ -15,7 +15,7 @@ namespace tandem::server {
 ///
 /// Model   δx of every node is a 3×6 matrix, initially 0 (the prediction does not depend on X), as are the sums of each
 ///         contact. Bullet moves a link along Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)); it is differentiated at its
-///         position then, so the sweep over the links is repeated. δm = s [1, −r×] − δp is the lead of the object's
+///         position in that sweep, so the sweep is repeated. δm = s [1, −r×] − δp is the lead of the object's
 ///         surface over the sample (s: the share of the object's motion done by then). A pressing contact gives
 ///           δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p.
 ///         With P = 1 − n nᵀ, sticking friction F gives δF = δF + P δm / w =: δG. Friction that slides along t, with

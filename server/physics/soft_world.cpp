@@ -185,7 +185,7 @@ struct SoftWorld::Impl {
     }
   }
 
-  /// The room does not wait: a late result is taken in a later step. With waits_for_worker it waits.
+  /// Takes no time unless waits_for_worker is set: a late result is taken in a later step.
   bool is_ready() {
     if (!worker.joinable() || is_done.load(std::memory_order_acquire)) return true;
     if (!std::exchange(is_known_late, true)) late.fetch_add(1, std::memory_order_relaxed);

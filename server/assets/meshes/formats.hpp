@@ -1,5 +1,5 @@
-// Readers of mesh formats that are lists of vertices and faces. Assimp does not serve here: it reads coordinates in
-// single precision. In .ply and .off it also skips faces and uses wrong vertices without a message.
+// Readers of mesh formats that are lists of vertices and faces. Assimp is not used for them, because it reads
+// coordinates in single precision. In .ply and .off it also skips faces and uses wrong vertices without a message.
 //
 // The bytes may be hostile: the file's length bounds the memory, and deviations from the format are refused.
 #pragma once

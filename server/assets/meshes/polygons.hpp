@@ -47,8 +47,8 @@ struct Extent {
 };
 Extent extent_of(const Polygons& mesh);
 
-/// Fails   Refusal: an index beyond the last vertex; a coordinate that is not finite; coordinates so far from the origin
-///         that their rounding changes the shape
+/// Fails   Refusal: an index beyond the last vertex; a coordinate that is not finite; coordinates so far from the
+///         origin that their rounding changes the shape
 void check(const Polygons& mesh);
 
 }  // namespace tandem::server::mesh_reader

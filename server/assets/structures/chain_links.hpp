@@ -30,7 +30,7 @@ struct ChainLink {
 ///         apart
 std::vector<ChainLink> chain_links(const std::vector<PdbResidue>& residues);
 
-/// Null: the residue has no atom of that name.
+/// Returns null if the residue has no atom of that name.
 const PdbAtom* find_atom(const PdbResidue& residue, std::string_view name);
 
 }  // namespace tandem::server

@@ -35,10 +35,13 @@ struct ElementClues {
 
 /// Returns the symbol in upper case; "X" if no element is found. Deuterium and tritium count as hydrogen.
 ///
-/// The rules apply in this order: a lone ion, whose atom and residue have the same name; the stated element; the
-/// columns of the name, where an element's symbol ends in the second; symbols that no atom name of another element
-/// begins with (CL, BR, ZN …); the first letter. In amino acids and nucleotides the only element with two letters is
-/// selenium. There the first letter of the name overrides any statement.
+/// In standard residues (is_standard_residue()) only the first letter of the name counts, except for selenium in MSE:
+/// they have no other element of two letters. Elsewhere the first rule that applies decides:
+///   1. a lone ion, whose atom and residue have the same name
+///   2. the stated element
+///   3. the columns of the name, where an element's symbol ends in the second
+///   4. symbols that begin no atom name of another element (CL, BR, ZN …)
+///   5. the first letter
 std::string element_of(const ElementClues& clues);
 
 /// The twenty amino acids and their protonation variants, nucleotides, water.

@@ -17,7 +17,7 @@ inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff"
 /// Name that stands for built-in parameters by element, which need no folder.
 inline constexpr const char* kBuiltInForceField = "built-in";
 
-/// The only force field whose types include united atoms and its own types for substitutes by element.
+/// OPLS-AA, the only force field with united atoms, and with substitutes by element among its own types.
 inline constexpr std::string_view kOplsName = "oplsaa";
 inline constexpr std::string_view kElementPrefix = "element ";
 

@@ -31,7 +31,7 @@ constexpr double kMaxCovalentBondAngstrom = 2.6;
 constexpr double kReachAngstrom = 6.5;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
-/// Moves below these end a search; they are far below the resolution of coordinates in files.
+/// Displacements below these end a search; they are far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
 constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // kJ/mol

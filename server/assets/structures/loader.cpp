@@ -128,8 +128,8 @@ class Loader {
     add(united, typed);
   }
 
-  /// Adds a residue of no chain. Water and ions are typed by their blocks if all atoms are present: without its
-  /// hydrogens, water does not have the charge of its oxygen. Others are typed by their elements.
+  /// Adds a residue of no chain. Water and ions are typed by their blocks if all atoms are present: a water without
+  /// hydrogens must not get the charge of an oxygen with two. Others are typed by their elements.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});

@@ -56,8 +56,8 @@ struct StructureSource {
 ///
 /// In      beside  other structures in the same frame, such as the other file of a complex; built hydrogens avoid their
 ///         atoms too. Their order and number do not affect anything else
-/// Source  the parameter files of `force_field_directory` (load_force_field(); GROMACS: ffnonbonded.itp, aminoacids.rtp, …),
-///         read at run time: of OPLS-AA, Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
+/// Source  the parameter files of `force_field_directory` (load_force_field(); GROMACS: ffnonbonded.itp,
+///         aminoacids.rtp, …), read at run time: of OPLS-AA, Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: file missing or damaged; no atoms left; two atoms at one position; chain or residue missing
 ///         (names the existing ones); force field missing (names the Debian package) or with a combination rule other
 ///         than arithmetic or geometric; hydrogens other than given with kBuiltInForceField; united with any force

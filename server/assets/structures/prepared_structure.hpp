@@ -34,8 +34,8 @@ PreparedStructure read_residues(const std::filesystem::path& structure, const Fo
 /// Chooses histidines and chain ends, and builds hydrogens and ends. It processes all chains, selected or not:
 /// disulfides and the hydrogens of a residue depend on other chains.
 ///
-/// Fails   MoleculeError, naming `source`: alpha carbons only; hydrogens that this force field cannot build; more cysteines than
-///         find_disulfides() takes
+/// Fails   MoleculeError, naming `source`: alpha carbons only; hydrogens that this force field cannot build; more
+///         cysteines than find_disulfides() allows
 void complete_residues(PreparedStructure& structure, const ForceField& force_field, Hydrogens hydrogens,
                        const StructureSelection& selection, const std::string& source);
 

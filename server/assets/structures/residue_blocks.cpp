@@ -199,8 +199,8 @@ Composition composition_of(const ForceField& force_field, const ResidueBlock& bl
 }
 
 /// Special block of a chain end, as AMBER's force fields have: charged ends of amino acids ("NALA", "CALA"),
-/// nucleotides without a phosphate and at the 3' end ("DA5", "DA3", "DAN"). A residue that is both ends gets the N
-/// terminus. Null if there is no such block.
+/// nucleotides without a phosphate and at the 3' end ("DA5", "DA3", "DAN"). A residue that is both ends gets the block
+/// of the N terminus if there is none for both. Null if there is no such block.
 const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, bool is_first, bool is_last) {
   const auto found = force_field.end_blocks.find(block.name);
   if (found == force_field.end_blocks.end() || (!is_first && !is_last)) return nullptr;

@@ -14,7 +14,7 @@
 namespace tandem::server {
 
 struct PdbAtom {
-  std::string name;     ///< as in the file: "CA", "1HB"
+  std::string name;     ///< name in the file: "CA", "1HB"
   std::string element;  ///< see element_of()
   Vec3 position_angstrom = Vec3::Zero();
   std::optional<double> charge_e;         ///< if the format has one: PQR and PDBQT
@@ -69,7 +69,7 @@ class ResidueCollector {
     PdbAtom atom;
     char alternate = ' ';
   };
-  /// One residue name at one place.
+  /// Atoms of one residue name at one place, which is a chain and a residue number.
   struct OpenResidue {
     PdbResidue residue;
     std::vector<Record> records;
@@ -88,7 +88,7 @@ class ResidueCollector {
 
   std::size_t atoms_ = 0;
   std::vector<OpenResidue> open_;
-  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< the latest residue there
+  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< latest residue of each place
   PdbStructure structure_;
 };
 

@@ -1,4 +1,4 @@
-// The PQR format of PDB2PQR and APBS: atoms with a charge and a radius of their own, in columns divided by blanks.
+// The PQR format of PDB2PQR and APBS: atoms with their own charge and radius, in columns separated by blanks.
 #pragma once
 
 #include <string>
