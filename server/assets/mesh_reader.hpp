@@ -4,7 +4,7 @@
 //
 //   tandem-mesh-reader FORMAT      FORMAT  the file's extension without the dot
 //   standard input                 the file and its additional files (buffers of a .gltf), from a descriptor of known
-//                                  size (fstat()). For each file: u32 length of its name, u32 bytes, the name, the bytes
+//                                  size (fstat()). For each: u32 length of its name, u32 bytes, the name, the bytes
 //   standard output, exit code 0   kMesh, u32 vertices, u32 triangles, f64 x y z each, i32 a b c each; or kRefusal and
 //                                  text
 //   exit code kOutOfMemory         memory above address_space_limit()

@@ -14,8 +14,8 @@ namespace tandem::server {
 /// Positions of a residue's atoms, by the force field's names [Å].
 using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 
-/// Positions of the hydrogens of a rule. Empty if an atom of the rule is missing or not bonded, if the atoms are
-/// collinear and define no plane, or if proteins and nucleic acids do not have the rule.
+/// Positions of the hydrogens of a rule. Empty if an atom of the rule is missing or not bonded, or if the atoms are
+/// collinear and define no plane. Also empty for a rule that proteins and nucleic acids do not have.
 ///
 /// Model   1.0 Å from their atom i, as the rules of aminoacids.hdb say. With neighbours j, k, l of i: kinds 1 and 5
 ///         away from their mean; 6 two in the plane across j-i-k, 109.5° apart; 2 and 4 at 109.5° to i-j, first trans
