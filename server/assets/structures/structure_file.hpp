@@ -17,9 +17,9 @@ namespace tandem::server {
 /// Fails   MoleculeError naming the file: missing, too large, damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);
 
-/// Selection of residues by entries. "A" selects the amino acids of chain A. "A/478" selects the residues of number 478
-/// in chain A, of any kind. "/HOH" selects the residues of that name in all chains. "A/*" and "/*" select all residues.
-/// Without entries the amino acids of all chains are selected.
+/// Selection of residues by entries. "A" selects the amino acids of chain A. "A/478" selects the residues of chain A
+/// with the name 478, of any kind, and "/HOH" those with the name HOH in all chains. "A/*" selects all residues of
+/// chain A, and "/*" those of all chains. Without entries the amino acids of all chains are selected.
 struct StructureSelection {
   std::vector<std::string> entries;
 

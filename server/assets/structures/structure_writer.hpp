@@ -15,9 +15,9 @@ namespace tandem::server {
 /// Returns both molecules as one structure that the readers can read: every atom with name, element, residue, chain and
 /// coordinates. The receptor keeps the coordinates of its file, so a viewer shows the complex on top of the original.
 ///
-/// A chain of the ligand gets a free letter if the receptor has it too, or if it has no name. Remarks state the letters
-/// and the pose. ATOM: residues with N, CA and C, and nucleotides; all others HETATM. TER after each chain. Atoms that
-/// were not read from the file are not written, nor are charges and radii of a PQR file.
+/// A chain without a name gets a free letter, as does a chain of the ligand that the receptor has too. Remarks state the
+/// letters and the pose. ATOM: residues with N, CA and C, and nucleotides; all others HETATM. TER after each chain. Parts
+/// of the files that were not loaded are left out, as are charges and radii of a PQR file.
 ///
 /// Source  wwPDB, "PDB file format" 3.30, ATOM, TER and REMARK
 /// In      X_AB     pose of the ligand's file frame in the receptor's file frame, position [Å]
