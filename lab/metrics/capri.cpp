@@ -16,7 +16,8 @@ using ResiduePairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 constexpr std::array<std::string_view, 4> kAminoAcidBackbone{"N", "CA", "C", "O"};
 constexpr std::array<std::string_view, 6> kNucleotideBackbone{"P", "O5'", "C5'", "C4'", "C3'", "O3'"};
-/// An amino acid has the first three atoms of its backbone, a nucleotide the last four: its first may lack the phosphate.
+/// Atoms that identify an amino acid (the first three of its backbone) or a nucleotide (the last four: its first
+/// residue may lack the phosphate).
 constexpr std::span kAminoAcidMarks = std::span(kAminoAcidBackbone).first<3>();
 constexpr std::span kNucleotideMarks = std::span(kNucleotideBackbone).last<4>();
 
@@ -32,7 +33,7 @@ std::vector<std::size_t> heavy_atoms(const Molecule& molecule) {
   return atoms;
 }
 
-/// The number of each atom's residue.
+/// Index of the residue of each atom.
 std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   const std::vector<std::size_t> starts = docking::residue_starts(molecule);
   std::vector<std::size_t> residues(molecule.size());
@@ -42,7 +43,7 @@ std::vector<std::size_t> residues_of_atoms(const Molecule& molecule) {
   return residues;
 }
 
-/// Those of `atoms`, all of one residue, whose name is one of `names`.
+/// Atoms of `atoms`, all of one residue, with a name in `names`.
 std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const std::size_t> atoms,
                                       std::span<const std::string_view> names) {
   std::vector<std::size_t> found;
@@ -52,7 +53,7 @@ std::vector<std::size_t> atoms_called(const Molecule& molecule, std::span<const 
   return found;
 }
 
-/// The atoms of a residue that the interface RMSD counts. In: all its heavy atoms.
+/// Atoms of a residue that the interface RMSD counts. In: all its heavy atoms.
 std::vector<std::size_t> backbone_or_all(const Molecule& molecule, const std::vector<std::size_t>& atoms) {
   const auto has_all = [&](std::span<const std::string_view> names) {
     return atoms_called(molecule, atoms, names).size() >= names.size();

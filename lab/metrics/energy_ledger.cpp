@@ -11,7 +11,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Work on one user's hand, summed up to each tick.
+/// Work on one user's hand, cumulative at each tick.
 struct HandWork {
   explicit HandWork(const UserTrace& user) {
     asked_j.reserve(user.ticks.size());
@@ -34,7 +34,7 @@ struct HandWork {
   double withheld_j = 0;
 };
 
-/// What a user's part of E is from a time on.
+/// Contribution of a user to E from a time on.
 struct Share {
   Duration time{0};
   std::size_t user = 0;
@@ -52,7 +52,7 @@ void add_shares(const UserTrace& user, std::size_t index, const HandWork& work, 
   for (const AnsweredInput& answer : user.answered) shares.push_back({answer.time, index, sum_j(answer) - before_j});
 }
 
-/// The greatest rise of a series within a window, given sample by sample.
+/// Maximum rise of a series within a window, computed incrementally.
 class GreatestRise {
  public:
   explicit GreatestRise(Duration window) : window_(window) {}
@@ -66,11 +66,12 @@ class GreatestRise {
 
  private:
   Duration window_;
-  std::deque<std::pair<Duration, double>> rising_;  ///< candidates for the least in the window: later ones are greater
+  std::deque<std::pair<Duration, double>> rising_;  ///< candidates for the minimum in the window, with ascending values
   double greatest_ = 0;
 };
 
-/// From a hand's motion to the step that uses it, and from a step to the hand: means over the trial.
+/// Duration of a user's loop in ticks, the sum of two means over the trial: from a motion of the hand to the step that
+/// uses it, and from a step to the hand.
 std::size_t loop_ticks(const UserTrace& user) {
   if (user.ticks.empty() || user.answered.empty()) return 0;
   double way_s = 0, age_s = 0;

@@ -1,4 +1,5 @@
-// Whether a trial made energy: what hands got against what the server's world gave for the same inputs.
+// Energy that a trial created: energy received by the hands minus energy given by the server's world for the same
+// inputs.
 #pragma once
 
 #include <vector>
@@ -9,40 +10,43 @@ namespace tandem::lab {
 
 /// Energies in world joules.
 struct EnergyLedger {
-  double created_max_j = 0;          ///< the greatest of E(t); 0 or more, for E(0) = 0
-  double created_in_100_ms_j = 0;    ///< the greatest rise of E(t) within so long
-  double created_in_1_s_j = 0;       ///< likewise
-  std::vector<double> hand_ports_j;  ///< of each user at the end: work done on the hand, less than 0 when it gave
-  /// Work that ramp, decay in silence, slew limit and clamp left out; in E, not in the ports.
+  double created_max_j = 0;          ///< maximum of E(t); 0 or more, since E(0) = 0
+  double created_in_100_ms_j = 0;    ///< maximum rise of E(t) within 100 ms
+  double created_in_1_s_j = 0;       ///< maximum rise of E(t) within 1 s
+  std::vector<double> hand_ports_j;  ///< for each user at the end: work done on the hand; negative if it gave energy
+  /// Work that ramp, decay in silence, slew limit and clamp removed; included in E, not in the ports.
   double withheld_by_safety_j = 0;
 };
 
-/// Balances a trial.
+/// Computes the energy balance of a trial.
 ///
 /// Model   E(t) = Σ_users [W(k(t)) + T(t)]
-///         k(t)  the input that the server's world had used by then
-///         W(k)  Σ_{j<k} F_j·(x_{j+1} − x_j), F_j the wrench asked for at tick j, after the passivity controller, held
-///               until the next; x the true pose of the hand. What safety stages and clamp leave out of it is a line of
-///               its own: else a hand that leans on a wall through a silence would seem to be given what it sank in by
-///         T(t)  what the user's coupling at the server has put into the world, less what it took from there, with
-///               what its spring holds
-///         Both are of the same inputs, so nothing is on its way between them. The server's world makes nothing by
-///         itself (tests of common/physics), so E > 0 means that hands got more than anything gave: from sampling, from
-///         delay, from prediction, or from a model that is not the server's world. A force that is wrong where it is felt
-///         counts with its sign, whether a hand gets it back later or not.
+///         k(t)  the last input that the server's world had used at t
+///         W(k)  Σ_{j<k} F_j·(x_{j+1} − x_j). F_j is the wrench requested at tick j, after the passivity controller,
+///               held until the next tick; x is the true pose of the hand. The part that safety stages and clamp
+///               remove is a separate sum: else a hand that leans on a wall through a silence would seem to receive
+///               the energy of sinking in
+///         T(t)  energy that the user's coupling at the server has put into the world, less the energy that it took
+///               from there, plus the energy stored in its spring
+///         Both terms are for the same inputs, so no energy is in transit between them. The server's world creates no
+///         energy (tests of common/physics). So E > 0 means that the hands got more energy than anything gave, by
+///         sampling, delay, prediction, or a model that differs from the server's world. An erroneous force counts
+///         with its sign, whether the hand recovers the energy later or not.
 /// Source  the two-port observer of Ryu, Artigas, Preusche, "A passive bilateral control scheme for a teleoperator with
-///         time-varying communication delay", Mechatronics 20(7), 2010; with the sum over the held force, for the
-///         backward sum hides what sampling creates
-/// Limits  what the coupling's damper takes at the server covers as much that is made
+///         time-varying communication delay", Mechatronics 20(7), 2010; with the sum over the held force, because the
+///         backward sum hides the energy that sampling creates
+/// Limits  energy dissipated by the coupling's damper at the server hides an equal amount of created energy
 /// Cost    O(ticks)
 EnergyLedger energy_ledger(const SessionTrace& trace);
 
-/// What a display would make that shows every hand of `truth` the right wrench, but one loop of `trial` late.
+/// Energy that a display would create if it showed every hand of `truth` the right wrench, but late by one loop of
+/// `trial`.
 ///
 /// Model   the greatest rise of Σ_users Σ_j [F(j − n) − F(j)]·(x_{j+1} − x_j), F and x of `truth`
-///         n  the mean of that user's loop in ticks: from a hand's motion to the step that uses it, and from a step to the hand
-/// Source  δF v τ, summed along the path: the energy of a force that errs by what it changes within τ
-/// Limits  what a local model foresees of its own hand is counted as if it came late
+///         n  the mean of that user's loop in ticks: from a motion of the hand to the step that uses it, and from a
+///            step to the hand
+/// Source  δF v τ, summed along the path: the energy of a force with the error of its change within τ
+/// Limits  motion of the own hand that a local model predicts also counts as late
 /// Out     world joules; 0 or more
 double late_energy_j(const SessionTrace& truth, const SessionTrace& trial);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
-constexpr std::size_t kStride = 10;  ///< ticks between rows: 100 Hz for movements of up to 5 Hz
+constexpr std::size_t kStride = 10;  ///< ticks between rows: 100 Hz, for movements of up to 5 Hz
 constexpr std::size_t kLag = 20;     ///< rows: 0.2 s
 constexpr std::size_t kMinRows = 200;
 constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< RMS
@@ -20,13 +20,13 @@ constexpr double kNormal95 = 1.96;
 
 using Row = Eigen::Vector3d;  ///< a, v, x of one axis
 
-/// One axis' rows in time, without their means: that is its offset.
+/// Rows of one axis in time. Their means are subtracted, which removes the offset.
 struct AxisSeries {
   std::vector<Row> rows;
   std::vector<double> force;
 };
 
-/// First and last tick of the phase that count; empty when it is not there.
+/// First and last tick of the phase that count; empty if the phase does not occur.
 struct FittedRange {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -74,7 +74,7 @@ AxisSeries axis_series(const UserTrace& user, const FittedRange& range, int axis
   return series;
 }
 
-/// Σ x_t u_t u_s x_sᵀ over rows at most kLag apart, with Bartlett's weights.
+/// Σ x_t u_t u_s x_sᵀ over rows at most kLag apart, with Bartlett weights.
 Eigen::Matrix3d newey_west(const AxisSeries& axis, const Row& fit) {
   std::vector<Row> scores;
   for (std::size_t i = 0; i < axis.rows.size(); ++i) {
@@ -107,7 +107,7 @@ FeltMass felt_mass(const UserTrace& user) {
   const std::size_t rows = axes.front().rows.size();
   const double acceleration_rms = std::sqrt(gram(0, 0) / static_cast<double>(std::max<std::size_t>(rows, 1)));
   if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kUndefined, kUndefined};
-  // a, v and x differ by orders of magnitude: solved in units in which each has length one.
+  // a, v and x differ by orders of magnitude, so the system is scaled to columns of length one.
   const Row scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();
   const Eigen::Matrix3d inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();

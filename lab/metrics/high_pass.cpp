@@ -32,7 +32,7 @@ std::vector<double> high_passed(std::span<const double> samples, double rate_hz,
   if (result.empty()) return result;
   const double omega = std::tan(std::numbers::pi * corner_hz / rate_hz);
   for (int k = 0; k < kSections; ++k) {
-    // Poles of the Butterworth filter lie on a half circle, in pairs at these angles to the real axis.
+    // The poles of a Butterworth filter are on a half circle, in pairs at these angles to the real axis.
     filter_section(result, omega, std::cos(std::numbers::pi * (2 * k + 1) / (4 * kSections)));
   }
   return result;

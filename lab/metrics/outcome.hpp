@@ -1,4 +1,4 @@
-// Whether a trial did what it was to do.
+// Outcome of a trial: whether it fulfilled its task.
 #pragma once
 
 #include <string>
@@ -7,12 +7,13 @@
 
 namespace tandem::lab {
 
-/// A user who is shown less of the reference's force than this, in the phases in contact, does not feel it.
+/// Least share of the reference's contact force that counts as felt, in the phases in contact.
 inline constexpr double kMinForceRatio = 0.5;
 
-/// "completed"; "lost": a user lost its connection. With a rule also "never-lifted": the body never got as high as it
-/// should; "dropped": it was not that high at some instant of the rule's phase; or "missed": it did not end where it
-/// should. "weak": none of these, but a user's contact_force_ratio is below kMinForceRatio: no force is calm, too.
+/// Returns "completed", or "lost" if a user lost its connection. A rule also gives "never-lifted": the body did not
+/// reach the required height; "dropped": it was below that height at some time in the rule's phase; "missed": it did
+/// not end at the required position. "weak": none of these, but the contact_force_ratio of a user is below
+/// kMinForceRatio. Without this a zero force would count as calm.
 std::string outcome_of(const TrialView& view);
 
 }  // namespace tandem::lab

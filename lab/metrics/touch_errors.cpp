@@ -11,19 +11,20 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGhostForce_n = 0.2;  ///< felt, where …
-constexpr double kNoForce_n = 0.05;    ///< … the run at zero delay has next to none
+constexpr double kGhostForce_n = 0.2;  ///< force that is felt …
+constexpr double kNoForce_n = 0.05;    ///< … where the run at zero delay has almost none
 constexpr double kMinPeakForce_n = 0.5;
-constexpr double kMinPeakTorque_n_m = 0.01;  ///< what that force is at 2 cm
+constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of that force at 2 cm
 constexpr double kMinLoadedTravel_m = 1e-4;
 constexpr double kMinFit = 0.8;  ///< R²
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// A step of the reference excuses one of the trial so long before and after it, and a round trip more.
+/// Tolerance in time. Steps of the trial are reduced by the largest step of the reference within this time plus a round
+/// trip.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 
-/// Mean of `value` of the ticks that `counts` lets through; NaN when there are none.
+/// Mean of `value` over the ticks for which `counts` is true; NaN if there are none.
 template <class Counts, class Value>
 double mean_over(const std::vector<TickSample>& ticks, const Counts& counts, const Value& value) {
   double sum = 0;
@@ -49,7 +50,8 @@ bool is_any_tick(const TickSample& /*tick*/) {
 
 using Quantity = Vec3 (*)(const TickSample& tick);
 
-/// RMS of the difference from `other` at the same time since the hands started; what has ended stays as it was.
+/// RMS of the difference from `other` at equal times since the start of the hands. A trace that has ended keeps its
+/// last value.
 template <class Counts>
 double rms_difference(const UserTrace& user, const UserTrace& other, const Counts& counts, Quantity of) {
   if (other.ticks.empty()) return kUndefined;
@@ -81,7 +83,7 @@ double free_force_rms_n(const UserTrace& user) {
       [&](std::size_t k) { return user.ticks[k].displayed_D.f.squaredNorm(); }));
 }
 
-/// Whether ticks of a phase are in contact; see contact_phases().
+/// Whether a tick's phase is in contact; see contact_phases().
 struct InContact {
   explicit InContact(const UserView& view) : phases(contact_phases(view)) {}
   bool operator()(const TickSample& tick) const {
@@ -94,7 +96,7 @@ double contact_force(const UserTrace& user, const InContact& in_contact) {
   return mean_over(user.ticks, in_contact, [&](std::size_t k) { return displayed_force_n(user.ticks[k]); });
 }
 
-/// Slope of force against the hand's position along a direction [N/m].
+/// Slope of force over hand position along a direction [N/m].
 struct Slope {
   double n_per_m = kUndefined;
   double fit = 0;  ///< R²
@@ -120,7 +122,7 @@ Slope felt_slope(const UserTrace& user, const InContact& in_contact, const Vec3&
   return {xf / xx, xf * xf / (xx * ff), std::sqrt(xx)};
 }
 
-/// The change of a quantity before the slew limit, per millisecond, tick by tick.
+/// Change of a quantity before the slew limit, per millisecond, for each tick.
 std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
   std::vector<double> steps(user.ticks.size(), 0.0);
   for (std::size_t k = 1; k < user.ticks.size(); ++k) {
@@ -131,7 +133,7 @@ std::vector<double> steps_per_ms(const UserTrace& user, Quantity of) {
   return steps;
 }
 
-/// The greatest of `values` no farther than `reach` elements away, of each element.
+/// For each element the maximum of `values` at most `reach` elements away.
 std::vector<double> greatest_around(const std::vector<double>& values, std::size_t reach) {
   std::vector<double> result(values.size());
   std::deque<std::size_t> falling;  // candidates: later ones are smaller

@@ -1,4 +1,4 @@
-// How far the touch of a trial is from the truth: the same hands at zero delay on the server's own touch.
+// Errors of the touch in a trial, relative to the truth: the same hands at zero delay on the server's own touch.
 #pragma once
 
 #include <vector>
@@ -7,17 +7,16 @@
 
 namespace tandem::lab {
 
-/// After a silence of so long the force has to fall.
+/// Duration of a silence after which the force has to fall.
 inline constexpr double kLongSilence_ms = 110;
 
-/// Phases of a hand's path in which it is in contact: those, except the ways there and back ("approach", "move",
-/// "retreat"), in which the displayed force of the reference (without one: this run's) is kContactForce_n or more on
-/// average.
+/// Returns which phases of a hand's path are in contact. These are all phases except "approach", "move" and "retreat"
+/// with a mean displayed force of kContactForce_n or more in the reference. Without a reference this run is used.
 inline constexpr double kContactForce_n = 0.1;
 std::vector<bool> contact_phases(const UserView& view);
 
-// Metrics of one user; the table in trial_metrics.cpp defines them. NaN without a reference, or where they have no
-// meaning.
+// Metrics of one user, defined in the table in trial_metrics.cpp. NaN without a reference, or where the metric is
+// undefined.
 double free_drag_rms_n(const UserView& view);
 double contact_force_mean_n(const UserView& view);
 double contact_force_ratio(const UserView& view);

@@ -15,9 +15,9 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kMinExchange_j = 0.020;  ///< below this a share of what was exchanged says nothing
+constexpr double kMinExchange_j = 0.020;  ///< minimum of the exchanged energy for which a share of it is meaningful
 
-// Metrics of one user's trace alone, by their names in metrics.cpp.
+// Metrics of one user's trace alone, under their names in metrics.cpp.
 constexpr char kHoldSpeed[] = "hold_speed_rms_m_per_s";
 constexpr char kHoldTurnRate[] = "hold_turn_rate_rms_rad_per_s";
 constexpr char kHoldForce[] = "hold_force_mean_n";
@@ -77,7 +77,7 @@ double energy_of_late_display_j(const TrialView& view) {
   return view.reference != nullptr ? late_energy_j(*view.reference, view.trace) : kUndefined;
 }
 
-/// Where a user saw the watched body at `time`, straight between ticks. `from` is where the search begins.
+/// Position of the watched body in a user's view at `time`, interpolated between ticks. The search starts at `from`.
 std::optional<Vec3> view_at(const UserTrace& user, Duration time, std::size_t& from) {
   while (from + 1 < user.ticks.size() && user.ticks[from + 1].time <= time) ++from;
   if (from + 1 >= user.ticks.size()) return std::nullopt;

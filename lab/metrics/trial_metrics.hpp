@@ -1,5 +1,5 @@
-// The numbers that stages are compared by. Each is one function named in the table of trial_metrics.cpp; adding one
-// there puts it into results, reports and their definitions.
+// Metrics that compare stages. Each is one function, named in the table of trial_metrics.cpp; an entry there also
+// appears in results, reports and their definitions.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace tandem::lab {
 
-/// One user of a trial and what it is held against; null: there is none.
+/// One user of a trial and its references; null if there is none.
 struct UserView {
   const Experiment& experiment;
   const UserTrace& user;
@@ -18,7 +18,7 @@ struct UserView {
   const UserTrace* same_stage;  ///< the same hand at zero delay on the user's own stage
 };
 
-/// A trial and the same hands at zero delay.
+/// A trial and the runs of the same hands at zero delay.
 struct TrialView {
   const Experiment& experiment;
   const SessionTrace& trace;
@@ -26,14 +26,15 @@ struct TrialView {
   const SessionTrace* same_stage = nullptr;
 };
 
-/// How the values of several users become the trial's; users for whom a metric has no meaning do not count.
+/// Combination of the values of several users into that of the trial. Users for whom a metric is undefined do not
+/// count.
 enum class Combine { kGreatest, kLeast, kMean, kSum, kFarthestFromOne };
 std::string_view name_of(Combine combine);
 
-/// One metric: of each user, then combined, or of the trial as a whole. NaN: it has no meaning there.
+/// One metric: computed for each user and then combined, or for the trial as a whole. NaN if undefined.
 struct TrialMetric {
-  std::string_view name;        ///< as in results.json, unit included
-  std::string_view definition;  ///< as in the report
+  std::string_view name;        ///< key in results.json, including the unit
+  std::string_view definition;  ///< text in the report
   Combine combine = Combine::kGreatest;
   double (*of_user)(const UserView&) = nullptr;
   double (*of_trial)(const TrialView&) = nullptr;
@@ -41,13 +42,13 @@ struct TrialMetric {
 const std::vector<TrialMetric>& trial_metrics();
 /// Fails: std::invalid_argument for an unknown name.
 const TrialMetric& trial_metric_called(std::string_view name);
-/// The worst of several trials' values of a metric, which is how users are combined; of a sum the greatest. NaN where
-/// neither end is the worse (a mean of users), or without a value.
+/// Worst value of a metric over several trials, by its way to combine users; for a sum the greatest. NaN if neither end
+/// is worse (a mean of users), or without a value.
 double worst_value(const TrialMetric& metric, const std::vector<double>& values);
 
 UserView view_of_user(const TrialView& trial, std::size_t user);
 double value_of(const TrialMetric& metric, const TrialView& trial);
-/// By name. Fails: std::invalid_argument for an unknown one.
+/// Value of the metric with this name. Fails: std::invalid_argument for an unknown name.
 double trial_metric(const TrialView& trial, std::string_view name);
 
 }  // namespace tandem::lab

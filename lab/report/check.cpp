@@ -32,7 +32,7 @@ boost::json::value json_number(double value) {
 }  // namespace
 
 bool Check::holds() const {
-  // Written so that NaN on either side fails.
+  // NaN on either side makes these comparisons false.
   switch (relation) {
     case Relation::kAtLeast:
       return value >= bound;

@@ -1,5 +1,5 @@
-// A claim held against a number. Whether it holds is always worked out from value and bound, never stored, so
-// that the table, the JSON and the exit code cannot disagree.
+// A claim compared with a bound. holds() always computes the result from value and bound and never stores it, so the
+// table, the JSON and the exit code cannot disagree.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@ namespace tandem::lab {
 enum class Relation : std::uint8_t { kAtLeast, kAtMost, kBelow };
 
 struct Check {
-  std::string scope;  ///< whom or what it is about: "pick up · alice"
+  std::string scope;  ///< subject of the claim: "pick up · alice"
   std::string claim;  ///< "hand speed in the settled hold phase"
   double value = 0;
   Relation relation = Relation::kAtLeast;
   double bound = 0;
   std::string unit;  ///< "N"; "" for counts and ratios
-  int decimals = 2;  ///< of value and bound when shown
+  int decimals = 2;  ///< decimals of value and bound in the output
 
-  /// False for a value or bound that is not a number.
+  /// Returns false if value or bound is not a number.
   bool holds() const;
   /// "0.52 N"
   std::string value_text() const;
@@ -32,12 +32,12 @@ struct Check {
 
 bool all_hold(std::span<const Check> checks);
 
-/// [{"scope", "claim", "value", "relation": "at_least" | "at_most" | "below", "bound", "unit", "holds"}, …]; a value
-/// that is not finite is null.
+/// Returns [{"scope", "claim", "value", "relation": "at_least" | "at_most" | "below", "bound", "unit", "holds"}, …]; a
+/// value that is not finite is null.
 boost::json::array to_json(std::span<const Check> checks);
 
-/// A table for a terminal: under each scope its checks, "ok" or "FAILED" first, values aligned; then how many do
-/// not hold, and the first of them in a sentence.
+/// Prints a table for a terminal. Each scope lists its checks, "ok" or "FAILED" first, with aligned values. Then follow
+/// the number of failed checks and the first of them as a sentence.
 void print_checks(std::ostream& out, std::span<const Check> checks);
 
 }  // namespace tandem::lab

@@ -24,7 +24,7 @@ bool is_name(std::string_view text) {
   });
 }
 
-/// Cuts the text before `separator` off the front of `rest`.
+/// Removes the text before `separator` from the front of `rest` and returns it.
 std::string_view take_until(std::string_view& rest, char separator) {
   const std::size_t end = std::min(rest.find(separator), rest.size());
   const std::string_view part = rest.substr(0, end);
@@ -96,7 +96,7 @@ class CsvParser {
   }
 
   std::string where() const { return "line " + std::to_string(line_); }
-  /// A complaint about a place follows a colon, one about the file its name.
+  /// Joins the file name and an error: with a colon for an error at a line, with a blank for one of the file.
   [[noreturn]] void fail(const std::string& what) const {
     throw std::invalid_argument(table_.origin + (what.starts_with("line ") ? ": " : " ") + what);
   }

@@ -1,5 +1,5 @@
-// Time series as the client writes them: a header of unit-suffixed names, then numbers. The files come from
-// other programs and machines, so everything is bounded and every complaint says where.
+// Time series in the format of the client: a header of names with units, then numbers. The files are from other
+// programs and machines, so everything is bounded and every error names its location.
 #pragma once
 
 #include <cstddef>
@@ -10,30 +10,30 @@
 
 namespace tandem::lab {
 
-/// More than these is refused: twenty minutes at 1 kHz with room to spare.
-inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< of a file
+/// Limits. They leave reserve beyond twenty minutes at 1 kHz.
+inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< per file
 inline constexpr std::size_t kMaxCsvColumns = 256;
 inline constexpr std::size_t kMaxCsvRows = 2'000'000;
 
 /// Columns of equal length.
 struct CsvTable {
-  std::string origin;  ///< the file, for messages
+  std::string origin;  ///< file name, for messages
   std::vector<std::string> names;
   std::vector<std::vector<double>> columns;
 
   std::size_t row_count() const { return columns.empty() ? 0 : columns.front().size(); }
-  /// Null when there is no such column.
+  /// Returns null if there is no such column.
   const std::vector<double>* find(std::string_view name) const;
-  /// Fails   std::invalid_argument naming file and column, when there is no such column
+  /// Fails   std::invalid_argument naming file and column, if there is no such column
   const std::vector<double>& column(std::string_view name) const;
 };
 
-/// `text` as a column's name: whatever is no letter and no digit becomes _.
+/// Converts `text` to a column name: every character that is not a letter or digit becomes _.
 std::string csv_name(std::string text);
 
 /// Parses comma-separated text. An empty field is NaN, as are "nan" and "-nan"; "inf" is infinite.
 ///
-/// In      names of letters, digits and _; LF or CRLF; no quotes, no comments
+/// In      text  names of letters, digits and _; LF or CRLF; no quotes, no comments
 /// Fails   std::invalid_argument: "bob.csv: line 7, column 3 (force_n) is \"x\"; it must be a number"
 /// Cost    O(bytes)
 CsvTable parse_csv(std::string_view text, const std::string& origin);

@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-/// What is kept of one pixel column, as indices into the series.
+/// Samples kept for one pixel column, as indices into the series.
 struct PixelColumn {
   std::size_t number;
   std::size_t first;

@@ -1,5 +1,5 @@
-// Numbers and text as people read them. Everything that a report prints goes through here, so that the same
-// data gives the same bytes on every machine and locale, and no name from the network becomes markup.
+// Formats numbers and text for readers. Everything that a report prints uses these functions. So the same data gives
+// the same bytes on every machine and locale, and names from the network cannot become markup.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +16,21 @@ std::string format_fixed(double value, int decimals);
 /// In      digits  1..17
 std::string format_significant(double value, int digits);
 
-/// A coordinate for SVG: at most two decimals, ASCII minus. 0 when not finite, so that one bad number spoils no figure.
+/// A coordinate for SVG: at most two decimals, ASCII minus. A value that is not finite gives 0, so it does not break
+/// the figure.
 std::string format_coordinate(double value);
 
-/// Text that is safe to print: what is not well-formed UTF-8, control characters (a terminal would obey them) and
-/// bidirectional overrides (they reorder the text around a name) become U+FFFD.
+/// Text that is safe to print. Ill-formed UTF-8, control characters (terminals execute them) and bidirectional
+/// overrides (they reorder the surrounding text) become U+FFFD.
 std::string printable(std::string_view text);
 
 /// Printable text for an HTML or SVG element or a quoted attribute: & < > " ' become entities.
 std::string escape_html(std::string_view text);
 
-/// Columns that `text` takes in a monospaced face: 2 a wide East Asian character or emoji, else 1.
+/// Number of columns of `text` in a monospaced font: 2 for a wide East Asian character or emoji, else 1.
 std::size_t text_width(std::string_view text);
 
-/// `text` cut to a text_width() of `max_width`, with "…" at its end when something was cut.
+/// Truncates `text` to a text_width() of `max_width`; truncated text ends with "…".
 std::string shortened(std::string_view text, std::size_t max_width);
 
 }  // namespace tandem::lab

@@ -1,5 +1,5 @@
-// One HTML file that holds everything: style, figures, numbers. It opens from a mail, prints, and needs
-// neither network nor script, so that a result can be read as long as there are browsers.
+// A self-contained HTML file with style, figures and numbers. It can be sent by mail and printed, and needs neither
+// network nor script.
 #pragma once
 
 #include <span>
@@ -14,31 +14,32 @@ namespace tandem::lab {
 
 struct Column {
   std::string header;
-  std::string unit = {};  ///< shown in brackets below the header; "" for none
-  bool is_text = false;   ///< to the left; numbers are to the right
+  std::string unit = {};  ///< shown in brackets below the header; "" if there is none
+  bool is_text = false;   ///< aligned left; numbers are aligned right
 };
 
-/// Rows shorter than `columns` are filled up with empty cells; the first cell of a row names it.
+/// A table. Rows shorter than `columns` are padded with empty cells; the first cell of a row is its header.
 struct Table {
   std::string caption;
   std::vector<Column> columns;
   std::vector<std::vector<std::string>> rows;
 };
 
-/// Builds the page from top to bottom. All text is escaped here; nothing that is passed in can become markup.
+/// Builds the page from top to bottom. It escapes all text, so input cannot become markup.
 ///
-/// Out     the same bytes for the same calls: no date, no random id
+/// Out     deterministic: no date, no random id
 class HtmlReport {
  public:
   HtmlReport(std::string_view title, std::string_view subtitle);
 
   void heading(std::string_view text);
   void paragraph(std::string_view text);
-  /// A banner that says whether all hold, then a table: claims with their bounds down, scopes across.
+  /// Adds a banner that states whether all checks hold, then a table with claims and bounds as rows and scopes as
+  /// columns.
   void verdict(std::span<const Check> checks);
   void table(const Table& table);
   void figure(const Plot& plot);
-  /// Figures next to each other where the page is wide enough, else below each other.
+  /// Adds figures side by side if the page is wide enough, else below each other.
   void side_by_side(std::span<const Plot> plots);
   void footer(std::string_view text);
 

@@ -8,15 +8,15 @@
 namespace tandem::lab {
 namespace {
 
-/// The trace is decimal text: a force that is exactly at the limit may read a little above it.
+/// Tolerance for the decimal text of a trace, in which a force at the limit may be a little above it.
 constexpr double kTraceRounding = 1e-4;
 constexpr double kInPercent = 100;
 constexpr double kMillimetres = 1e3;
 
-// What the checks hold against; chosen by us, with the reason beside each.
-constexpr double kFeltForce_n = 0.3;           // several times the force that late-pose coupling shows a hand at rest
+// Bounds of the checks. They are our choice; each has its reason beside it.
+constexpr double kFeltForce_n = 0.3;           // several times the force of late-pose coupling on a resting hand
 constexpr double kBodyDisplacement_m = 0.002;  // more than a contact's penetration and settling
-constexpr double kClampedFraction = 0.01;      // a force that sits at the clamp is the device's, not the scene's
+constexpr double kClampedFraction = 0.01;      // a larger share means that the device limits the force, not the scene
 constexpr double kSettledHandSpeed_m_per_s = 0.020;  // above tremor; a limit cycle moves the hand ten times as fast
 constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
@@ -39,7 +39,7 @@ double largest_finite(const std::vector<double>& values) {
   return largest;
 }
 
-/// At least one when only the client, which sees more than the trace holds, says so.
+/// Number of samples with a force that is not finite. At least one if the client reports one that is not in the trace.
 double not_finite_count(const ClientRun& user) {
   const auto& force = user.trace.force_n;
   const auto& torque = user.trace.torque_n_m;
@@ -74,7 +74,7 @@ void add_force_checks(const std::string& scope, const ClientRun& user, std::vect
 }
 
 void add_timing_checks(const std::string& scope, const ClientRun& summary, std::vector<Check>& out) {
-  // No expected tick: 0/0 is NaN, and the check fails.
+  // Without expected ticks 0/0 is NaN, and the check fails.
   const double run = static_cast<double>(summary.ticks_run) / static_cast<double>(summary.ticks_expected);
   const double error = std::abs(summary.tick_rate_hz / kTickRate_hz - 1);
   out.push_back({scope, "haptic ticks run, of those expected", run * kInPercent, Relation::kAtLeast,

@@ -1,4 +1,4 @@
-// What a session of two hands on one body must show to be called good. The demo's exit code is the answer.
+// Checks of a session with two hands on one body. They decide the exit code of the demo.
 #pragma once
 
 #include <span>
@@ -10,12 +10,12 @@
 
 namespace tandem::lab {
 
-/// In which hands rest, and the checks look.
+/// Phase in which the hands rest and the checks apply.
 inline constexpr std::string_view kHoldPhase = "hold";
 
-/// All checks of every user of every session, in that order.
+/// Returns all checks of every user of every session, in that order.
 ///
-/// Fails   std::invalid_argument when a user has no phase "hold": there is nothing to check then
+/// Fails   std::invalid_argument if a user has no phase "hold"
 std::vector<Check> check_sessions(std::span<const Session> sessions);
 
 }  // namespace tandem::lab

@@ -1,5 +1,5 @@
-// What two programs left behind about one session: each client's JSON summary and its trace. The names of keys
-// and columns are known in session_data.cpp only; the rest of the report sees SI numbers.
+// Results of one session from several clients: JSON summary and trace of each. Only session_data.cpp contains the names
+// of keys and columns; the rest of the report uses SI numbers.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace tandem::lab {
 
-/// One named stretch of a hand's path, as the client summed it up. "Settled": without the time in which it swings in.
+/// Summary of one phase of a hand's path by the client. "Settled" excludes the transient at the start.
 struct PhaseSummary {
   std::string name;
   double duration_s = 0;
@@ -31,7 +31,7 @@ using Drops = std::vector<std::pair<std::string, std::uint64_t>>;
 /// A position over time: x, y, z in W.
 using Axes = std::array<std::vector<double>, 3>;
 
-/// A client's trace, one entry a tick; NaN where nothing was known yet.
+/// A client's trace, one entry for each tick; NaN for values not known yet.
 struct Trace {
   std::vector<double> time_s;   ///< since the first tick of the session's first client, on the server's clock
   std::vector<double> force_n;  ///< displayed
@@ -40,13 +40,13 @@ struct Trace {
   Axes tool_m;  ///< p_WT
   Axes body_m;  ///< origin of the watched body
   std::vector<double> state_age_s;
-  std::vector<double> energy_kj_per_mol;  ///< of the molecular field; 0 where the scene has none
-  std::vector<Band> phases;               ///< when those of ClientRun::phases ran [s]
+  std::vector<double> energy_kj_per_mol;  ///< energy of the molecular field; 0 if the scene has none
+  std::vector<Band> phases;               ///< times of the phases in ClientRun::phases [s]
 };
 
-/// What a client left: its JSON summary, NaN where that says null, which is: not known; and its trace.
+/// Results of one client: its JSON summary, with NaN for null (not known), and its trace.
 struct ClientRun {
-  std::string name;  ///< of the user
+  std::string name;  ///< name of the user
   std::string scene;
   std::string stage;
 
@@ -75,26 +75,26 @@ struct ClientRun {
   bool all_forces_finite = false;
 
   std::vector<PhaseSummary> phases;
-  std::string watched_body;  ///< "": none was seen
+  std::string watched_body;  ///< "" if none was seen
   double body_displacement_m = std::numeric_limits<double>::quiet_NaN();
 
   Trace trace;
 
-  /// Null when there is no such phase.
+  /// Returns null if there is no such phase.
   const PhaseSummary* phase(std::string_view phase_name) const;
 };
 
 struct Session {
   std::string name;
-  std::vector<ClientRun> users;  ///< in the order of their files' names, at least two
+  std::vector<ClientRun> users;  ///< in the order of the file names, at least two
 };
 
-/// Reads a summary; the trace stays empty. Keys that the report does not use are ignored.
+/// Reads a summary; the trace is empty. Ignores unknown keys.
 /// Fails   std::invalid_argument naming file, key, value and remedy
 ClientRun parse_client_summary(const boost::json::value& json, const std::string& origin);
 
-/// Takes the columns that the report needs out of a client's CSV; time_s is then the server's clock since its start.
-/// Fails   std::invalid_argument: a column is missing, there is no row, time runs back, or a phase that `summary` lacks
+/// Extracts the columns that the report needs from a client's CSV; time_s is the server's clock since its start.
+/// Fails   std::invalid_argument: a column is missing, there is no row, time decreases, or a phase is not in `summary`
 Trace make_trace(const CsvTable& table, const ClientRun& summary);
 
 /// Reads every USER.json of `folder` with its USER.csv.

@@ -28,7 +28,7 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Values as the distance from the first one that is known.
+/// Values relative to the first known one.
 std::vector<double> since_first(std::vector<double> values) {
   const auto first = std::find_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   const double origin = first == values.end() ? 0 : *first;
@@ -47,7 +47,7 @@ double extent(const std::vector<double>& values) {
   return high > low ? high - low : 0;
 }
 
-/// The axis of W along which the hands of the session moved furthest.
+/// Axis of W with the largest motion of the hands.
 std::size_t main_axis(const Session& session) {
   std::array<double, 3> moved{};
   for (const ClientRun& user : session.users) {
@@ -69,7 +69,7 @@ Plot base_plot(const Session& session, const std::string& what, const std::strin
   plot.description = what + " over time, session " + session.name + ", users " + user_list(session);
   plot.x = {.label = std::string(kTimeLabel), .low = 0, .high = end_s(session)};
   plot.y.label = y_label;
-  plot.bands = session.users.front().trace.phases;  // hands play their parts together
+  plot.bands = session.users.front().trace.phases;  // the hands run their phases at the same time
   return plot;
 }
 
@@ -87,7 +87,7 @@ void add_per_user(Plot& plot, const Session& session, std::vector<double> Trace:
   }
 }
 
-/// The largest finite value over all users; 0 when there is none.
+/// Largest finite value over all users; 0 if there is none.
 double largest(const Session& session, std::vector<double> Trace::*values) {
   double result = 0;
   for (const ClientRun& user : session.users) {
@@ -98,8 +98,8 @@ double largest(const Session& session, std::vector<double> Trace::*values) {
   return result;
 }
 
-/// Draws the devices' limits; one so high that the lines below could not be read any more is only put in words, which
-/// are returned for the caption.
+/// Draws the limits of the devices. A limit so high that the lines below would be unreadable is not drawn; its text is
+/// returned for the caption.
 std::string add_limits(Plot& plot, const Session& session, double ClientRun::*limit, std::vector<double> Trace::*values,
                        double factor, const std::string& unit) {
   constexpr double kReadable = 5;
@@ -171,7 +171,8 @@ Plot body_figure(const Session& session) {
   return plot;
 }
 
-/// The largest value of each stretch of `width_s`, at its beginning: a saw-tooth of 1 ms would only blacken the figure.
+/// Largest value of each interval of `width_s`, plotted at its start. An oscillation of 1 ms would otherwise fill the
+/// figure.
 Series largest_each(double width_s, const std::vector<double>& time_s, const std::vector<double>& values) {
   Series series;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -269,7 +270,7 @@ std::uint64_t count_of(const Drops& drops, std::string_view reason) {
   return found == drops.end() ? 0 : found->second;
 }
 
-/// Reasons that occurred, in the order of their first mention.
+/// Reasons that occurred, in order of first occurrence.
 std::vector<std::string> reasons_seen(const Session& session) {
   std::vector<std::string> reasons;
   for (const ClientRun& user : session.users) {

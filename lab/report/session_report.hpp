@@ -1,4 +1,4 @@
-// The page that shows what the users of one or several sessions felt, held against the checks.
+// Page with the measurements of all users in one or several sessions, compared with the checks.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace tandem::lab {
 
-/// An HTML file: verdict, then of each session its users, figures and tables.
+/// Returns an HTML file: the verdict, then users, figures and tables of each session.
 std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks);
 
 }  // namespace tandem::lab

@@ -12,10 +12,10 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kTask_mm = 1e3;  ///< in a metre
+constexpr double kTask_mm = 1e3;  ///< mm in a metre
 constexpr double kFarthest_m = 100;
 constexpr double kMaxEnergy_kj_per_mol = 1e9;
-/// As the client's summary has it (client/app/run_report.cpp): in the first second of a phase the hand swings in.
+/// Settling time at the start of a phase, as in the client's summary (client/app/run_report.cpp).
 constexpr double kSettling_s = 1;
 
 SessionTask task_of(JsonFields& fields) {
@@ -49,7 +49,7 @@ Vec3 at(const Axes& axes, std::size_t row) {
   return {axes[0][row], axes[1][row], axes[2][row]};
 }
 
-/// NaN without rows, and where any value is NaN.
+/// Largest value; NaN without rows, or if any value is NaN.
 template <class Value>
 double largest(const std::vector<std::size_t>& rows, const Value& value) {
   double result = rows.empty() ? std::numeric_limits<double>::quiet_NaN() : -std::numeric_limits<double>::infinity();

@@ -8,14 +8,14 @@
 namespace tandem::lab {
 namespace {
 
-/// Beyond this a sum or difference of two ends could overflow.
+/// Magnitude above which a sum or difference of two ends could overflow.
 constexpr double kLargest = 1e290;
-/// Narrower than this part of its magnitude, a range has no room for distinct ticks.
+/// Relative width below which a range has no room for distinct ticks.
 constexpr double kMinRelativeWidth = 1e-9;
-/// In steps: an end of a range that is a multiple but for rounding keeps its tick.
+/// Tolerance in steps. An end of a range that is a multiple except for rounding keeps its tick.
 constexpr double kSlack = 1e-6;
 
-/// A step m·10^e, kept in parts so that i·step is the double nearest to the decimal number.
+/// A step m·10^e. The parts are stored so that i·step is the double nearest to the decimal number.
 struct TickStep {
   double mantissa = 1;
   int exponent = 0;
@@ -26,7 +26,7 @@ struct TickStep {
   }
 };
 
-/// Ticks are multiples of a step, from `first` to `last` times it.
+/// Multiples of a step from `first` to `last`.
 struct Multiples {
   TickStep step;
   double first = 0;
@@ -41,7 +41,7 @@ Multiples multiples_around(Range range, const TickStep& step) {
   return {step, std::floor(range.low / step.multiple(1) + kSlack), std::ceil(range.high / step.multiple(1) - kSlack)};
 }
 
-/// With the smallest nice step that needs at most `max_count` ticks.
+/// Finds the smallest round step that needs at most `max_count` ticks.
 Multiples few_multiples(Range range, std::size_t max_count, Multiples (*multiples)(Range, const TickStep&)) {
   const auto count = static_cast<double>(std::max<std::size_t>(max_count, 3));
   TickStep step;

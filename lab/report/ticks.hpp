@@ -1,4 +1,4 @@
-// Where an axis is marked: round numbers, few enough to read.
+// Ticks of an axis: few round numbers.
 #pragma once
 
 #include <cstddef>
@@ -13,23 +13,23 @@ struct Range {
   double high = 1;
 };
 
-/// A place on an axis with its text: a tick, or a limit.
+/// A position on an axis with its text: a tick, or a limit.
 struct AxisMark {
   double value = 0;
   std::string label;
 };
 
-/// `range` made fit for a linear axis: finite, ordered, and wide enough that neighbouring doubles do not matter.
+/// Makes `range` usable for a linear axis: finite, ordered, and much wider than the distance of neighbouring doubles.
 Range sane_linear(Range range);
-/// Likewise for a logarithmic axis: positive, at least a factor of 2 wide.
+/// Makes `range` usable for a logarithmic axis: positive, at least a factor of 2 wide.
 Range sane_log(Range range);
 
-/// At most `max_count` (≥ 3) multiples of 1, 2 or 5 times a power of ten inside `range`, labelled alike.
+/// Returns at most `max_count` (≥ 3) multiples of 1, 2 or 5 times a power of ten inside `range`, with uniform labels.
 std::vector<AxisMark> ticks_inside(Range range, std::size_t max_count);
-/// Likewise, but the first and last lie on or just outside the ends of `range`.
+/// Same as ticks_inside(), but the first and last tick are on or just outside the ends of `range`.
 std::vector<AxisMark> ticks_around(Range range, std::size_t max_count);
 
-/// Powers of ten inside `range`, thinned to at most `max_count`; 1, 2, 5 of each decade where there is room.
+/// Returns powers of ten inside `range`, thinned to at most `max_count`; 1, 2, 5 of each decade if there is room.
 std::vector<AxisMark> log_ticks(Range range, std::size_t max_count);
 
 }  // namespace tandem::lab

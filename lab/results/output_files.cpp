@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// While it lives, Ctrl-C and termination wait: they act when it ends.
+/// Blocks SIGINT and SIGTERM during its lifetime; they take effect afterwards.
 class SignalsWait {
  public:
   SignalsWait() {
@@ -32,7 +32,7 @@ class SignalsWait {
   sigset_t before_{};
 };
 
-/// The folders of a path that are not there yet, innermost first; given back unless they are kept.
+/// Missing folders of a path, innermost first. The destructor removes them unless keep() was called.
 class MadeFolders {
  public:
   explicit MadeFolders(const std::string& out) {
@@ -44,7 +44,7 @@ class MadeFolders {
     made_folder(out);
   }
   ~MadeFolders() {
-    std::error_code ignored;  // a folder that somebody has put something into stays
+    std::error_code ignored;  // a folder that another program has filled is not removed
     for (const fs::path& folder : folders_) fs::remove(folder, ignored);
   }
   MadeFolders(const MadeFolders&) = delete;
@@ -55,7 +55,7 @@ class MadeFolders {
   std::vector<fs::path> folders_;
 };
 
-/// Files under their first names; those that are still there in the end are removed.
+/// Files under their temporary names. The destructor removes those that were not renamed.
 class UnfinishedFiles {
  public:
   UnfinishedFiles() = default;

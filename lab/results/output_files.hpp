@@ -1,4 +1,4 @@
-// Results of minutes of work: all files or none, also when somebody presses Ctrl-C.
+// Writes results of minutes of work: all files or none, even if the user presses Ctrl-C.
 #pragma once
 
 #include <filesystem>
@@ -7,15 +7,15 @@
 
 namespace tandem::lab {
 
-/// To be asked before the work: whether the folder that `--out` names can be made. Leaves nothing that was not there.
-/// Fails   as made_folder()
+/// Checks before the work whether the folder of `--out` can be made. Removes the folders that it made.
+/// Fails   like made_folder()
 void check_folder_can_be_made(const std::string& out);
 
-/// Makes the folder and writes all files: each under another name first, then all are renamed, so that readers and
-/// whoever interrupts find the files of before or these. SIGINT and SIGTERM wait meanwhile.
+/// Makes the folder and writes all files. Each is written under another name first, then all are renamed. So readers,
+/// also after an interruption, find either the previous files or these. SIGINT and SIGTERM are blocked meanwhile.
 ///
-/// Fails   as made_folder() and write_text_file(), or when a folder is where a file shall be; nothing of it is left but
-///         the files that had already been renamed
+/// Fails   like made_folder() and write_text_file(), or if a folder has the name of a file. Only files that had already
+///         been renamed remain
 void write_all_files(const std::string& out, const std::map<std::string, std::string>& files);
 
 }  // namespace tandem::lab

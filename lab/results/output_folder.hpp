@@ -1,4 +1,4 @@
-// Where the lab's commands write what they found.
+// Output folder of the lab's commands.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 namespace tandem::lab {
 
-/// Makes the folder that `--out` names. Fails: std::invalid_argument naming it and the reason.
+/// Makes the folder of `--out`. Fails: std::invalid_argument naming it and the reason.
 std::filesystem::path made_folder(const std::string& out);
 
 /// Writes `text` to `file`. Fails: std::runtime_error naming the file and the reason.

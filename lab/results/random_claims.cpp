@@ -37,7 +37,7 @@ bool is_all(const RandomOutcome&) {
   return true;
 }
 
-/// The least value that a `share` of all does not exceed.
+/// Quantile: the least value that is not exceeded by a `share` of all values.
 RandomClaim quantile(const std::string& text, const std::vector<Value>& values, double share, double bound) {
   if (values.empty()) return {text, kNone, bound, 0, ""};
   const auto index = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));

@@ -14,22 +14,23 @@ namespace tandem::lab {
 struct RandomOutcome {
   boost::json::object row;
   bool truth_succeeds = true;
-  std::size_t number = 0;  ///< place in random_trials()
+  std::size_t number = 0;  ///< index in random_trials()
 };
 
 struct RandomClaim {
   std::string text;        ///< with unit
-  double value = 0;        ///< NaN: no trial of this kind has a value
-  double bound = 0;        ///< the value is at most this
-  std::size_t trials = 0;  ///< that have a value
-  std::string worst;       ///< the trial that decides: experiment and number
+  double value = 0;        ///< NaN if no trial of this kind has a value
+  double bound = 0;        ///< upper bound of the value
+  std::size_t trials = 0;  ///< number of trials with a value
+  std::string worst;       ///< trial that determines the value: experiment and number
 
   bool is_measured() const { return trials > 0; }
-  /// A claim that nothing was measured for does not hold.
+  /// Returns false for a claim without measurements.
   bool holds() const { return is_measured() && value <= bound; }
 };
 
-/// Trials in which a link was silent for more than 110 ms count only where a claim says so: there the force has to fall.
+/// Computes all claims. Trials with a link silence above 110 ms count only for claims that mention it: in a silence the
+/// force has to fall.
 std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes);
 
 }  // namespace tandem::lab

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kTextWidth = 120;
 
-/// In lines of no more than kTextWidth where words allow.
+/// Wraps text to lines of at most kTextWidth at blanks.
 std::string wrapped(const std::string& text) {
   std::istringstream words(text);
   std::string result, line;

@@ -1,4 +1,4 @@
-// A published result beside ours: figures side by side, claims that are checked, and figures to look at.
+// A published result beside our own: compared figures, checked claims, and plots.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace tandem::lab {
 
-/// One figure; empty texts where one of the two does not say.
+/// One compared figure; a text is empty if that side does not report it.
 struct ReproductionRow {
   std::string what;
   std::string published;
@@ -19,11 +19,11 @@ struct ReproductionRow {
 
 struct Reproduction {
   std::string title;
-  std::string summary;  ///< what was run, and where it differs from the source
+  std::string summary;  ///< settings of the run, and differences from the source
   std::vector<ReproductionRow> rows;
   std::vector<Check> claims;
   std::vector<Plot> figures;
-  boost::json::value details;  ///< the settings and every measured number
+  boost::json::value details;  ///< settings and all measured numbers
 };
 
 /// {"title", "summary", "rows", "claims", "details"}

@@ -1,5 +1,5 @@
-// The details of one trial: trial.json holds parameters and outcome and nothing of the host, so that two runs of the
-// same experiment give the same bytes; bodies.csv what the bodies did.
+// Details of one trial. trial.json contains parameters and outcome but nothing about the host, so two runs of the same
+// experiment give the same bytes. bodies.csv contains the motion of the bodies.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ bool is_complete(const SessionTrace& trace);
 
 boost::json::object results_json(const Experiment& experiment, const SessionTrace& trace);
 
-/// Poses of the bodies that can move, one row a sample: t_s, then NAME_x_m … NAME_qz; and the field's energy.
+/// Poses of the movable bodies, one row for each sample: t_s, then NAME_x_m … NAME_qz, and the energy of the field.
 std::string bodies_csv(const SessionTrace& trace);
 
 }  // namespace tandem::lab

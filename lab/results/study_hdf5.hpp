@@ -1,8 +1,8 @@
-// The results of a study as one HDF5 file, for those who analyse with Python, MATLAB or R.
+// Results of a study as one HDF5 file, for analysis in Python, MATLAB or R.
 //
 //   /trials/0000   attributes: experiment, stage, …, seed, overrides (JSON), outcome, and every metric (NaN: null)
 //   /trials/0000/users/NAME          attributes: the user's own metrics
-//   /trials/0000/samples/1-anna/t_s  a dataset a column of the time series, where they were kept
+//   /trials/0000/samples/1-anna/t_s  a dataset for each column of the time series, if they were kept
 #pragma once
 
 #include <filesystem>

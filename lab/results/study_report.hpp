@@ -1,4 +1,4 @@
-// The results of a study as one HTML page: what each metric is, and how every stage fares with growing delay.
+// Results of a study as one HTML page: the definition of each metric, and its dependence on delay for each stage.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace tandem::lab {
 
-/// The same bytes for the same results.
+/// Returns the page; the same results give the same bytes.
 std::string study_report_html(std::span<const TrialResult> results);
 
 }  // namespace tandem::lab

@@ -41,7 +41,7 @@ std::string group_key(const json::object& row) {
   return compact_json(key);
 }
 
-/// A column of the printed table.
+/// One column of the printed table.
 struct PrintedColumn {
   const char* header;
   const char* name;
@@ -62,7 +62,7 @@ constexpr std::array<PrintedColumn, 13> kPrinted{{{"drag N", "free_drag_rms_n", 
                                                   {"apart mm", "view_divergence_max_m", 1e3, 2},
                                                   {"kB/s", "bytes_per_s", 1e-3, 1}}};
 constexpr int kColumnWidth = 11;
-constexpr int kTrialWidth = 31;  ///< of the columns that say which trial it is
+constexpr int kTrialWidth = 31;  ///< width of the columns that identify the trial
 
 std::string overrides_text(const json::object& row) {
   const json::value* overrides = row.if_contains("overrides");
@@ -75,7 +75,7 @@ std::string overrides_text(const json::object& row) {
   return text;
 }
 
-/// One value of a group, for people.
+/// Function that computes one value of a group for the table.
 using OfGroup = double (*)(const SeedGroup& group, std::string_view metric);
 
 void print_values(std::ostream& out, const SeedGroup& group, OfGroup of) {

@@ -1,4 +1,4 @@
-// Tables of numbers as files, for whoever analyses: CSV, and HDF5 with all of them.
+// Tables of numbers as files for analysis: CSV, and HDF5 with all of them.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace tandem::lab {
 
-/// Names and rows; a NaN is an empty cell. Numbers read back to the same bits.
+/// Writes names and rows; NaN becomes an empty cell. Numbers are read back to the same bits.
 /// Fails   std::runtime_error: the file cannot be written
 void write_csv(const std::filesystem::path& file, const CsvTable& table);
 
-/// A group for each table, a dataset for each of its columns; `about` are attributes of the file.
+/// Writes a group for each table and a dataset for each of its columns; `about` gives attributes of the file.
 /// Fails   std::runtime_error: the file cannot be written
 void write_tables_hdf5(const std::filesystem::path& file, const std::map<std::string, CsvTable>& tables,
                        const std::map<std::string, std::string>& about);

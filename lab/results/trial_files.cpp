@@ -12,7 +12,7 @@
 namespace tandem::lab {
 namespace {
 
-// File names are made of user names, which may hold anything.
+// User names may contain any character, so they are converted for file names.
 std::string file_name(const std::string& user_name, std::size_t index) {
   std::string result;
   for (const char c : user_name) {
@@ -54,7 +54,7 @@ bool has_trial_files(const std::filesystem::path& folder, const std::string& key
     const auto* own = details.is_object() ? details.get_object().if_contains("key") : nullptr;
     return own != nullptr && *own == boost::json::value(key);
   } catch (const std::exception&) {
-    return false;  // not whole: written anew
+    return false;  // incomplete: the trial is run again
   }
 }
 

@@ -1,4 +1,4 @@
-// The time series of one trial, as files.
+// Files with the time series of one trial.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace tandem::lab {
 
-/// Writes N-NAME.csv of every user while the trial runs, and the rest when it is over: bodies.csv, report.html, and
-/// trial.json (results.hpp) last, so that a folder with it is complete.
+/// Writes N-NAME.csv of every user during the trial, and the other files at its end: bodies.csv, report.html, and
+/// trial.json (results.hpp) last. So a folder with trial.json is complete.
 class TrialFiles {
  public:
   /// Makes the folder.
@@ -31,7 +31,7 @@ class TrialFiles {
   std::vector<std::unique_ptr<client::TraceWriter>> traces_;
 };
 
-/// Whether the folder holds the complete files of the trial with this key.
+/// Whether the folder contains the complete files of the trial with this key.
 bool has_trial_files(const std::filesystem::path& folder, const std::string& key);
 
 }  // namespace tandem::lab

@@ -18,7 +18,7 @@ namespace {
 constexpr double kMilli = 1e3;
 constexpr int kHalfHeight_px = 260;
 
-/// The values of one user's ticks; `of` gives one, NaN where nothing is known.
+/// Series of one user's ticks; `of` returns the value of a tick, NaN if unknown.
 template <class Of>
 Series series_of(const UserTrace& user, std::string label, int color, const Of& of) {
   Series series;
@@ -33,7 +33,7 @@ Series series_of(const UserTrace& user, std::string label, int color, const Of& 
   return series;
 }
 
-/// Phases of the first user's hand: the hands of an experiment play their parts together.
+/// Phases of the first user's hand; the hands of an experiment run their phases at the same time.
 std::vector<Band> phase_bands(const SessionTrace& trace) {
   std::vector<Band> bands;
   const UserTrace& user = trace.users.front();
@@ -57,7 +57,7 @@ class Figures {
     Plot plot = wide("Displayed force of each user over time", "force on the hand [N]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return tick.displayed_D.f.norm(); });
-    std::map<double, std::string> devices;  // those of equal limits share a line
+    std::map<double, std::string> devices;  // devices with equal limits share a line
     for (const UserTrace& user : trace_.users) devices[user.user.device.spec.force_limit_n] = user.user.device.name;
     for (const auto& [limit_n, name] : devices) plot.limits.push_back({limit_n, "limit of " + name});
     plot.caption =

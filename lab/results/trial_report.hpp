@@ -1,5 +1,5 @@
-// report.html of a trial: what each hand felt, over virtual time. It is made of the trace alone, so that the same
-// trial gives the same bytes.
+// report.html of a trial: the touch of each hand over virtual time. It depends only on the trace, so the same trial
+// gives the same bytes.
 #pragma once
 
 #include <string>

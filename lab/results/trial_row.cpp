@@ -1,4 +1,4 @@
-// A trial as a line of results.json: see trial_runner.hpp.
+// Converts a trial to a line of results.json, see trial_runner.hpp.
 #include <algorithm>
 #include <array>
 #include <set>
@@ -14,7 +14,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Words of all users, each once, joined by "+".
+/// Joins the values of all users with "+", without repetition.
 template <class Of>
 std::string of_users(const Experiment& experiment, const Of& of) {
   std::string text;
@@ -26,7 +26,7 @@ std::string of_users(const Experiment& experiment, const Of& of) {
   return text;
 }
 
-/// The greatest round trip of a user's link [ms], and likewise its jitter (of one way) and loss.
+/// Greatest round trip of a user's link [ms], and greatest jitter (one way) and loss.
 struct LinkSummary {
   double rtt_ms = 0;
   double jitter_ms = 0;
@@ -65,7 +65,7 @@ json::object users_json(const TrialView& view, std::size_t index) {
   return result;
 }
 
-/// Settings that have no column of their own.
+/// Settings without a column of their own.
 json::object overrides_json(const Trial& trial) {
   constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "passivity", "link.rtt_ms",
                                                      "link.jitter_ms", "link.loss", "seed"};

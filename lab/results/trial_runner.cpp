@@ -33,10 +33,10 @@ std::string hash_of(std::string_view text) {
   return proto::hex(proto::sha256_of(std::as_bytes(std::span(text.data(), text.size()))));
 }
 
-/// A scene with what tells it from others.
+/// A scene and its fingerprint.
 struct KeptScene {
   std::shared_ptr<const server::LoadedScene> scene;
-  std::string fingerprint;  ///< of its text and of the files that it names
+  std::string fingerprint;  ///< hash of its text and of the files that it names
 };
 
 std::string fingerprint_of(const std::string& text, const server::LoadedScene& scene) {
@@ -52,7 +52,7 @@ std::string text_of(const net::DelayPath& path) {
   return text.str();
 }
 
-/// Everything that hands, devices and links are made of, whatever files they came from.
+/// Text of all hands, devices and links, independent of the files that define them.
 std::string files_text(const Experiment& experiment, const fs::path& directory) {
   std::string text;
   std::vector<devices::DeviceProfile> devices;
@@ -65,7 +65,7 @@ std::string files_text(const Experiment& experiment, const fs::path& directory) 
   return text;
 }
 
-/// The hash of everything that decides what comes out of a trial.
+/// Hash of everything that determines the result of a trial.
 std::string key_of(const Trial& trial, const KeptScene& scene, const std::string& program) {
   json::object document = experiment_json(trial.experiment);
   document.erase("description");
@@ -79,10 +79,10 @@ std::string scene_key(const Experiment& experiment) {
   return experiment.scene.string() + "\n" + compact_json(experiment.scene_changes);
 }
 
-/// Runs that several trials are held against: done by the first who asks, forgotten after the last.
+/// A run that several trials use as reference. The first trial that needs it runs it; it is released after the last.
 struct SharedReference {
   Trial trial;
-  std::size_t open = 0;  ///< trials that will still ask
+  std::size_t open = 0;  ///< trials that still need it
   std::mutex running;
   std::shared_ptr<const SessionTrace> trace;
 };
@@ -92,11 +92,10 @@ struct Job {
   const KeptScene* scene = nullptr;
   std::string key;
   SharedReference* reference = nullptr;
-  SharedReference* same_stage = nullptr;  ///< often the same run; null: not asked for
+  SharedReference* same_stage = nullptr;  ///< often the same run; null if not requested
 };
 
-// In the order in which numbers come out when they are read back, so that what was just measured and what was kept
-// give the same bytes.
+// Converts a row to text and back, so new and reused results have the same number types and give the same bytes.
 json::object as_read_back(const json::object& row) {
   return parse_json(pretty_json(row), "a trial's row").get_object();
 }
@@ -114,7 +113,7 @@ std::optional<TrialResult> kept_result(const fs::path& file, const std::string& 
     result.was_there = true;
     if (result.key == key) return result;
   } catch (const std::exception&) {
-    return std::nullopt;  // not ours, or damaged: run anew
+    return std::nullopt;  // from another program, or damaged: run again
   }
   return std::nullopt;
 }
@@ -127,7 +126,7 @@ void keep_result(const fs::path& file, const TrialResult& result) {
   fs::rename(unfinished, file);
 }
 
-/// A trial whose users could not even join: nothing was measured.
+/// Row of a trial whose users could not join; it has no measurements.
 json::object row_without_trace(const Trial& trial, const std::string& why) {
   SessionTrace nothing;
   for (const ExperimentUser& user : trial.experiment.users) nothing.users.emplace_back().user = user;
@@ -160,11 +159,11 @@ struct TrialRunner::Impl {
   RunSettings settings;
   std::map<std::string, KeptScene> scenes;
   std::map<std::string, std::unique_ptr<SharedReference>> references;
-  std::vector<Job> jobs;  ///< those that share a reference next to each other
+  std::vector<Job> jobs;  ///< jobs that share a reference are adjacent
   std::atomic<std::size_t> next_job{0};
   std::atomic<bool> has_failed{false};
 
-  std::mutex mutex;  ///< of everything below
+  std::mutex mutex;  ///< protects everything below
   std::vector<TrialResult> results;
   std::exception_ptr failure;
   std::size_t done = 0;
@@ -334,7 +333,7 @@ std::vector<TrialResult> TrialRunner::run(const std::function<void(std::size_t, 
   std::vector<std::jthread> threads;
   for (std::size_t i = 1; i < impl_->settings.threads; ++i) threads.emplace_back([this] { impl_->work(); });
   impl_->work();
-  threads.clear();  // waits for them
+  threads.clear();  // joins the threads
   if (impl_->failure) std::rethrow_exception(impl_->failure);
   return std::move(impl_->results);
 }

@@ -1,11 +1,11 @@
-// Runs the trials of a study: on all cores, each once, and none that is already there.
+// Runs the trials of a study on all cores, each once, and reuses finished trials.
 //
-//   OUT/trials/KEY.json    what a finished trial leaves; KEY is the hash of everything that decides its outcome
-//   OUT/samples/KEY/…      its time series, where they were asked for
+//   OUT/trials/KEY.json    result of a finished trial; KEY is the hash of everything that determines its outcome
+//   OUT/samples/KEY/…      its time series, if requested
 //
-// A trial's file appears whole or not at all, so a study that was interrupted goes on where it was. Threads share only
-// what does not change (scenes, and runs at zero delay once they are done); the results are in the order of the trials,
-// whatever the threads do.
+// The file of a trial is written completely or not at all, so an interrupted study can be continued. Threads share only
+// immutable data (scenes, and finished runs at zero delay). Results are in the order of the trials, regardless of
+// thread timing.
 #pragma once
 
 #include <filesystem>
@@ -23,27 +23,27 @@ namespace tandem::lab {
 struct RunSettings {
   std::filesystem::path out;            ///< an existing folder
   std::size_t threads = 1;              ///< 1 or more
-  bool wants_samples = false;           ///< time series of every trial …
-  bool samples_lie_in_out = false;      ///< … of the only one, in `out` itself
-  bool holds_against_own_stage = true;  ///< and not against the truth alone: the metrics of TrialView::same_stage
-  std::string program;                  ///< that runs them: another one's trials are not reused
+  bool wants_samples = false;           ///< write the time series of every trial …
+  bool samples_lie_in_out = false;      ///< … or of the only trial, in `out` itself
+  bool holds_against_own_stage = true;  ///< also compute the metrics of TrialView::same_stage
+  std::string program;                  ///< fingerprint of this program; results of other programs are not reused
 };
 
 struct TrialResult {
-  boost::json::object row;  ///< a line of results.json
+  boost::json::object row;  ///< line of results.json
   std::string key;
-  std::filesystem::path samples;  ///< folder with the time series; "": none
+  std::filesystem::path samples;  ///< folder with the time series; "" if there are none
   double virtual_s = 0;
   double wall_s = 0;
   bool was_there = false;
 };
 
-/// What has to be done, before it is.
+/// Amount of work of a study, known before it starts.
 struct StudySize {
   std::size_t trials = 0;
   std::size_t references = 0;  ///< runs at zero delay
-  std::size_t there = 0;       ///< trials that are done already
-  double virtual_s = 0;        ///< of all runs that are to be done
+  std::size_t there = 0;       ///< trials that are already done
+  double virtual_s = 0;        ///< virtual time of all remaining runs
 };
 
 class TrialRunner {
@@ -54,9 +54,9 @@ class TrialRunner {
   ~TrialRunner();
 
   StudySize size() const;
-  /// Results in the order of the trials. Called once.
-  /// In      on_progress  called after each trial with how many are done, and how many of them were there already
-  /// Fails   the first failure of a run, after the others have stopped; what is finished stays
+  /// Runs all trials and returns the results in their order. Called once.
+  /// In      on_progress  called after each trial with the number of finished trials, and the number of reused ones
+  /// Fails   the first failure of a run, after the others have stopped; finished trials are kept
   std::vector<TrialResult> run(const std::function<void(std::size_t done, std::size_t reused)>& on_progress);
 
  private:
@@ -64,10 +64,10 @@ class TrialRunner {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What the trial was and what came out. Numbers that have no meaning are null.
+/// Row with the parameters and the results of the trial. Undefined numbers are null.
 boost::json::object trial_row(const Trial& trial, const TrialView& view);
 
-/// SHA-256 of the running program's file, in hex: two builds are two programs.
+/// SHA-256 of the running program's file, in hex. Two builds count as different programs.
 std::string program_fingerprint();
 
 }  // namespace tandem::lab

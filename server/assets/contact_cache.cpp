@@ -7,7 +7,7 @@
 namespace tandem::server {
 namespace {
 
-/// No asset is as large: what is larger is not one.
+/// Upper bound of an entry; larger files are refused. No asset reaches it.
 constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
 }  // namespace
@@ -21,7 +21,7 @@ std::filesystem::path kept_contact_file(const std::filesystem::path& folder, con
   return folder / (proto::hex(key) + ".contact");
 }
 
-// The key in front tells a renamed file from the right one.
+// The key at the start of the file detects a renamed file.
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return {};

@@ -1,4 +1,4 @@
-// Contact assets of meshes, kept in a folder. Others can write to it: what is read is checked.
+// Cache of the contact assets of meshes, in a folder. Other programs may write to it, so every entry is checked.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace tandem::server {
 
-/// What an asset is kept by: a hash of all that its bytes depend on.
+/// Cache key of a contact asset: a hash of everything that its bytes depend on.
 proto::Sha256 contact_key(const geometry::ContactMesh& mesh, const contact::ContactShapeOptions& options);
 
 std::filesystem::path kept_contact_file(const std::filesystem::path& folder, const proto::Sha256& key);
 
-/// The bytes of an asset; empty for anything that is not a file with that key in front. Whether they are an asset,
-/// contact_shape_from() says.
+/// Returns the bytes of a cached asset. Empty unless the file begins with `key`. The bytes themselves are not parsed;
+/// contact_shape_from() does that.
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key);
 
-/// Out     what stood in the way
+/// Out     error of the write; none if it succeeded
 std::error_code keep_contact(const std::filesystem::path& file, const proto::Sha256& key,
                              std::span<const std::uint8_t> bytes);
 

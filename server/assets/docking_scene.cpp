@@ -21,21 +21,23 @@
 namespace tandem::server {
 namespace {
 
-/// Of small molecules; of larger ones so much that the larger one's radius of gyration is that of a thing in the hand.
+/// Length scale for small molecules. Larger molecules are scaled so that the larger radius of gyration is
+/// kGyrationRadius_m, the size of an object in the hand.
 constexpr double kMetresPerAngstrom = 0.01, kGyrationRadius_m = 0.08;
 constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;
-/// Some 20 s of a core for each step: whoever wants them all has a reason, but not above what scenes may have.
+/// Limit of pairs in a scene file, where each step takes some 20 s of a core. It applies to an explicit request for all
+/// pairs.
 constexpr std::size_t kMaxPairs = 2'000'000'000;
 constexpr double kMass_kg = 0.2;
-/// As a window draws the tools that hold them.
+/// Colours in which a window draws the tools that hold the molecules.
 constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
 
 StructureSource structure_source(const wire::MoleculeSource& message) {
   return {message.file(), {{message.chains().begin(), message.chains().end()}}, hydrogens_of(message.hydrogens())};
 }
 
-/// `message` leaves with the choice of hydrogens.
+/// Loads a molecule and writes the choice of hydrogens into `message`.
 docking::Molecule load(wire::MoleculeSource& message, const std::string& force_field_directory,
                        const StructureSource& beside) {
   const StructureSource source = structure_source(message);
@@ -46,17 +48,18 @@ docking::Molecule load(wire::MoleculeSource& message, const std::string& force_f
   return molecule;
 }
 
-/// Rounded for people: µm, and ten thousandths of a degree.
+/// Rounds to multiples of `step`, which keeps the file readable: 1 µm, and ten thousandths of a degree.
 double rounded(double value, double step) {
   return std::round(value / step) * step;
 }
 
-/// A hand bears little torque: what touches far from the middle of a large thing would turn it out of the hand.
-/// In      both about their centres
+/// Length scale of the scene [m/Å]. It limits the size because a hand resists little torque: contact far from the
+/// centre of a large object would turn it out of the hand.
+/// In      a, b  positions relative to their own centres
 double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& b) {
   const double radius_angstrom = std::max(a.gyration_radius_angstrom(), b.gyration_radius_angstrom());
   const double scale = kGyrationRadius_m / radius_angstrom;
-  // To three digits: never to 0, however large they are.
+  // Rounded to three significant digits, so a very large molecule does not give 0.
   return std::min(kMetresPerAngstrom, rounded(scale, std::pow(10, std::floor(std::log10(scale)) - 2)));
 }
 
@@ -65,7 +68,7 @@ void put(Numbers* out, const Vec3& values, double step) {
   for (const double value : values) out->Add(rounded(value, step));
 }
 
-/// `y_m` along the line between them, turned so that it is y.
+/// Places a molecule at `y_m` on the line of centres. `q` turns that line to y.
 void place(wire::Placement& placement, double y_m, const Quat& q) {
   put(placement.mutable_position_m(), {0, y_m, 0}, 1e-6);
   const Vec3 zyx = q.toRotationMatrix().eulerAngles(2, 1, 0);
@@ -90,9 +93,9 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   put(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
-/// The law of rooms that name none, of small molecules about as stiff at 1 N, the strongest pull, as the linear spring of the
-/// shipped docking scene. A smaller scale needs a stiffer spring: what pushes a ligand through a narrow way are newtons for
-/// each ångström that it is behind.
+/// Sets the default law. Small molecules get about the stiffness that the linear spring of the shipped docking scene
+/// has at 1 N, the strongest pull. A smaller length scale needs a stiffer spring: the force that pushes a ligand
+/// through a narrow passage is proportional to the lag in ångström.
 void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
   constexpr double kMaxTurn = 1.75;
   const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);
@@ -138,7 +141,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   }
   molecular.set_cutoff_angstrom(model.cutoff_angstrom);
   molecular.set_far_grid(model.has_far_grid);
-  // Contact is near.
+  // The contact search works at short distance, so it needs no far grid.
   model.has_far_grid = false;
   if (model.cutoff_angstrom == 0 && pairs > docking::kMaxAllPairs) {
     model.cutoff_angstrom = docking::kUsualCutoffAngstrom;

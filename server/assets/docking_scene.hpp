@@ -1,4 +1,4 @@
-// A scene of two structure files, for who has no scene file of his own.
+// A docking scene made from two structure files, for users without a scene file.
 #pragma once
 
 #include <string>
@@ -7,23 +7,28 @@
 
 namespace tandem::server {
 
-/// Receptor and ligand in a hand each, as their files have them to each other, but drawn 8 Å apart along the line of their
-/// centres. What is left open is chosen: hydrogens as given, or built where a file has none; charges with ε = 4r; all pairs
-/// up to a million, and above that what choose_field() chooses, whichever is the receptor; a zero area of 1 kT up to a million;
-/// forces so large that the strongest pull is 1 N; 10 mm for 1 Å, less where that makes the larger one's radius of gyration
-/// more than 80 mm.
+/// Builds a scene in which one tool holds the receptor and one the ligand. Their relative orientation is that of the
+/// files. Along the line of centres they are moved apart to a gap of 8 Å. Open settings get these values:
+///
+///   hydrogens     as given; built where a file has none
+///   charges       ε = 4r
+///   pairs         all up to a million; above that choose_field() decides, whichever molecule is the receptor
+///   zero area     1 kT up to a million pairs
+///   force scale   the strongest pull is 1 N
+///   length scale  10 mm for 1 Å, less where the larger radius of gyration would exceed 80 mm
 ///
 /// In      receptor, ligand  absolute file, chains, hydrogens
-/// Out     a scene to be written to a file (complete_and_check() has not been called)
+/// Out     a scene to be written to a file; complete_and_check() has not been called
 /// Fails   docking::MoleculeError, see load_molecule(); std::invalid_argument: dielectric or cut-off, see
 ///         docking::validate()
 wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource ligand,
                           const wire::MolecularField& field);
 
-/// Of "FILE:A,B/478" (structure_choice()), the file's path absolute. `hydrogens` empty: docking_scene() chooses.
+/// Parses "FILE:A,B/478" (structure_choice()) and makes the path absolute. With empty `hydrogens` docking_scene()
+/// chooses.
 wire::MoleculeSource molecule_source(const std::string& text, const std::string& hydrogens);
 
-/// As scene files are written: JSON, with the fields that are set.
+/// Text of a scene file: JSON with the fields that are set.
 std::string scene_text(const wire::Scene& scene);
 
 }  // namespace tandem::server

@@ -16,11 +16,11 @@ using docking::FieldModel;
 using docking::Molecule;
 
 constexpr std::size_t kMaxReferencePairs = 200'000'000;
-/// Of molecules with more pairs.
+/// Cut-off of the reference for molecules with more pairs.
 constexpr double kReferenceCutoff_angstrom = 40;
-/// A third of a millisecond of one AVX-512 core, as docking::kMaxAllPairs without a cut-off.
+/// Number of pairs that takes a third of a millisecond of one AVX-512 core, as docking::kMaxAllPairs without a cut-off.
 constexpr std::size_t kMaxNearPairs = 200'000;
-/// From where the molecules touch; contact last, so that its pairs are those that are counted.
+/// Distances from contact. Contact is last, because the pairs of the last evaluation are counted.
 constexpr std::array kOut_angstrom{5.0, 3.5, 2.0, 1.0, 0.5, 0.0};
 constexpr std::array kCutoffs_angstrom{8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0, 25.0, 30.0};
 
@@ -30,7 +30,7 @@ FieldModel with_cutoff(FieldModel model, double cutoff_angstrom) {
   return model;
 }
 
-/// To two digits.
+/// Formats a number with two significant digits.
 std::string short_number(double value) {
   const double step = std::pow(10, std::floor(std::log10(std::max(1e-12, std::abs(value)))) - 1);
   return proto::number_text(std::round(value / step) * step);

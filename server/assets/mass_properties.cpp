@@ -13,8 +13,8 @@ namespace {
 
 using Mat3 = Eigen::Matrix3d;
 
-/// A solid of density 1: volume, centre, and the second moment Σ x xᵀ about the centre, from which the inertia
-/// tensor is trace(S)·1 − S. Second moments turn and shift more simply than inertia tensors.
+/// A solid of density 1: volume, centre, and the second moment S = Σ x xᵀ about the centre. The inertia tensor is
+/// trace(S)·1 − S. Second moments rotate and shift more simply than inertia tensors.
 struct Solid {
   double volume = 0;
   Vec3 centre = Vec3::Zero();
@@ -25,13 +25,13 @@ Solid diagonal_solid(double volume, double xx, double yy, double zz) {
   return {volume, Vec3::Zero(), volume * Vec3(xx, yy, zz).asDiagonal().toDenseMatrix()};
 }
 
-/// A straight part and two half balls on its ends; axis z.
+/// A cylinder along z with a hemisphere on each end.
 Solid capsule(double radius, double length) {
   const double pi = std::numbers::pi;
   const double r2 = radius * radius;
   const double tube = pi * r2 * length;
   const double ball = 4.0 / 3.0 * pi * r2 * radius;
-  // Along z a half ball has its centroid 3r/8 beyond the tube's end: ∫z² = l²/4 + 2·(l/2)(3r/8) + r²/5.
+  // A hemisphere has its centroid 3r/8 beyond the cylinder's end: ∫z² = l²/4 + 2·(l/2)(3r/8) + r²/5.
   const double along = tube * length * length / 12 + ball * (length * length / 4 + 3 * length * radius / 8 + r2 / 5);
   const double across = tube * r2 / 4 + ball * r2 / 5;
   return {tube + ball, Vec3::Zero(), Vec3(across, across, along).asDiagonal()};
@@ -90,7 +90,8 @@ void add(Solid& sum, const Solid& part) {
   sum.volume = volume;
 }
 
-/// Principal axes; those of B itself when they already are, so that symmetric bodies keep their frame.
+/// Sets the principal axes. If the axes of B are principal already, they are kept, so symmetric bodies keep their
+/// frame.
 void set_inertia(MassProperties& properties, const Mat3& second_moment) {
   const Mat3 inertia = second_moment.trace() * Mat3::Identity() - second_moment;
   const Mat3 coupled = inertia - inertia.diagonal().asDiagonal().toDenseMatrix();

@@ -32,16 +32,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// In times of the reader's processor time: it waits for nothing, but others may want the processor too.
+// Limit of wall-clock time, as a multiple of the reader's processor time: other processes may use the processor too.
 constexpr int kMaxWaitShare = 10;
-/// Files that one file may need beside it.
+/// Limit of the number of additional files (buffers) of one mesh file.
 constexpr std::size_t kMaxBeside = 64;
-/// A longer .gltf holds its numbers itself.
+/// Size limit of a .gltf whose buffers are looked up. A longer one contains its numbers itself.
 constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
-/// Of things that a hand touches. Others are possible, but mostly a scale is forgotten.
+/// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but usually a scale is missing.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 
-/// What to install when a file of a known data package is missing.
+/// Remedy for a missing file: the Debian package if the folder belongs to one, else `otherwise`.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
   const std::string text = file.string();
   const auto is_below = [&text](const char* folder) { return text.rfind(folder, 0) == 0; };
@@ -55,7 +55,7 @@ std::string mebibytes(std::size_t bytes) {
   return std::to_string(bytes >> 20U) + " MiB";
 }
 
-/// $TANDEM_MESH_READER, else beside the running program.
+/// Path of the reader: $TANDEM_MESH_READER, else the folder of the running program.
 fs::path reader_program() {
   const char* const chosen = std::getenv("TANDEM_MESH_READER");
   if (chosen != nullptr && *chosen != '\0') return chosen;
@@ -63,7 +63,7 @@ fs::path reader_program() {
   return fs::read_symlink("/proc/self/exe", error).parent_path() / "tandem-mesh-reader";
 }
 
-/// An open descriptor, closed at the end.
+/// Owns an open file descriptor and closes it.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
@@ -90,7 +90,7 @@ class Descriptor {
                    std::strerror(error) + "); install it there, or set TANDEM_MESH_READER to where it is");
 }
 
-/// A file for the reader, by the name that others call it.
+/// A file for the reader, with the name by which other files refer to it.
 struct GivenFile {
   std::string name;
   std::vector<std::byte> bytes;
@@ -114,7 +114,7 @@ void append(int descriptor, const std::string& name, std::span<const std::byte> 
   write_all(descriptor, bytes);
 }
 
-/// The mesh, and what it needs beside it, as a file without a name, for the reader to map.
+/// Descriptor of an anonymous file that holds the mesh and its additional files, for the reader to map.
 int memory_file(std::span<const std::byte> bytes, const std::vector<GivenFile>& beside) {
   const int descriptor = memfd_create("mesh", MFD_CLOEXEC);
   append(descriptor, "", bytes);
@@ -122,7 +122,7 @@ int memory_file(std::span<const std::byte> bytes, const std::vector<GivenFile>& 
   return descriptor;
 }
 
-/// "%20" as a space.
+/// Decodes percent escapes: "%20" is a space.
 std::string unescaped(const std::string& uri) {
   std::string text;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -135,7 +135,7 @@ std::string unescaped(const std::string& uri) {
   return text;
 }
 
-/// Names of files beside a .gltf that hold its numbers; none that leads out of its folder.
+/// Names of the buffer files of a .gltf; names that lead out of its folder are left out.
 std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
   namespace json = boost::json;
   std::vector<std::string> names;
@@ -153,7 +153,7 @@ std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
   const json::value* const buffers =
       !error && document.is_object() ? document.as_object().if_contains("buffers") : nullptr;
   if (buffers != nullptr && buffers->is_array()) std::ranges::for_each(buffers->as_array(), add);
-  // Version 1 has them by name.
+  // Version 1 of glTF lists buffers by name.
   if (buffers != nullptr && buffers->is_object()) {
     for (const auto& [key, buffer] : buffers->as_object()) add(buffer);
   }
@@ -173,7 +173,7 @@ std::vector<GivenFile> files_beside(std::span<const std::byte> bytes, const fs::
   for (const std::string& name : buffers_of(bytes)) {
     const fs::path path = file.parent_path() / name;
     std::error_code error;
-    // The reader says which one is missing.
+    // The reader reports a missing file.
     if (!fs::is_regular_file(path, error)) continue;
     std::vector<std::byte> buffer = read_asset_file(path, "");
     total += buffer.size();
@@ -192,7 +192,7 @@ std::size_t bytes_of(std::span<const std::byte> bytes, const std::vector<GivenFi
   return total;
 }
 
-/// The reader as a process. Safe beside other threads: nothing of this process is used between fork and exec.
+/// The reader process. Starting it is safe beside other threads: nothing of this process is used between fork and exec.
 class ReaderProcess {
  public:
   ReaderProcess(const std::vector<std::byte>& bytes, const std::vector<GivenFile>& beside, const fs::path& file)
@@ -211,7 +211,7 @@ class ReaderProcess {
     wait();
   }
 
-  /// What it says; refuses the file when it fails.
+  /// Reads the reply; refuses the file if the reader fails.
   std::vector<std::uint8_t> reply() {
     std::vector<std::uint8_t> reply;
     const SteadyClock clock;
@@ -244,7 +244,7 @@ class ReaderProcess {
     refuse_without_reader(file_, error);
   }
 
-  /// False at the end. Waits a tenth of a second at most.
+  /// Reads the next piece, waiting at most 0.1 s. Returns false at the end.
   bool read_more(std::vector<std::uint8_t>& reply) const {
     pollfd ready{output_->get(), POLLIN, 0};
     if (poll(&ready, 1, 100) <= 0) return true;
@@ -288,8 +288,8 @@ class ReaderProcess {
   pid_t pid_ = -1;
 };
 
-/// Nothing for bytes that are not exactly a mesh of bounded size with indices in range: who parsed a hostile file may say
-/// anything.
+/// Decodes the reply. Returns nothing unless the bytes are exactly a mesh of bounded size with indices in range. A
+/// reader that parsed a hostile file is not trusted.
 std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t> reply) {
   ByteReader reader(reply);
   const std::uint8_t kind = reader.number<std::uint8_t>();
@@ -312,7 +312,7 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
   return mesh;
 }
 
-/// The reader knows the file by another name.
+/// Replaces the name that the reader uses for the file by its real name.
 std::string named_as(const fs::path& file, std::string text) {
   const std::string extension = file.extension().string();
   const std::string name = "mesh." + (extension.empty() ? "" : extension.substr(1));

@@ -24,7 +24,7 @@
 #include "server/assets/meshes/triangles.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
-// An address space cannot be limited under it; single allocations can.
+// AddressSanitizer does not work with a limited address space; single allocations are limited instead.
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=3000:hard_rss_limit_mb=4000:detect_leaks=0";
 }
@@ -43,7 +43,7 @@ void limit(__rlimit_resource resource, std::size_t value) {
   setrlimit(resource, &both);
 }
 
-/// After the program's libraries are loaded: from now on it can open nothing, whatever the file names.
+/// Applies the limits after the libraries of the program are loaded. From then on the process cannot open any file.
 void limit_resources(std::size_t file_bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, address_space_limit(file_bytes));
@@ -54,7 +54,7 @@ void limit_resources(std::size_t file_bytes) {
   std::set_new_handler([] { _exit(kOutOfMemory); });
 }
 
-/// The whole of the standard input; empty for none.
+/// Maps the whole standard input; empty if there is none.
 std::span<const std::byte> input() {
   struct stat status {};
   if (fstat(STDIN_FILENO, &status) != 0 || status.st_size <= 0) return {};
@@ -101,18 +101,19 @@ std::vector<GivenFile> files_of(std::span<const std::byte> input) {
   return files;
 }
 
-/// Without the mark that some editors put before text of UTF-8.
+/// Removes the UTF-8 byte order mark that some editors write.
 std::span<const std::byte> without_mark(std::span<const std::byte> bytes) {
   return bytes.subspan(text_of(bytes).starts_with("\xEF\xBB\xBF") ? 3 : 0);
 }
 
-/// Assimp's numbers of an ordinary .obj go on unchanged, so that what was built and measured of such files stays valid.
+/// Whether Assimp's coordinates of an .obj are used unchanged. This keeps earlier caches and measurements of such files
+/// valid.
 bool is_ordinary(const Extent& extent) {
   constexpr double kMinSize = 1e-2, kMaxSize = 1e6, kFarthest = 4;
   return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
-/// Assimp's vertices fill the box of those that the file lists.
+/// Whether Assimp's vertices fill the same box as the vertices that the file lists.
 bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
   constexpr double kMaxShare = 1e-5;
   Eigen::AlignedBox3d box;
@@ -185,6 +186,6 @@ int main(int argc, char** argv) {
   if (argc != 2 || bytes.empty()) return kBadCall;
   limit_resources(bytes.size());
   const bool is_written = write_all(import(bytes, lower_case(argv[1])));
-  // Not through the importer's end: what it holds is the system's to free.
+  // Skips the importer's destructor: the system frees its memory.
   _exit(is_written ? 0 : kBadCall);
 }

@@ -26,22 +26,23 @@ using docking::kKilojoulesPerKilocalorie;
 using docking::Molecule;
 
 constexpr double kStrongestPull_n = 1;
-/// Of molecules that do not attract each other.
+/// Scale for molecules that do not attract each other.
 constexpr double kScaleWithoutPull = 0.03;
 constexpr double kTouching_kcal_per_mol = 5;
-/// A second or two.
+/// Largest number of pairs that is minimised, which takes a second or two.
 constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kLookOut_angstrom = 4, kLookIn_angstrom = 2;
 constexpr double kAside_angstrom = 6;
 constexpr int kSides = 6;
-/// Drawing one molecule out of the other: ways, what it moves at once, what it then gives way by.
+/// Numbers for drawing one molecule out of the other: directions, descent steps at the start, descent steps after each
+/// displacement.
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
 constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
-/// Below, in kcal/mol/Å, what is found is no attraction.
+/// Limit below which a pull does not count as attraction [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
-/// A zero area must be this much above the least energy to leave something to be felt, in kT.
+/// Depth that the well must have below the zero area, so something is left to feel [kT].
 constexpr double kFelt_kt = 3;
 
 double extent_angstrom(const Molecule& molecule) {
@@ -50,13 +51,13 @@ double extent_angstrom(const Molecule& molecule) {
   return extent;
 }
 
-/// To four digits: kernels differ in the last ones of a float, and the same scene is to be the same on other machines.
+/// Rounds to four digits. Kernels differ in the last digits of a float, and a scene must be the same on all machines.
 double rounded(double value) {
   const double step = std::pow(10, std::floor(std::log10(std::max(1e-12, std::abs(value)))) - 3);
   return std::round(value / step) * step;
 }
 
-/// Of `count` spread evenly (Fibonacci's spiral).
+/// One of `count` evenly spread unit vectors (Fibonacci spiral).
 Vec3 side(int index, int count) {
   const double z = 1 - (2 * index + 1.0) / count, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
   const double r = std::sqrt(1 - z * z);
@@ -66,12 +67,13 @@ Vec3 side(int index, int count) {
 docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldModel model, bool has_charges) {
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = model.has_far_grid && has_charges;
-  // The same numbers on every CPU: recordings and checkpoints are of the same scene elsewhere. A grid takes the portable
-  // kernel seconds, and others that differ in the last digits of a float give the same numbers to the four that are kept.
+  // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints refer to the same scene on
+  // other machines. With a grid it would take seconds. Other kernels differ only in the last digits of a float, and
+  // four digits are kept.
   return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 
-/// What is found of two molecules on a line together; distances in Å.
+/// Result of the approach of two molecules along a line; distances in Å.
 struct Way {
   Vec3 direction_A;
   double contact = 0;
@@ -84,7 +86,7 @@ Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
   return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
 }
 
-/// One pair of molecules on its way together along a line.
+/// Approach of one pair of molecules along a line.
 class Approach {
  public:
   Approach(const Molecule& a, const Molecule& b, const FieldModel& model)
@@ -93,7 +95,7 @@ class Approach {
         farthest_(extent_angstrom(a) + extent_angstrom(b) + kAside_angstrom),
         gyration_(b.gyration_radius_angstrom()) {}
 
-  /// Of the atoms themselves: charges may push from much farther away.
+  /// Contact distance by Lennard-Jones only, because charges may repel from much farther away.
   double contact(const Vec3& direction_A) {
     double distance = farthest_;
     while (distance > 0 && at(repulsion_, direction_A, distance).first < kTouching_kcal_per_mol)
@@ -116,14 +118,14 @@ class Approach {
     return way;
   }
 
-  /// What holds it near `place` against being drawn out the easiest way, giving way sideways and in turn, kcal/mol/Å; 0
-  /// where nothing holds it there, or every way is blocked.
+  /// Largest force against drawing B out of `place` along the easiest direction, with sideways motion and rotation free
+  /// [kcal/mol/Å]. 0 if nothing holds it there, or every direction is blocked.
   ///
-  /// In      report  called with the part that is done, 0 to 1
+  /// In      report  called with the share that is done, 0 to 1
   template <class Report>
   double hold(const Vec3& place, const Report& report) {
     Pose inside{place, Quat::Identity()};
-    // One inside the other, such as a file with itself: evaluated for minutes, and no place to be held in.
+    // Interpenetrating molecules, such as a file with itself, would take minutes and have no bound pose.
     if (field_.evaluate(inside).energy_kj_per_mol() > kHopeless_kj_per_mol) {
       report(1.0);
       return 0;
@@ -147,7 +149,7 @@ class Approach {
     return std::isfinite(easiest) ? easiest : 0;
   }
 
-  /// The energy at which it pushes as strongly, on the way in.
+  /// Energy on the way in at which the repulsion reaches `push` [kcal/mol].
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
     for (double in = -kLookOut_angstrom; in < kLookIn_angstrom; in += kFineStep_angstrom) {
@@ -159,14 +161,14 @@ class Approach {
   }
 
  private:
-  /// kcal/mol, and the push outwards in kcal/mol/Å.
+  /// Energy [kcal/mol] and outward force [kcal/mol/Å].
   static std::pair<double, double> at(docking::MolecularField& field, const Vec3& direction_A, double distance) {
     const docking::FieldResult result = field.evaluate({distance * direction_A, Quat::Identity()});
     return {result.energy_kj_per_mol() / kKilojoulesPerKilocalorie,
             result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
   }
 
-  /// Steps downhill, none along `held_A`; what acts where they end.
+  /// Descends with steps perpendicular to `held_A`. Returns the field at the end.
   docking::FieldResult descend(Pose& X, const Vec3& held_A, int steps) {
     docking::FieldResult here = field_.evaluate(X);
     double way = kSlide_angstrom;
@@ -191,7 +193,7 @@ class Approach {
   docking::MolecularField field_;
   docking::MolecularField repulsion_;
   double farthest_;
-  double gyration_;  ///< of B, Å
+  double gyration_;  ///< radius of gyration of B [Å]
 };
 
 std::vector<Vec3> ways(const Vec3& offset) {
@@ -201,13 +203,13 @@ std::vector<Vec3> ways(const Vec3& offset) {
   return directions;
 }
 
-/// To what scenes may have.
+/// Clamps to the range that scenes may have.
 double bounded(double value, std::string_view field) {
   const proto::SceneRange& range = proto::scene_range(field);
   return rounded(std::clamp(value, range.low, range.high));
 }
 
-/// Each two of some molecules, from several sides.
+/// Probes each pair of molecules from several sides.
 class Probe {
  public:
   Probe(std::span<const Molecule* const> molecules, std::span<const Vec3> centres_angstrom, const FieldModel& model,
@@ -250,8 +252,9 @@ class Probe {
     return least;
   }
 
-  /// From where the files have them, and from the best place of all ways; 0 where nothing attracts.
-  /// Fails   std::invalid_argument: more atoms than can be waited for
+  /// Least energy of descents from the pose in the files, and from the best position of all approaches; 0 if nothing
+  /// attracts.
+  /// Fails   std::invalid_argument: too many atoms
   double minimum() const {
     double least = 0;
     for (const Pair& pair : pairs_) {
@@ -276,11 +279,11 @@ class Probe {
     std::vector<Way> ways;
     Approach approach;
   };
-  /// Of which the ways together are so much of the work.
+  /// Share of the approaches in the total work, for the progress report.
   static constexpr double kPartOfWays = 0.3;
 
-  /// Of more pairs than a step can have in time the numbers come from a cut-off and a grid: four digits are kept, and thousands
-  /// of evaluations of all pairs would take minutes.
+  /// Model for the probe. For more pairs than a step can evaluate it uses a cut-off and a grid. Four digits are kept,
+  /// and thousands of evaluations of all pairs would take minutes.
   static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
     if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
     return model;
@@ -316,7 +319,7 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
 
 namespace {
 
-/// What is summed in each step, for people.
+/// Note for the user: which pairs are summed in each step.
 std::string method_note(std::span<const Molecule* const> molecules, const FieldModel& model) {
   std::size_t pairs = 0;
   bool is_too_large = false;
@@ -348,7 +351,7 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
     const Vec3 line = line_of_centres(centres_angstrom[1] - centres_angstrom[0]);
     notes.push_back(well_note(way_in(*molecules[0], *molecules[1], model, line)(model)));
   }
-  std::optional<Probe> made;  // takes its time, and an author may have given all numbers
+  std::optional<Probe> made;  // made on demand: probing takes time, and an author may have given all numbers
   const auto probe = [&]() -> Probe& {
     return made ? *made : made.emplace(molecules, centres_angstrom, model, progress);
   };

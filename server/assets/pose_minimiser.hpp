@@ -1,4 +1,4 @@
-// The pose of least energy of two molecules near a given one, by steps that a caller may spread over time.
+// Finds the pose of least energy of two molecules near a given pose, in steps that a caller may spread over time.
 #pragma once
 
 #include <optional>
@@ -7,25 +7,25 @@
 
 namespace tandem::server {
 
-/// Descends from a pose, downhill all the way.
+/// Descends from a pose; every accepted step lowers the energy.
 ///
-/// Model   Levenberg's steps by the 6×6 gradient of exact_field(), at most 0.5 Å and as much at the farthest atom, until no
-///         step gains 1e-6 kcal/mol
+/// Model   Levenberg steps with the 6×6 gradient of exact_field(), at most 0.5 Å of translation and of rotation at the
+///         farthest atom, until no step gains 1e-6 kcal/mol
 class PoseMinimiser {
  public:
   static constexpr int kMaxSteps = 200;
 
-  /// In      a, b, model  outlive this
+  /// In      a, b, model  must outlive this object
   PoseMinimiser(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                 const Pose& X_AB_angstrom);
 
-  /// The first call evaluates the field at the start, each later one at the next pose.
-  /// Out     false: the minimum is reached, or kMaxSteps are done; another call does nothing
+  /// Evaluates the field at the start in the first call, and at the next pose in each later call.
+  /// Out     false: the minimum is reached, or kMaxSteps are done; further calls do nothing
   /// Cost    one exact_field() with its gradient
   bool step();
-  /// The best pose so far.
+  /// Best pose so far.
   const Pose& pose() const { return X_; }
-  /// Its energy; 0 before the first step().
+  /// Energy of the best pose; 0 before the first step().
   double energy_kj_per_mol() const { return here_.energy_kj_per_mol(); }
 
  private:

@@ -20,12 +20,12 @@
 namespace tandem::server {
 namespace {
 
-/// Meshes larger than this get cells and spacings in proportion: the default ones would fill the memory.
+/// Size above which cell sizes and spacings grow in proportion; the default ones would use too much memory.
 constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
-/// A larger asset has a coarse one, which clients touch until they have it: cells, tolerance and distances between points are
-/// so many times larger.
+/// Size of an asset above which a coarse one is also made, which clients touch until they have the fine one. The
+/// factors apply to cells, tolerance and distances between points.
 constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
 constexpr double kCoarseCells = 4;
 constexpr double kCoarseTolerance = 8;
@@ -73,7 +73,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// What `read` gives; what it says against the file becomes a refusal of the field.
+/// Calls `read`; turns a std::runtime_error into a refusal of the field.
 template <class Read>
 auto or_refused(const SceneField& field, const Read& read) {
   try {
@@ -83,7 +83,7 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
-/// From within the building, which leaves nothing behind.
+/// Aborts a build that takes too long. Throwing from the progress callback discards the partial result.
 [[noreturn]] void refuse_long_build(Duration allowed, double done) {
   throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
                             " s to be made ready for touch, and this one was done by " +
@@ -91,7 +91,7 @@ auto or_refused(const SceneField& field, const Read& read) {
                             " %: simplify it, give a smaller largest_size_m, or allow more (--build-limit)");
 }
 
-/// Of a size that can be divided by.
+/// Bounds of a mesh. Refuses a mesh of size 0, because the size is used as a divisor.
 Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::filesystem::path& file,
                              const SceneField& field) {
   try {
@@ -101,14 +101,14 @@ Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::file
   }
 }
 
-/// Scales and centres as the scene asks, and writes the scale that came of it into `message`.
+/// Scales and centres the mesh as the scene says, and writes the resulting scale into `message`.
 void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesystem::path& file,
            const SceneField& field) {
   const Eigen::AlignedBox3d bounds = measured(mesh, file, field);
   const double largest = bounds.sizes().maxCoeff();
   if (message.largest_size_m() > 0) message.set_scale(message.largest_size_m() / largest);
   message.set_largest_size_m(largest * message.scale());
-  // Clients are sent both, and check them by the same ranges.
+  // Clients receive both values and check them against the same ranges.
   if (!proto::scene_range("Mesh.largest_size_m").accepts(message.largest_size_m())) {
     field.refuse("is " + file.string() + ", which is " + number_text(message.largest_size_m()) +
                  " m large; give largest_size_m or another scale (" + kMillimetres + ")");
@@ -122,7 +122,7 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
 }
 
-/// Metres taken for millimetres, or the other way round; empty if the size is plausible.
+/// Warning about metres taken for millimetres, or the reverse; empty if the size is plausible.
 std::string size_warning(const wire::Mesh& message) {
   const std::string doubt = doubt_of_size(message.largest_size_m(), message.scale(), message.file());
   if (doubt.empty()) return doubt;
@@ -131,19 +131,19 @@ std::string size_warning(const wire::Mesh& message) {
   return message.file() + ": " + doubt + " Else give the mesh scale" + millimetres + " or largest_size_m";
 }
 
-/// The same mesh may be there in several sizes, and names must differ.
+/// Name with the size, because a scene may use the same mesh in several sizes.
 std::string sized_name(const wire::Mesh& message) {
   return message.file() + "." + std::to_string(std::llround(message.largest_size_m() * 1e6)) + "um";
 }
 
 }  // namespace
 
-/// A mesh's shape, and the bytes that clients get it as.
+/// Contact shape of a mesh, and the bytes of its asset for clients.
 struct SceneAssets::Contact {
   std::shared_ptr<const contact::ContactShape> shape;
   std::shared_ptr<const proto::Bytes> bytes;
   proto::Sha256 sha256{};
-  std::string note;  ///< for people: points, spacing, memory, seconds, from where
+  std::string note;  ///< for the operator: points, spacing, memory, seconds, origin
 };
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {
@@ -157,7 +157,7 @@ std::shared_ptr<const proto::Bytes> SceneAssets::read(const std::filesystem::pat
   auto bytes = std::make_shared<const proto::Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
 
   const Asset asset{proto::sha256_of(*bytes), kind, file.filename().string(), bytes};
-  // Clients tell assets apart by their base name, which is all they see of the path.
+  // Clients receive only the base name, so it must identify the asset.
   const auto same_name = [&asset](const Asset& other) { return other.name == asset.name; };
   const auto clash = std::find_if(assets.begin(), assets.end(), same_name);
   if (clash != assets.end() && clash->sha256 != asset.sha256) {
@@ -280,7 +280,7 @@ void SceneAssets::tell_users(const std::string& note) {
 }
 
 bool SceneAssets::offer(Asset asset) {
-  // Two surfaces may be drawn by the same bytes.
+  // Two surfaces may share the bytes of a drawing, so `coarse_of` is compared too.
   const auto is_same = [&asset](const Asset& other) {
     return other.sha256 == asset.sha256 && other.coarse_of == asset.coarse_of;
   };
@@ -337,7 +337,7 @@ void SceneAssets::add_molecule(const docking::Molecule& molecule, wire::Molecule
   const auto bytes = std::make_shared<const proto::Bytes>(docking::molecule_asset_bytes(molecule));
   const proto::Sha256 hash = proto::sha256_of(*bytes);
   message.set_asset_sha256(hash.data(), hash.size());
-  // The same file may be there with several choices of chains, and names must differ.
+  // The name contains the chains, because a scene may use the same file with several choices of chains.
   std::string name = message.file();
   for (const std::string& chain : message.chains()) name += "." + chain;
   offer({hash, "molecule", name + ".molecule", bytes});

@@ -1,4 +1,4 @@
-// What can be said about a scene without opening any other file: defaults, ranges, names, capacities.
+// Checks of a scene that need no other file: defaults, ranges, names, capacities.
 #pragma once
 
 #include <set>
@@ -9,17 +9,17 @@
 
 namespace tandem::server {
 
-/// The default of MolecularField::dielectric.
+/// Default of MolecularField::dielectric.
 inline constexpr const char* kDefaultDielectric = "4r";
 
-/// Fills in every default of `scene` and refuses the first field that cannot be: first what one number may be
-/// (proto/scene_ranges.hpp), then what fields must be together.
+/// Fills in every default of `scene` and refuses the first invalid field. The ranges of single numbers
+/// (proto/scene_ranges.hpp) are checked first, then conditions between fields.
 ///
-/// In      scene  as parsed; its file names stay as written
+/// In      scene  result of the parser; its file names are not changed
 /// Fails   SceneError
 void complete_and_check(wire::Scene& scene, const SceneField& file);
 
-/// Parts that several kinds of things have.
+/// Checks of parts that several kinds of objects have.
 void check_unique_name(const std::string& name, std::set<std::string>& taken, const SceneField& field);
 void complete_mesh(wire::Mesh& mesh);
 void check_mesh(const wire::Mesh& mesh, const SceneField& field);

@@ -15,7 +15,7 @@ constexpr std::string_view kAdaptiveLaw = "adaptive";
 constexpr double most(std::string_view coefficient) {
   return proto::find_coupling_field(coefficient)->high;
 }
-// What a device's profile may hold, a scene accepts.
+// A scene accepts every value that a device profile may contain.
 static_assert(haptics::kMaxFitStiffness_n_per_m == most("coupling.stiffness_n_per_m"));
 static_assert(haptics::kMaxFitDamping_n_s_per_m == most("coupling.damping_n_s_per_m"));
 static_assert(haptics::kMaxFitStiffness_n_m_per_rad == most("coupling.stiffness_n_m_per_rad"));
@@ -30,11 +30,11 @@ haptics::Cubic cubic_of(const Numbers& numbers) {
   return cubic;
 }
 
-/// thesis_adaptive_fit(), as a scene writes it.
+/// thesis_adaptive_fit() in the notation of scene files.
 constexpr std::string_view kThesisFit =
     R"({"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53], "damping_n_s_per_m": [0.2]})";
 
-/// Of a checked message.
+/// Converts a checked message.
 haptics::AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
   haptics::AdaptiveFit fit;
   fit.mass_low_kg = message.mass_range_kg(0);
@@ -65,7 +65,7 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
   }
 }
 
-/// What the two polynomials give over the range must be what the wire accepts.
+/// Checks that the values of both polynomials over the range are within the ranges of the wire format.
 void check_values(const Numbers& range, const haptics::Cubic& stiffness, const haptics::Cubic& damping,
                   std::string_view stiffness_name, std::string_view damping_name, const SceneField& fit) {
   for (int i = 0; i <= haptics::kFitLooks; ++i) {

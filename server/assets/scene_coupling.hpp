@@ -12,7 +12,7 @@ namespace tandem::server {
 void complete_coupling(wire::Coupling& coupling);
 /// Refuses an unknown law, and a fit that is missing or that its law cannot use.
 void check_coupling(const wire::Coupling& coupling, const SceneField& file);
-/// Of a complete description; none for a law that has no fit.
+/// Fit of a complete description; none for a law without a fit.
 std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// Effects in scene files: defaults, and help with their names; what they must be is in proto/effects_from_wire.hpp.
+// Effects in scene files: defaults, and remedies for wrong names. proto/effects_from_wire.hpp has the checks.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace tandem::server {
 
-/// Fills in what the table of ranges does not: placements, in_contact, the force that is left after slipping.
+/// Fills in the defaults that the table of ranges does not have: placements, in_contact, the force after slipping.
 void complete_effects(wire::Scene& scene);
 
-/// What to say of a field of an effect that does not exist; "" for a field elsewhere.
+/// Remedy for an unknown field of an effect; "" for a field elsewhere.
 std::string unknown_effect_field_remedy(const std::string& field);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// Where in a scene file a value stands, so that every refusal names it the same way.
+// Location of a value in a scene file, so that every refusal names it in the same form.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 
 namespace tandem::server {
 
-/// A scene that cannot be used. what() names the file, the field with its index, the value and what would be right:
+/// Error of a scene that cannot be used. what() names the file, the field with its index, the value and the valid
+/// range:
 ///   peg.json: bodies[2].mass_kg is -1; it must be 0 (static) or more
 class SceneError : public std::runtime_error {
  public:
@@ -20,17 +21,18 @@ class SceneError : public std::runtime_error {
 /// A field of a scene file, e.g. `bodies[2].mass_kg` of `peg.json`.
 class SceneField {
  public:
-  /// The whole file.
+  /// Constructs the field of the whole file.
   explicit SceneField(std::string origin) : origin_(std::move(origin)) {}
 
   SceneField in(const std::string& name) const;
   SceneField in(const std::string& name, std::size_t index) const;
 
-  /// As in the file, e.g. `bodies[2].mass_kg`.
+  /// Name as in the file, e.g. `bodies[2].mass_kg`.
   const std::string& name() const { return field_; }
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
-  /// Refuses a number that is not within [low, high], which other fields give; `demand` says in words what it must be.
+  /// Refuses a number outside [low, high]. These limits depend on other fields; `demand` describes them in words.
+  /// words.
   void require_within(double value, double low, double high, const std::string& demand) const;
 
  private:

@@ -23,13 +23,13 @@ namespace {
 
 constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
 
-/// Line of a syntax error, from the piece of text that protobuf quotes above its caret; 0 when it quotes none.
+/// Line of a syntax error, found from the text that protobuf quotes above its caret; 0 if it quotes none.
 std::size_t line_of_error(const std::string& json, const std::string& message) {
   const std::size_t quote_begin = message.find('\n');
   const std::size_t quote_end = message.rfind('\n');
   if (quote_begin == std::string::npos || quote_end <= quote_begin) return 0;
   const std::string quote = message.substr(quote_begin + 1, quote_end - quote_begin - 1);
-  // An error at the end of the text is quoted as nothing.
+  // The quote of an error at the end of the text is empty.
   std::size_t position = json.size();
   if (!quote.empty()) {
     position = json.find(quote);
@@ -40,7 +40,7 @@ std::size_t line_of_error(const std::string& json, const std::string& message) {
          static_cast<std::size_t>(std::count(json.begin(), json.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
 }
 
-/// "(bodies[0]) nam: Cannot find field." → "bodies[0].nam"; empty when `message` says something else.
+/// "(bodies[0]) nam: Cannot find field." → "bodies[0].nam"; empty for any other message.
 std::string unknown_field(const std::string& message) {
   const std::size_t suffix = message.find(": Cannot find field.");
   if (suffix == std::string::npos) return {};
@@ -65,7 +65,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
 }
 
-/// In      remedy  what else can be done about a body without volume
+/// In      remedy  alternative for a body without volume
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {
   try {
@@ -76,7 +76,7 @@ MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shape
   }
 }
 
-/// Turns a checked description into a loaded scene, part by part.
+/// Converts a checked description into a loaded scene, part by part.
 class SceneBuilder {
  public:
   SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory,
@@ -92,7 +92,8 @@ class SceneBuilder {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
-    // Every file is read before the first contact shape is built, which takes long: a wrong scale is reported at once.
+    // All files are read before the first contact shape is built, which takes long. So a wrong scale is reported at
+    // once.
     assets_.add_sources(description);
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
@@ -115,7 +116,7 @@ class SceneBuilder {
  private:
   using Shapes = google::protobuf::RepeatedPtrField<wire::Shape>;
 
-  /// Without the contact shapes, which take long: what is wrong with a body is said before they are made.
+  /// Loads shapes without building contact shapes, which takes long, so errors of a body are reported first.
   std::vector<SolidShape> load_shapes(Shapes& shapes, const SceneField& field) {
     std::vector<SolidShape> solids;
     for (int i = 0; i < shapes.size(); ++i) {
@@ -229,7 +230,7 @@ class SceneBuilder {
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
   }
 
-  /// What the author left to be found.
+  /// Fills in the numbers of the molecular field that the author left open.
   void scale_molecules() {
     if (!scene_->description.has_molecular_field()) return;
     std::vector<const docking::Molecule*> molecules;
@@ -254,9 +255,9 @@ class SceneBuilder {
     scene_->world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();
   }
 
-  /// Work that is too large for the rate is refused here, and not found out in somebody's hand.
+  /// Refuses work that is too much for the step rate at load time, before a user feels the overload.
   void check_atom_pairs() const {
-    // With a cut-off it goes with how much of them touches.
+    // With a cut-off the work depends on the size of the contact area.
     if (scene_->world.field_model.cutoff_angstrom > 0) return;
     double pairs = 0, atoms = 0;
     for (const physics::BodyDescription& body : scene_->world.bodies) {
@@ -273,13 +274,13 @@ class SceneBuilder {
                 "chains that touch (molecule.chains), or raise it where server and clients can bear that");
   }
 
-  /// Paths of the server are not the clients' business.
+  /// Hides directories of the server from clients.
   static void hide_directory(wire::MolecularField& field) {
     field.set_force_field_directory(std::filesystem::path(field.force_field_directory()).filename().string());
   }
 
   void check_size() const {
-    // Joined carries the description with up to a few kilobytes of its own.
+    // The message Joined contains the description and up to a few kilobytes more.
     const std::size_t size = scene_->description.ByteSizeLong();
     if (size > proto::kMaxControlBytes / 2) {
       file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +
@@ -290,7 +291,7 @@ class SceneBuilder {
   SceneField file_;
   std::function<void(const std::string& what, double done)> progress_;
   SceneAssets assets_;
-  std::vector<std::vector<SolidShape>> tool_shapes_;  ///< until their contact shapes are built
+  std::vector<std::vector<SolidShape>> tool_shapes_;  ///< kept until their contact shapes are built
   std::shared_ptr<LoadedScene> scene_;
 };
 
@@ -328,7 +329,7 @@ std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file,
   if (!stream || std::filesystem::is_directory(file)) {
     throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
   }
-  // One more than may be, so that what is too large is seen and not read.
+  // One byte above the limit, so a file that is too large is detected without reading it all.
   std::string text(kMaxSceneFileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));

@@ -1,4 +1,4 @@
-// Finds scene files by name, so that an operator need not know where they are installed.
+// Finds scene files by name, so an operator does not need their installation folder.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace tandem::server {
 
-/// Folders searched for NAME.json: the one of the scenes that come with Tandem.
+/// Folders that are searched for NAME.json: the folder of the scenes that are part of Tandem.
 std::vector<std::filesystem::path> scene_folders();
 
-/// `name_or_file` when it is a file; else NAME.json in the first folder that has it.
-/// Fails   SceneError that names what was looked for and the scenes that exist
+/// Returns `name_or_file` if it is a file, else NAME.json in the first folder that contains it.
+/// Fails   SceneError that names the requested scene and the scenes that exist
 std::filesystem::path find_scene(const std::string& name_or_file, const std::vector<std::filesystem::path>& folders);
 
 }  // namespace tandem::server

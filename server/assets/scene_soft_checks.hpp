@@ -1,4 +1,4 @@
-// What can be said about a scene's soft bodies without opening any other file.
+// Checks of the soft bodies of a scene that need no other file.
 #pragma once
 
 #include "server/assets/scene_field.hpp"
@@ -9,9 +9,9 @@ namespace tandem::server {
 inline constexpr std::size_t kMaxSoftBodies = 8;
 inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};  ///< bits of SoftSides
 
-/// Fills in what the table of ranges does not: placements, and the spacing of a block's nodes.
+/// Fills in the defaults that the table of ranges does not have: placements, and the node spacing of a block.
 void complete_soft_bodies(wire::Scene& scene);
-/// In      scene  its numbers are complete and in their ranges
+/// In      scene  its numbers are complete and within their ranges
 /// Fails   SceneError
 void check_soft_bodies(const wire::Scene& scene, const SceneField& file);
 

@@ -1,4 +1,4 @@
-// Between Bullet's vectors and ours. Private to the files that use Bullet.
+// Conversions between Bullet's vectors and ours. Private to the files that use Bullet.
 #pragma once
 
 #include <LinearMath/btTransform.h>

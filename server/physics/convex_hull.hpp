@@ -1,4 +1,4 @@
-// What a moving mesh collides as where Bullet steps it.
+// Collision shape of a moving mesh where Bullet steps it.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace tandem::server {
 
-/// The convex hull of `points`, with outward triangles; empty when the points lie in one plane.
+/// Returns the convex hull of `points`, with outward triangles; empty if the points are coplanar.
 geometry::TriangleMesh convex_hull(const std::vector<Vec3>& points);
 
 }  // namespace tandem::server

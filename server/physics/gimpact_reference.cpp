@@ -17,10 +17,10 @@
 namespace tandem::server {
 namespace {
 
-/// By which Bullet grows the triangles of both meshes.
+/// Margin by which Bullet grows the triangles of both meshes.
 constexpr double kMargin_m = 1e-4;
 
-/// A mesh with the copy of its triangles that Bullet points into.
+/// A mesh together with the copy of its triangles to which Bullet points.
 class GImpactMesh {
  public:
   GImpactMesh(const geometry::TriangleMesh& mesh, double margin_m)
@@ -121,7 +121,7 @@ GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W, double st
   const LocalTime begin = all.clock.now();
   all.tool.applyCentralForce(to_bullet(on_tool_W.f));
   all.tool.applyTorque(to_bullet(on_tool_W.t));
-  // No sub-steps: Bullet then advances by exactly this time.
+  // Without sub-steps Bullet advances by exactly this time.
   all.world.stepSimulation(step_s, 0);
   Step result;
   result.whole = all.clock.now() - begin;

@@ -1,5 +1,5 @@
-// What stock Bullet does with a moving triangle mesh against a fixed one: the peer that our own contact is held against
-// in the lab's benchmarks. The server does not use it.
+// Contact of a moving triangle mesh with a fixed one in stock Bullet, as the reference for our own contact in the lab's
+// benchmarks. The server does not use it.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace tandem::server {
 /// One moving mesh and one fixed mesh as GImpact shapes in a Bullet world with its default solver.
 class GImpactReference {
  public:
-  /// Where the moving mesh is after a step and what the step took.
+  /// Pose of the moving mesh after a step, and the cost of the step.
   struct Step {
     Pose X_WT;
     Twist V_WT;
@@ -22,14 +22,14 @@ class GImpactReference {
     Duration whole{0};
   };
 
-  /// In      mass_kg, principal_inertia_kg_m2  of the moving mesh, about its origin and along its axes
-  ///         clock  what `Step::query` and `Step::whole` are measured with; must outlive this
+  /// In      mass_kg, principal_inertia_kg_m2  moving mesh, about its origin and along its axes
+  ///         clock  measures `Step::query` and `Step::whole`; must outlive this object
   GImpactReference(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed, double mass_kg,
                    const Vec3& principal_inertia_kg_m2, double friction, const Clock& clock);
   ~GImpactReference();
 
   void place(const Pose& X_WT);
-  /// Advances by one step with this wrench on the moving mesh, about its origin.
+  /// Advances by one step. The wrench acts on the moving mesh, about its origin.
   Step step(const Wrench& on_tool_W, double step_s);
 
  private:

@@ -7,38 +7,38 @@
 namespace tandem::server {
 namespace {
 
-/// Samples so much farther than the nearest count e times less for the plane.
+/// Decay length of a sample's weight for the plane, in additional distance.
 constexpr double kPlane_m = 1e-3;
-/// A thing that is nearer is about to touch: it is not pressed any more.
+/// Distance below which an object is about to touch and is not pressed any more.
 constexpr double kMinGap_m = 1e-3;
-/// One that has moved less has the same stiffness before it.
+/// Movement below which the measured stiffness remains valid.
 constexpr double kSamePlace_m = 5e-3;
-/// To the sides a predicted contact holds so far.
+/// Lateral range in which a predicted contact is valid.
 constexpr double kTrust_m = 1e-2;
-/// Softer is not felt, stiffer is none of a soft body.
+/// Range of accepted stiffness: softer is not felt, stiffer cannot be a soft body.
 constexpr double kMinStiffness_n_per_m = 1;
 constexpr double kMaxStiffness_n_per_m = 2000;
 
 }  // namespace
 
-/// The body's surface where a thing comes near.
+/// Surface of the body near an approaching object.
 struct PredictedSoftContact::Surface {
   double gap_m = 0;
-  Vec3 normal_W = Vec3::UnitZ();  ///< towards the thing
-  Vec3 lever_W = Vec3::Zero();    ///< from the thing's origin to its point that will touch
+  Vec3 normal_W = Vec3::UnitZ();  ///< towards the object
+  Vec3 lever_W = Vec3::Zero();    ///< from the object's origin to its future contact point
 };
 
-/// A sample of the body.
+/// A sample of the body near an object.
 struct PredictedSoftContact::Near {
   double distance_m = 0;
   Vec3 p_W;
-  Vec3 out_W;  ///< of the thing
+  Vec3 out_W;  ///< outward direction from the object
 };
 
 struct PredictedSoftContact::Watched {
   std::optional<Surface> surface;
   std::optional<double> stiffness_n_per_m;
-  Vec3 p_WT = Vec3::Zero();  ///< where the thing was when that was found
+  Vec3 p_WT = Vec3::Zero();  ///< position of the object at that measurement
 };
 
 PredictedSoftContact::PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps,
@@ -96,7 +96,7 @@ void PredictedSoftContact::advance(const SoftStep& real, double step_s, double s
   if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);
 }
 
-/// In turn: those that are not there yet, and have not been pressed here before.
+/// Chooses in turn an object that has no contact yet and was not pressed at this position before.
 void PredictedSoftContact::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
   for (std::size_t i = 1; i <= watched_.size(); ++i) {
     const std::size_t thing = (pressing_ + i) % watched_.size();

@@ -1,5 +1,5 @@
-// A soft body in Bullet: its nodes and links, and the parts of a position-based step that concern no other thing.
-// Private to the soft world.
+// A soft body in Bullet: nodes, links, and the parts of a position-based step that involve no other object. Private to
+// the soft world.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -13,12 +13,12 @@
 
 namespace tandem::server {
 
-/// Between predict() and finish() the nodes are where the solver has moved them so far.
+/// Position-based soft body. Between predict() and finish() the nodes are at the intermediate positions of the solver.
 ///
-/// Model   predict: v ← v + g h, x ← x + v h. Then sweeps over links and volume (and contacts, SoftStep) move the
-///         nodes; each moves only pairs and sets of nodes whose momentum it keeps. finish: v ← (x − x_start)/h.
+/// Model   predict: v ← v + g h, x ← x + v h. Sweeps over links and volume (and contacts, SoftStep) then move the
+///         nodes; each correction conserves momentum. finish: v ← (x − x_start)/h.
 /// Source  Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics", 2007; nodes, links, prediction and link
-///         sweeps are Bullet's. Its collisions are not used: they know neither distance fields nor what a tool feels.
+///         sweeps are Bullet's. Its collisions are not used: they support neither distance fields nor forces on a tool.
 class SoftBody {
  public:
   SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2);
@@ -28,20 +28,20 @@ class SoftBody {
   const SoftModel& model() const { return model_; }
 
   void predict(double step_s);
-  /// One sweep.
+  /// Performs one sweep over the links.
   void solve_links();
-  /// Brings the enclosed volume nearer to that at the start.
+  /// Corrects the enclosed volume towards its initial value.
   ///
   /// Model   C = V − V₀; Δxᵢ = −κ wᵢ ∇ᵢV C / Σⱼ wⱼ |∇ⱼV|², wᵢ = 1/mᵢ
   void solve_volume();
-  /// Velocities from positions, damped along the links and limited. True when a node had to be slowed.
+  /// Computes velocities from positions, damped along the links and limited. Returns true if a node was slowed.
   bool finish(double step_s, double speed_limit_m_per_s);
-  /// Back to the start, at rest.
+  /// Resets to the initial state, at rest.
   void reset() { put(model_.nodes_W); }
-  /// Nodes that are not glued down are here, at rest.
-  /// Fails   std::invalid_argument: another number of them
+  /// Sets the positions of all free nodes, at rest.
+  /// Fails   std::invalid_argument: wrong number of nodes
   void put(std::span<const Vec3> nodes_W);
-  /// Where another of the same model is, at rest.
+  /// Copies the positions of another body of the same model, at rest.
   void copy(const SoftBody& other);
 
   bool is_finite() const;
@@ -53,14 +53,14 @@ class SoftBody {
 
   Vec3 position(const SoftSample& sample) const;
   Vec3 position_before(const SoftSample& sample) const;
-  /// Inverse of the mass that an impulse at the sample moves; 0 when all its nodes are glued down.
+  /// Inverse of the mass that opposes an impulse at the sample; 0 if all its nodes are anchored.
   double inverse_mass(const SoftSample& sample) const;
-  /// What an impulse does that moves a sample of inverse mass 1 by `push` [kg·m].
+  /// Applies an impulse that would move a sample of inverse mass 1 by `push` [kg·m].
   void push(const SoftSample& sample, const Vec3& push);
 
-  /// For the derivative of a step.
+  /// Bullet's body, for the derivative of a step.
   const btSoftBody& bullet() const { return *body_; }
-  /// Gradient of the volume by each node, of the last solve_volume(); and κ / Σ w|∇V|².
+  /// Volume gradient by each node in the last solve_volume(); and κ / Σ w|∇V|².
   const std::vector<Vec3>& volume_gradient() const { return volume_gradient_; }
   double volume_gain() const { return volume_gain_; }
 

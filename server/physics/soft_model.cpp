@@ -11,7 +11,7 @@ namespace {
 
 using Cells = std::array<std::uint64_t, 3>;
 
-/// Indices and places of a block's nodes.
+/// Indices and positions of a block's nodes.
 class Lattice {
  public:
   Lattice(const Vec3& size_m, const Cells& cells) : size_m_(size_m) {
@@ -27,7 +27,7 @@ class Lattice {
     const Vec3 fraction(double(x) / cells_[0], double(y) / cells_[1], double(z) / cells_[2]);
     return (fraction.array() - 0.5).matrix().cwiseProduct(size_m_);
   }
-  /// Share of a whole cell: half for each side of the block that the node is on.
+  /// Share of a whole cell: halved for each side of the block on which the node lies.
   double share(int x, int y, int z) const {
     const auto at_side = [](int i, int n) { return i == 0 || i == n ? 0.5 : 1.0; };
     return at_side(x, cells_[0]) * at_side(y, cells_[1]) * at_side(z, cells_[2]);
@@ -70,8 +70,8 @@ void add_links(const Lattice& lattice, SoftModel& model) {
   }
 }
 
-/// Two triangles a cell of the side at the low or high end of `axis`. Diagonals alternate, so that no direction is
-/// favoured.
+/// Adds two triangles for each cell of the side at the low or high end of `axis`. Diagonals alternate, so no direction
+/// is favoured.
 void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   const auto node = [&](int i, int j) {
@@ -98,7 +98,7 @@ void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) 
   }
 }
 
-/// Links in groups that share no node, so that the result of a sweep does not lean towards where the list begins.
+/// Orders links in groups that share no node, so the result of a sweep is not biased towards the start of the list.
 void order_by_colour(SoftModel& model) {
   std::vector<std::vector<int>> taken(model.nodes_W.size());
   std::vector<std::pair<int, std::array<int, 2>>> coloured;
@@ -116,7 +116,7 @@ void order_by_colour(SoftModel& model) {
   for (std::size_t i = 0; i < coloured.size(); ++i) model.links[i] = coloured[i].second;
 }
 
-/// Glues down the nodes within a hundredth of the size of the anchored sides. Nodes are still in the body's frame.
+/// Anchors the nodes within 1 % of the size from the anchored sides. Nodes are still in the body's frame.
 void anchor(SoftModel& model, SoftSides sides) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const Vec3& node : model.nodes_W) {
@@ -141,7 +141,7 @@ void scale_mass(SoftModel& model, double mass_kg) {
   for (double& share : model.mass_kg) share *= mass_kg / sum;
 }
 
-/// Samples of a surface with `spacing_m`: its nodes, then points on its edges, then points inside its triangles.
+/// Samples a surface with `spacing_m`: its nodes, then points on its edges, then points inside its triangles.
 class Sampler {
  public:
   Sampler(const SoftModel& model, double spacing_m) : model_(model), spacing_m_(spacing_m) {}
@@ -173,7 +173,7 @@ class Sampler {
     return std::max(1, static_cast<int>(std::ceil(length_m / (std::sqrt(2.0) * spacing_m_))));
   }
   void add_edge(int a, int b) {
-    // Each edge is there twice, once in each direction.
+    // The faces contain each edge twice, once in each direction.
     if (a > b) return;
     const int n = parts(length(a, b));
     for (int i = 1; i < n; ++i) samples_.push_back({{a, b, b}, {1.0 - double(i) / n, double(i) / n, 0}});
@@ -199,7 +199,7 @@ void add_samples(SoftModel& model) {
     const auto at = [&](std::size_t i) { return model.nodes_W[static_cast<std::size_t>(face[i])]; };
     area_m2 += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
   }
-  // Two triangles of the sampling hold a square of side √2 · spacing, for one sample.
+  // Two triangles of the sampling cover a square of side √2 · spacing and contain one sample.
   double spacing_m = std::max(kSoftSampleSpacing_m, std::sqrt(0.5 * area_m2 / double(kMaxSoftSamples)));
   do {
     model.samples = Sampler(model, spacing_m).samples();
@@ -222,7 +222,7 @@ SoftModel finished(SoftModel model, const SoftTraits& traits) {
 std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing_m) {
   Cells cells{};
   for (int axis = 0; axis < 3; ++axis) {
-    // A size that is a multiple of the spacing but for rounding gets no extra cell.
+    // The tolerance prevents an extra cell for a size that is a multiple of the spacing except for rounding.
     const double count = std::clamp(std::ceil(size_m[axis] / spacing_m - 1e-9), 1.0, 1e6);
     cells[static_cast<std::size_t>(axis)] = static_cast<std::uint64_t>(count);
   }
@@ -253,7 +253,7 @@ SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits
   model.nodes_W = mesh.vertices;
   model.faces = mesh.triangles;
   model.mass_kg.assign(mesh.vertices.size(), 0.0);
-  std::map<std::pair<int, int>, int> far_corner;  // of the first triangle seen at each edge
+  std::map<std::pair<int, int>, int> far_corner;  // corner of the first triangle at each edge
   for (const auto& face : mesh.triangles) {
     const auto at = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(face[i])]; };
     const double area = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();

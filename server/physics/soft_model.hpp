@@ -1,4 +1,4 @@
-// What a soft body is made of, before anything moves: nodes, links between them, the surface that is felt.
+// Structure of a soft body at rest: nodes, the links between them, and the surface that can be touched.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@
 
 namespace tandem::server {
 
-/// More nodes would cost more than a soft step has time for.
+/// Limit of nodes. More would cost more than the time of a soft step.
 inline constexpr std::size_t kMaxSoftNodes = 2000;
-/// Of the surface, beside its nodes; a larger surface is sampled more widely.
+/// Limit of surface samples, beside the nodes; a larger surface has a wider spacing.
 inline constexpr std::size_t kMaxSoftSamples = 20'000;
-/// No point of the surface at rest is farther than this over √2 from a sample, as long as the limit above holds.
+/// Sample spacing. At rest no point of the surface is farther than this over √2 from a sample, within the limit above.
 inline constexpr double kSoftSampleSpacing_m = 3e-3;
 
-/// A point of the surface that can touch: a mean of up to three nodes. Weights sum to 1.
+/// A point of the surface that can touch: a weighted mean of up to three nodes. Weights sum to 1.
 struct SoftSample {
   std::array<int, 3> nodes{};
   std::array<double, 3> weights{};
@@ -27,44 +27,44 @@ struct SoftSample {
 /// Sides of the bounding box in the body's frame, as bits 0..5: −x, +x, −y, +y, −z, +z.
 using SoftSides = std::uint8_t;
 
-/// What both kinds of soft bodies have in common.
+/// Properties common to both kinds of soft bodies.
 ///
-/// Stiffness and damping are coefficients of Bullet's position-based solver: how much of an error one sweep mends. What
-/// they feel like depends on the rate and on the mass (server/README.md).
+/// Stiffness and damping are coefficients of Bullet's position-based solver: the share of an error that one sweep
+/// corrects. The resulting stiffness depends on the rate and the mass (server/README.md).
 struct SoftTraits {
   double mass_kg = 0.2;
   SoftSides anchored = 0;  ///< nodes of these sides do not move
   Pose X_WS;
-  double stiffness = 0.5;         ///< of the links, 0..1
-  double damping = 0.1;           ///< of motion along the links, a step, 0..1
-  double volume_stiffness = 0.5;  ///< of the enclosed volume, 0..1
+  double stiffness = 0.5;         ///< gain of the links, 0..1
+  double damping = 0.1;           ///< for motion along the links in each step, 0..1
+  double volume_stiffness = 0.5;  ///< gain of the enclosed volume, 0..1
   double friction = 0.5;
 };
 
 struct SoftModel {
   std::string name;
-  std::vector<Vec3> nodes_W;    ///< at the start
-  std::vector<double> mass_kg;  ///< of each node; 0: glued to the world
+  std::vector<Vec3> nodes_W;    ///< initial positions
+  std::vector<double> mass_kg;  ///< parallel to nodes_W; 0: anchored to the world
   std::vector<std::array<int, 2>> links;
   std::vector<std::array<int, 3>> faces;  ///< closed; corners counter-clockwise seen from outside
   std::vector<SoftSample> samples;        ///< nodes of the surface first
-  SoftTraits traits;                      ///< that it was made with
+  SoftTraits traits;                      ///< parameters of its construction
 };
 
-/// Cells of a block along x, y, z: as few as keep their edges at most `spacing_m` long.
+/// Cells of a block along x, y, z: the fewest whose edges are at most `spacing_m` long.
 std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing_m);
-/// Nodes of a block with these cells.
+/// Number of nodes of a block with these cells.
 std::uint64_t soft_block_nodes(const std::array<std::uint64_t, 3>& cells);
 
-/// A lattice of cells whose edges, face diagonals and space diagonals are links; centred.
+/// Makes a centred lattice of cells whose edges, face diagonals and space diagonals are links.
 SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits& traits);
 
-/// A closed surface: its edges are links, and so are the far corners of each two triangles that share an edge (against
-/// bending). The inside is empty; the volume that it encloses is what resists.
+/// Makes a closed surface. Links are its edges and, against bending, the opposite corners of each pair of triangles
+/// that share an edge. The inside is empty; the enclosed volume gives the resistance.
 /// In      mesh  every edge has two triangles, corners counter-clockwise seen from outside
 SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 
-/// Of a closed surface.
+/// Volume enclosed by a closed surface.
 double enclosed_volume_m3(const std::vector<Vec3>& nodes, const std::vector<std::array<int, 3>>& faces);
 
 }  // namespace tandem::server

@@ -1,5 +1,5 @@
-// One step of one soft body among rigid things: their poses are given, its motion and what each of them feels come out.
-// Private to the soft world.
+// One step of one soft body among rigid objects. Inputs are the poses of the objects; outputs are the motion of the
+// body and the reactions on them. Private to the soft world.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace tandem::server {
 
-/// A rigid thing T during a soft step.
+/// A rigid object T during a soft step.
 struct SoftThing {
   const physics::TouchModel* model = nullptr;
   double friction = 0.5;
@@ -20,61 +20,61 @@ struct SoftThing {
   Pose X_WT;
 };
 
-/// One push of a contact, kept so that the step can be differentiated.
+/// One correction by a contact, stored so that the step can be differentiated.
 struct SoftPush {
   enum class Kind { kPress, kStick, kSlide };
 
   Kind kind = Kind::kPress;
   int sweep = 0;
-  int candidate = 0;  ///< the same number in all sweeps of a step, from 0
+  int candidate = 0;  ///< index, the same in all sweeps of a step
   int sample = 0;
   int thing = 0;
-  double mass_kg = 0;                                ///< that the sample opposes
-  double way_share = 0;                              ///< of the thing's way in this step, done by then
-  Vec3 normal_W = Vec3::Zero();                      ///< out of the thing
-  Vec3 lever_W = Vec3::Zero();                       ///< from the thing's origin
+  double mass_kg = 0;                                ///< effective mass of the sample
+  double way_share = 0;                              ///< share of the object's motion that is done at this sweep
+  Vec3 normal_W = Vec3::Zero();                      ///< outward from the object
+  Vec3 lever_W = Vec3::Zero();                       ///< from the object's origin
   double size = 0;                                   ///< kPress: λ [kg·m]
   Eigen::Matrix3d bend_W = Eigen::Matrix3d::Zero();  ///< kPress: ∂normal/∂p [1/m]
   double friction = 0;                               ///< kStick, kSlide
   Vec3 slide_W = Vec3::Zero();                       ///< kSlide: direction of the friction on the sample, unit
-  double slide_share = 0;                            ///< kSlide: μ Σλ over what it would take to stick
+  double slide_share = 0;                            ///< kSlide: μ Σλ over the friction needed to stick
 };
 
-/// What a soft step did to a thing.
+/// Effect of a soft step on an object.
 struct SoftReaction {
-  Wrench impulse_W;        ///< about the thing's origin [N·s, N·m·s]
-  double lever_sum_m = 0;  ///< Σ |lever| · |impulse|, over
+  Wrench impulse_W;        ///< about the object's origin [N·s, N·m·s]
+  double lever_sum_m = 0;  ///< Σ |lever| · |impulse|
   double impulse_sum = 0;  ///< Σ |impulse| along normals
 };
 
-/// Sweeps over links, volume and contacts.
+/// Solves links, volume and contacts by sweeps.
 ///
-/// Model   a sample p of the surface that is d inside a thing is put on its surface: λ = d / w, w = Σ bᵢ² / mᵢ,
-///         Δxᵢ = bᵢ λ n / mᵢ; the thing gets the impulse −λ n / h at p, so momentum is kept push by push. Friction
-///         pulls p along the surface towards where it would be had it stuck to the thing since the start of the
-///         step; its sum is at most μ Σ λ. Things move from pose to pose during the first half of the sweeps, so that
-///         what is thin or fast does not jump over the surface; the second half finds the balance.
-/// Limit   soft bodies do not meet each other or themselves
+/// Model   a sample p of the surface at depth d inside an object is moved onto its surface: λ = d / w, w = Σ bᵢ² / mᵢ,
+///         Δxᵢ = bᵢ λ n / mᵢ. The object gets the impulse −λ n / h at p, so each correction conserves momentum.
+///         Friction pulls p along the surface towards the position of sticking to the object since the start of the
+///         step; the sum is at most μ Σ λ. Objects move from pose to pose during the first half of the sweeps, so thin
+///         or fast objects do not jump over the surface. The second half finds the equilibrium.
+/// Limit   soft bodies do not collide with each other or with themselves
 class SoftStep {
  public:
-  /// In      sweeps  a step; even
+  /// In      sweeps  number of sweeps of a step; even
   SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps);
   ~SoftStep();
 
-  /// In      things  the same number every time
-  /// Out     reactions  added to, one a thing; true when a node had to be slowed
+  /// In      things  the same number in every call
+  /// Out     reactions  added to, one for each object; returns true if a node was slowed
   bool step(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things,
             std::span<SoftReaction> reactions);
 
   SoftBody& body() { return body_; }
   const SoftBody& body() const { return body_; }
-  /// Of the last step, in their order.
+  /// Corrections of the last step, in order.
   std::span<const SoftPush> pushes() const { return pushes_; }
   std::size_t candidate_count() const;
-  /// Of the last step: where the nodes were when a sweep began.
+  /// Positions of the nodes at the start of a sweep in the last step.
   std::span<const Vec3> nodes_at(int sweep) const;
   int sweeps() const { return sweeps_; }
-  /// May the thing be this near the body, as it was when the last step began?
+  /// Whether the object can be within `margin_m` of the body, in its state at the start of the last step.
   bool is_near(const SoftThing& thing, double margin_m) const;
 
  private:

@@ -15,11 +15,12 @@
 namespace tandem::server {
 namespace {
 
-/// Sweeps of a soft step: what a push needs to get through the pad of a hand's size, node by node.
+/// Number of sweeps of a soft step. A correction needs so many to spread, node by node, through a pad of the size of a
+/// hand.
 constexpr int kSweeps = 16;
-/// A tool that moves farther than this in a soft period was put there, not moved: it sweeps nothing aside.
+/// Displacement of a tool in a soft period above which it counts as placed, not moved, and pushes nothing aside.
 constexpr double kMaxWay_m = 0.3;
-/// However light a touch, the linear contact is good for this way; and however deep, not for more than …
+/// Smallest and largest trust radius of the linear contact.
 constexpr double kMinTrust_m = 1e-3;
 constexpr double kMaxTrust_m = 1e-2;
 
@@ -30,7 +31,7 @@ struct Result {
   double seconds = 0;
 };
 
-/// One soft body with its derivative.
+/// One soft body with its derivative and its predicted contacts.
 struct SteppedBody {
   SteppedBody(const SoftModel& model, const Vec3& gravity_m_per_s2, std::size_t things)
       : step(model, gravity_m_per_s2, kSweeps),
@@ -41,7 +42,7 @@ struct SteppedBody {
   PredictedSoftContact predicted_contact;
 };
 
-/// The steps, without when they happen.
+/// Computes the soft steps, independent of their timing.
 class Stepper {
  public:
   explicit Stepper(const SoftWorldSettings& settings)
@@ -117,7 +118,7 @@ class Stepper {
     body.predicted_contact.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
-  /// Trust: the depth at which a linear contact of this force and stiffness would begin.
+  /// Sets the trust radius to the depth at which a linear contact of this force and stiffness would begin.
   void finish_contacts(Result& result) const {
     for (SoftContact& contact : result.contacts) {
       const double force = contact.wrench_W.f.norm();
@@ -184,7 +185,7 @@ struct SoftWorld::Impl {
     }
   }
 
-  /// The room never waits: a result that is not there in time is taken in a later step.
+  /// Takes no time unless waits_for_worker is set: a late result is taken in a later step.
   bool is_ready() {
     if (!worker.joinable() || is_done.load(std::memory_order_acquire)) return true;
     if (!std::exchange(is_known_late, true)) late.fetch_add(1, std::memory_order_relaxed);
@@ -211,9 +212,9 @@ struct SoftWorld::Impl {
   const SoftWorldSettings settings;
   const int period;
   Stepper stepper;
-  std::vector<std::optional<Pose>> input;  ///< of the step under way
-  Result made;                             ///< by the step under way
-  Result taken;                            ///< what the room reads
+  std::vector<std::optional<Pose>> input;  ///< poses for the step in progress
+  Result made;                             ///< result of the step in progress
+  Result taken;                            ///< result that the room reads
   int steps_to_go = 0;
   bool is_under_way = false;
   bool is_known_late = false;
@@ -242,7 +243,7 @@ TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcep
       impl.steps_to_go = impl.period;
     }
   }
-  // What was computed for a tool that has left since would meet its next user.
+  // Clears the contact of a tool that has left, else its next user would feel it.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < X_WT.size(); ++i) {
     if (!X_WT[i]) impl.taken.contacts[i] = SoftContact{};
   }

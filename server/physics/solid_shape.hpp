@@ -1,4 +1,4 @@
-// A shape of a body with what was loaded for it: enough for its mass and for its contact shape.
+// A shape of a body with its loaded data: enough for its mass and its contact shape.
 #pragma once
 
 #include <memory>
@@ -10,9 +10,9 @@ namespace tandem::server {
 
 struct SolidShape {
   wire::Shape shape;                                                ///< complete
-  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< of a mesh shape, repaired; closed of a solid
+  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired; for a solid its closed part
   geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet has no volume of its own
-  std::shared_ptr<const geometry::ContactMesh> touched{};           ///< the mesh with all that is open beside it
+  std::shared_ptr<const geometry::ContactMesh> touched{};           ///< the mesh with all open parts
 };
 
 }  // namespace tandem::server

@@ -11,16 +11,17 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Nearer positions lose less than a millionth of the size by single precision.
+/// Largest distance from the origin, in mesh sizes, that is not shifted. Single precision then loses less than a
+/// millionth of the size.
 constexpr double kFarthest = 4;
 
-/// A piece of the file: where it begins and ends.
+/// Begin and end of a part of the file.
 struct Piece {
   std::size_t begin = 0, end = 0;
   std::string_view in(std::string_view text) const { return text.substr(begin, end - begin); }
 };
 
-/// The next start tag of an element from `at` to `end`, with its attributes.
+/// Finds the next start tag of an element between `at` and `end`, with its attributes.
 std::optional<Piece> next_tag(std::string_view text, std::string_view name, std::size_t at, std::size_t end) {
   const std::string start = "<" + std::string(name);
   text = text.substr(0, end);
@@ -35,7 +36,7 @@ std::optional<Piece> next_tag(std::string_view text, std::string_view name, std:
   }
 }
 
-/// Empty: the tag has none of that name.
+/// Value of an attribute; empty if the tag has none of that name.
 std::string_view attribute(std::string_view tag, std::string_view name) {
   for (std::size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
     const std::size_t open = at + name.size() + 1;
@@ -47,7 +48,7 @@ std::string_view attribute(std::string_view tag, std::string_view name) {
   return {};
 }
 
-/// Ids of the sources that vertices take their positions from.
+/// Ids of the sources that contain vertex positions.
 std::set<std::string, std::less<>> position_sources(std::string_view text) {
   std::set<std::string, std::less<>> ids;
   for (auto tag = next_tag(text, "vertices", 0, text.size()); tag;
@@ -73,7 +74,7 @@ bool is_list_of_xyz(std::string_view text, std::size_t begin, std::size_t end) {
   return names == "XYZ" && (offset.empty() || offset == "0");
 }
 
-/// The numbers of all positions, in the order of the file; nothing where they are anything else than lists of X, Y, Z.
+/// The number lists of all positions, in file order; nothing if any of them is not a list of X, Y, Z.
 std::optional<std::vector<Piece>> position_lists(std::string_view text) {
   const auto ids = position_sources(text);
   std::vector<Piece> lists;
@@ -88,7 +89,7 @@ std::optional<std::vector<Piece>> position_lists(std::string_view text) {
   return lists;
 }
 
-/// Nothing for a word that is no number.
+/// Parses a list of numbers; nothing if a word is not a number.
 std::optional<std::vector<double>> numbers_in(std::string_view list) {
   std::vector<double> numbers;
   for (auto word = next_word(list); !word.empty(); word = next_word(list)) {
@@ -108,7 +109,7 @@ void append(std::string& text, double number) {
 }  // namespace
 
 std::optional<ShiftedCollada> shifted_collada(std::string_view text) {
-  // Controllers compute with positions.
+  // Controllers (skins, morphs) compute with positions, so their files are not shifted.
   if (next_tag(text, "controller", 0, text.size())) return std::nullopt;
   const auto lists = position_lists(text);
   if (!lists) return std::nullopt;

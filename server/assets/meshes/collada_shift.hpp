@@ -1,4 +1,4 @@
-// Positions of a .dae that are far from the origin, moved to it: Assimp reads them in single precision.
+// Shifts the positions of a .dae that are far from the origin, because Assimp reads them in single precision.
 #pragma once
 
 #include <optional>
@@ -10,11 +10,11 @@
 namespace tandem::server::mesh_reader {
 
 struct ShiftedCollada {
-  std::string text;           ///< the file, each position less `shift`
+  std::string text;           ///< the file with `shift` subtracted from each position
   Vec3 shift = Vec3::Zero();  ///< in the frame and units of the geometries
 };
 
-/// Nothing where no position is far from the origin, and where positions are not lists of X, Y and Z.
+/// Returns nothing if no position is far from the origin, or if positions are not lists of X, Y and Z.
 std::optional<ShiftedCollada> shifted_collada(std::string_view text);
 
 }  // namespace tandem::server::mesh_reader

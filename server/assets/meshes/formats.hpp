@@ -1,7 +1,7 @@
-// Readers of the mesh formats that are lists of vertices and faces. They exist because Assimp reads coordinates in single
-// precision and, of .ply and .off, skips faces and takes wrong vertices without a word.
+// Readers of mesh formats that are lists of vertices and faces. Assimp is not used for them, because it reads
+// coordinates in single precision. In .ply and .off it also skips faces and uses wrong vertices without a message.
 //
-// Bytes are hostile: memory is bounded by the file's length, and whatever does not follow the format is refused.
+// The bytes may be hostile: the file's length bounds the memory, and deviations from the format are refused.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,16 @@
 
 namespace tandem::server::mesh_reader {
 
-/// v and f of Wavefront; a free-form surface is refused by name.
+/// Wavefront .obj: v and f; a free-form surface is refused by name.
 Polygons polygons_of_obj(std::string_view text);
 
-/// Text of Geomview, one vertex and one face a line; other columns are skipped.
+/// Geomview text, one vertex and one face in each line; other columns are skipped.
 Polygons polygons_of_off(std::string_view text);
 
-/// Text or binary of either byte order: `face` and `tristrips`; other elements are skipped.
+/// Text, or binary of either byte order. Reads `face` and `tristrips`; other elements are skipped.
 Polygons polygons_of_ply(std::span<const std::byte> bytes);
 
-/// Text or binary.
+/// Text or binary STL.
 Polygons polygons_of_stl(std::span<const std::byte> bytes);
 
 }  // namespace tandem::server::mesh_reader

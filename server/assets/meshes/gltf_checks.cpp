@@ -16,21 +16,21 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::int64_t kSingle = 5126;  // FLOAT
-/// Of lists and objects in each other; exporters write user data of some tens.
+/// Largest nesting depth of lists and objects; user data of exporters reaches some tens.
 constexpr std::size_t kMaxDepth = 200;
-/// Extensions that change no shape.
+/// Extensions that do not change the shape.
 constexpr std::array kHarmless{"KHR_materials_",        "KHR_technique", "KHR_texture_", "KHR_lights_",   "KHR_xmp",
                                "KHR_mesh_quantization", "EXT_texture_",  "EXT_lights_",  "MSFT_texture_", "MSFT_lod",
                                "MSFT_packing_"};
 constexpr std::array kPacked{"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
 constexpr const char* kCopies = "EXT_mesh_gpu_instancing";
 
-/// Null: there is none.
+/// Value of a field; null if there is none.
 const json::value* field(const json::value& of, std::string_view name) {
   return of.is_object() ? of.as_object().if_contains(name) : nullptr;
 }
 
-/// Elements of a list; none if it is missing or no list.
+/// Elements of a list; none if it is missing or not a list.
 std::span<const json::value> list(const json::value& of, std::string_view name) {
   const json::value* const found = field(of, name);
   if (found == nullptr || !found->is_array()) return {};

@@ -1,5 +1,5 @@
-// What Assimp reads wrongly of .gltf and .glb without a word: packed and quantised positions, copies by extension, weights
-// of shapes. Each is refused by the name of its field.
+// Checks for features of .gltf and .glb that Assimp reads wrongly without a message: packed and quantised positions,
+// instancing extensions, morph weights. Each is refused by the name of its field.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Out     triangles of all meshes, as their accessors count them; nothing for version 1
+/// Out     number of triangles of all meshes by their accessors; nothing for version 1
 /// Fails   Refusal
 std::optional<std::size_t> checked_gltf_triangles(std::span<const std::byte> bytes);
 

@@ -26,7 +26,7 @@ constexpr std::array kTypes{
 
 struct Property {
   const NumberType* type = nullptr;
-  const NumberType* count_type = nullptr;  ///< of a list
+  const NumberType* count_type = nullptr;  ///< set for a list
   std::string name;
 };
 
@@ -113,7 +113,7 @@ class PlyReader {
   }
 
   void body(const Element& element) {
-    // No bytes are read for it, so that its count bounds nothing.
+    // Elements without properties have no bytes, so the file's length does not bound their count.
     if (element.properties.empty()) return;
     element_ = &element;
     if (element.name == "vertex") find_axes(element);
@@ -133,7 +133,7 @@ class PlyReader {
     }
   }
 
-  /// Null: nothing of the element is a face.
+  /// Returns null if the element contains no faces.
   const Property* indices_of(const Element& element) const {
     if (element.name != "face" && element.name != "tristrips") return nullptr;
     const auto is_indices = [](const Property& one) {
@@ -187,7 +187,8 @@ class PlyReader {
     mesh_.add_face(face_);
   }
 
-  /// Every second triangle runs the other way round. -1, or its unsigned form, begins a new strip.
+  /// Adds the triangles of strips. Every second triangle has the opposite orientation. -1, or its unsigned form, begins
+  /// a new strip.
   void add_strips(const Property& indices) {
     const double restart = indices.type->is_signed ? -1 : std::ldexp(1, static_cast<int>(8 * indices.type->bytes)) - 1;
     face_.clear();
@@ -200,7 +201,7 @@ class PlyReader {
       if (face_.size() < 3) continue;
       const std::size_t last = face_.size() - 1;
       const std::uint32_t a = face_[last - 2], b = face_[last - 1], c = face_[last];
-      // Equal corners only lead from one part of a strip to the next.
+      // Triangles with equal corners only connect parts of a strip.
       if (a == b || b == c || c == a) continue;
       mesh_.add_face(last % 2 == 0 ? std::vector{a, b, c} : std::vector{b, a, c});
     }

@@ -1,4 +1,4 @@
-// Faces of a mesh file as its format stores them, before they are cut into triangles. Every reader of a format makes this.
+// Faces of a mesh file as its format stores them, before triangulation. Every format reader produces this type.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 
 namespace tandem::server::mesh_reader {
 
-/// A file that is refused; the text follows the file's name: "which …; remedy".
+/// Refusal of a file; the text follows the file's name: "which …; remedy".
 class Refusal : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Vertices in the file's units and z up; face f has face_sizes[f] consecutive entries of `corners`.
+/// Vertices in the file's units, with z up; face f has face_sizes[f] consecutive entries of `corners`.
 struct Polygons {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> corners;
   std::vector<std::uint32_t> face_sizes;
-  /// Distance between neighbouring numbers at 1 in the type that the file stores coordinates in.
+  /// Relative rounding step (at 1) of the number type in which the file stores coordinates.
   double number_step = std::numeric_limits<double>::epsilon();
   /// Uncertainty of coordinates that does not follow from `number_step` [units].
   double step = 0;
@@ -35,11 +35,11 @@ struct Polygons {
   }
 };
 
-/// Rounding steps of coordinates, as a share of the mesh's longest edge: beyond it the file is refused. The volume of a
-/// compact part is then right within 1e-4.
+/// Largest rounding step of coordinates, as a fraction of the longest edge of the bounding box. Above it the file is
+/// refused. The volume of a compact part is then accurate to 1e-4.
 inline constexpr double kMaxStepShare = 1.0 / 32768;
 
-/// Longest edge of the box around the vertices that faces use, its middle, and the largest coordinate.
+/// Longest edge and centre of the bounding box of the vertices that faces use, and the largest absolute coordinate.
 struct Extent {
   double size = 0;
   Vec3 middle = Vec3::Zero();
@@ -47,8 +47,8 @@ struct Extent {
 };
 Extent extent_of(const Polygons& mesh);
 
-/// Fails   Refusal: an index beyond the last vertex; a coordinate that is not finite; coordinates so far from the origin
-///         that their rounding changes the shape
+/// Fails   Refusal: an index beyond the last vertex; a coordinate that is not finite; coordinates so far from the
+///         origin that their rounding changes the shape
 void check(const Polygons& mesh);
 
 }  // namespace tandem::server::mesh_reader

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kHeader = 84, kRecord = 50;
 constexpr const char* kNotStl = "; export the mesh again, in the format that its name says";
 
-/// Words "solid … facet normal … outer loop vertex x y z … endloop endfacet … endsolid …" of any case.
+/// Reader of "solid … facet normal … outer loop vertex x y z … endloop endfacet … endsolid …", in any case.
 class TextStl {
  public:
   explicit TextStl(std::string_view text) : rest_(text) {}
@@ -24,7 +24,7 @@ class TextStl {
  private:
   std::string next() { return lower_case(next_word(rest_)); }
 
-  /// Skips names of solids. False at the end.
+  /// Skips names of solids. Returns false at the end.
   bool begins_facet() {
     std::string before;
     for (std::string word = next(); !word.empty(); word = next()) {
@@ -55,7 +55,7 @@ class TextStl {
   }
 
   void facet() {
-    for (int i = 0; i < 3; ++i) next();  // the normal, which may be anything
+    for (int i = 0; i < 3; ++i) next();  // the normal, which is ignored
     expect("outer");
     expect("loop");
     std::vector<std::uint32_t> face;
@@ -100,7 +100,8 @@ Polygons binary_stl(std::span<const std::byte> bytes) {
   return mesh;
 }
 
-/// A binary file may begin with the same word, but has a zero in the upper byte of a count below 2^24.
+/// Whether an STL is text. A binary file may begin with the same word, but a count below 2^24 has a zero in its upper
+/// byte.
 bool is_text(std::span<const std::byte> bytes) {
   std::string_view text = text_of(bytes);
   const bool has_zero = text.substr(0, kHeader).find('\0') != std::string_view::npos;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kSpace = " \t\n\r\v\f";
 
-/// Without a plus sign, which from_chars refuses.
+/// Removes a plus sign, which from_chars refuses.
 std::string_view unsigned_word(std::string_view word) {
   if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
   return word;
@@ -25,7 +25,8 @@ std::optional<Number> parsed(std::string_view word) {
   return value;
 }
 
-/// from_chars tells numbers that are too small for a double from others by an error, as those that are too large.
+/// Whether a number is below the range of double. from_chars reports the same error for numbers that are too small and
+/// too large.
 bool is_tiny(std::string_view word) {
   return word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos;
 }

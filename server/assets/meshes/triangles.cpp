@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kPolygons = "polygons";
 constexpr double kSingleStep = std::numeric_limits<float>::epsilon();
 
-/// Assimp opens the files that were given, and no other.
+/// Restricts Assimp to the files that were given.
 class GivenFiles final : public Assimp::IOSystem {
  public:
   explicit GivenFiles(std::vector<GivenFile> files) : files_(std::move(files)) {}
@@ -49,7 +49,8 @@ class GivenFiles final : public Assimp::IOSystem {
   std::vector<GivenFile> files_;
 };
 
-/// Of an index out of range Assimp takes another vertex or leaves the face out, and only writes so into its log.
+/// Detects wrong indices from Assimp's log. For an index out of range Assimp uses another vertex or drops the face, and
+/// only logs it.
 class Complaints final : public Assimp::LogStream {
  public:
   Complaints() {
@@ -63,7 +64,7 @@ class Complaints final : public Assimp::LogStream {
   void write(const char* message) override {
     const std::string_view text(message);
     const auto contains = [text](const char* words) { return text.find(words) != std::string_view::npos; };
-    // Of .3ds and .gltf; readers of other formats throw.
+    // Messages of the .3ds and .gltf readers; readers of other formats throw.
     constexpr std::array kWrongIndex{"Vertex index overflow", "out-of-range indices"};
     is_index_wrong |= std::ranges::any_of(kWrongIndex, contains);
   }
@@ -74,7 +75,7 @@ class Complaints final : public Assimp::LogStream {
   static constexpr unsigned kSeverity = Assimp::Logger::Err | Assimp::Logger::Warn;
 };
 
-/// Assimp's reason in brackets.
+/// Refuses a file with Assimp's reason in brackets.
 [[noreturn]] void refuse_for(const std::string& reason) {
   constexpr std::array kWithoutTriangle{"No meshes remaining", "all meshes are orphaned", "There are no valid faces",
                                         "no data loaded"};
@@ -104,7 +105,7 @@ struct Placed {
   const aiNode* node;
   std::size_t parent;
   Eigen::Affine3d X_WN;
-  std::size_t meshes;  ///< of this node and those below
+  std::size_t meshes;  ///< number of meshes of this node and its descendants
 };
 
 Eigen::Affine3d pose_of(const aiMatrix4x4& m) {
@@ -118,15 +119,15 @@ double largest_stretch(const Eigen::Affine3d& pose) {
   return pose.linear().cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// The nodes of a scene, parents first, and the polygons of their meshes.
+/// Computes the poses of a scene's nodes, parents first, and collects the polygons of their meshes.
 class SceneFlattener {
  public:
   SceneFlattener(const aiScene& scene, const Vec3& shift, bool has_master_scale) : scene_(scene), shift_(shift) {
     Eigen::Affine3d root = pose_of(scene.mRootNode->mTransformation);
-    // Assimp divides .3ds by the editor's display scale, which is no unit of the file.
+    // Assimp divides .3ds by the display scale of the editor, which is not a unit of the file.
     const double volume = std::abs(root.linear().determinant());
     if (has_master_scale && volume > 0) root.linear() /= std::cbrt(volume);
-    // Assimp turns every scene to y up.
+    // Assimp rotates every scene to y up.
     const Eigen::Affine3d upright(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
     Eigen::Affine3d exactly_upright = Eigen::Affine3d::Identity();
     exactly_upright.linear() = upright.linear().array().round();
@@ -150,7 +151,7 @@ class SceneFlattener {
       }
     }
     for (std::size_t i = nodes_.size() - 1; i > 0; --i) nodes_[nodes_[i].parent].meshes += nodes_[i].meshes;
-    // A node that holds the whole scene moves it as one: its rounding changes no shape.
+    // A node above all meshes moves the whole scene, so its rounding does not change the shape.
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       if (nodes_[i].meshes == 0 || nodes_[i].meshes == nodes_[0].meshes) continue;
       const double moved = pose_of(nodes_[i].node->mTransformation).translation().cwiseAbs().maxCoeff();
@@ -174,13 +175,13 @@ class SceneFlattener {
     add_faces(part, first, placed.X_WN.linear().determinant() < 0);
   }
 
-  /// A mirrored mesh would be inside out.
+  /// Adds the faces of a part. A mirrored part is reversed, else it would be inside out.
   void add_faces(const aiMesh& part, std::size_t first, bool is_mirrored) {
     std::vector<std::uint32_t> corners;
     for (const aiFace& face : faces_of(part)) {
       corners.clear();
       for (unsigned c = 0; c < face.mNumIndices; ++c) {
-        // The next part has vertices, too.
+        // An index beyond this part would address a vertex of the next part, so it is marked invalid.
         const bool is_here = face.mIndices[c] < part.mNumVertices;
         corners.push_back(is_here ? static_cast<std::uint32_t>(first + face.mIndices[c]) : UINT32_MAX);
       }
@@ -195,7 +196,7 @@ class SceneFlattener {
   Polygons mesh_;
 };
 
-/// Gives Assimp polygons that are in memory.
+/// Importer that passes polygons in memory to Assimp.
 class PolygonLoader final : public Assimp::BaseImporter {
  public:
   PolygonLoader(const Polygons& mesh, const Extent& extent) : mesh_(mesh), extent_(extent) {}
@@ -242,9 +243,9 @@ class PolygonLoader final : public Assimp::BaseImporter {
   const Extent& extent_;
 };
 
-/// The number of each vertex among those at places of their own, in the order of `vertices`.
+/// For each vertex, the number of its position among the distinct positions.
 std::vector<int> places_of(const std::vector<Vec3>& vertices) {
-  // A zero has two signs, but is one place.
+  // Adding 0.0 makes both signs of zero hash alike.
   const auto hash = [](const Vec3& p) {
     std::size_t sum = 0;
     for (const double x : p) sum = sum * 0x9E3779B97F4A7C15U + std::hash<double>()(x + 0.0);
@@ -259,7 +260,7 @@ std::vector<int> places_of(const std::vector<Vec3>& vertices) {
   return places;
 }
 
-/// One vertex a place, and only those that triangles use, in the order of their use.
+/// Merges vertices at the same position and keeps only those that triangles use, in the order of use.
 geometry::TriangleMesh joined(const std::vector<Vec3>& vertices, const std::vector<std::uint32_t>& corners) {
   geometry::TriangleMesh mesh;
   const std::vector<int> places = places_of(vertices);
@@ -294,7 +295,7 @@ Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<st
   }
   const bool is_3ds = files.front().name.ends_with("3ds");
   Polygons mesh = SceneFlattener(*scene, shift, is_3ds).flattened();
-  // Vertices of .3ds are in the scene's frame.
+  // Vertices of .3ds are in the frame of the scene.
   if (is_3ds) mesh.number_step = kSingleStep;
   return mesh;
 }

@@ -1,4 +1,4 @@
-// The few parameters that work without GROMACS's files.
+// Parameters that need no files of GROMACS.
 #include <array>
 #include <string>
 #include <string_view>
@@ -35,7 +35,7 @@ constexpr std::array<Element, 17> kElements = {{
     {"FE", 55.845, 1.644, 0.875},
 }};
 
-/// What residue_typing.cpp calls the amino acids and caps of other programs, and its own.
+/// Residue names that residue_typing.cpp uses for the amino acids, and for the caps of other programs.
 constexpr std::array<std::string_view, 32> kResidues = {"ALA",  "ARG", "ARGN", "ASN",  "ASP",  "ASPH", "CYS",  "CYS2",
                                                         "CYSH", "GLN", "GLU",  "GLUH", "GLY",  "HISD", "HISE", "HISH",
                                                         "ILE",  "LEU", "LYS",  "LYSH", "LYSN", "MET",  "PHE",  "PRO",

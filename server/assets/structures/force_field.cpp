@@ -24,7 +24,7 @@ constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 constexpr const char* kRemedy =
     "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
 
-/// The name in "[ name ]"; empty for other lines.
+/// Name in "[ name ]"; empty for other lines.
 std::string section_name(const Words& words) {
   if (words.front().front() != '[') return {};
   std::string joined;
@@ -33,7 +33,7 @@ std::string section_name(const Words& words) {
   return end == std::string::npos ? std::string() : joined.substr(1, end - 1);
 }
 
-/// A parameter file line by line, without comments and blank lines; knows where it is for messages.
+/// Reads a parameter file line by line, without comments and blank lines, and tracks the line number for messages.
 class ParameterFile {
  public:
   explicit ParameterFile(const fs::path& path) : path_(path.string()) {
@@ -47,7 +47,7 @@ class ParameterFile {
   ParameterFile(const ParameterFile&) = delete;
   ParameterFile& operator=(const ParameterFile&) = delete;
 
-  /// Words of the next line that has any and that the preprocessor keeps (nothing is defined); false at the end.
+  /// Reads the next nonempty line that the preprocessor keeps (nothing is defined). Returns false at the end.
   bool next(Words& words) {
     while (!rest_.empty()) {
       ++line_;
@@ -59,7 +59,7 @@ class ParameterFile {
     return false;
   }
 
-  /// Words of the next line of the sections called `wanted`, passing over all others; false at the end.
+  /// Reads the next line of the sections named `wanted` and skips all others. Returns false at the end.
   bool next_in(std::string_view wanted, Words& words) {
     while (next(words)) {
       if (std::string name = section_name(words); !name.empty()) {
@@ -98,13 +98,13 @@ class ParameterFile {
   std::string path_;
   std::string text_;
   std::string_view rest_;
-  std::string section_;  ///< that next_in() is in
+  std::string section_;  ///< current section of next_in()
   std::size_t line_ = 0;
-  std::vector<bool> left_out_;  ///< of each open #if: whether its present branch is left out
+  std::vector<bool> left_out_;  ///< for each open #if: whether its current branch is left out
   bool skipping_ = false;
 };
 
-/// Whether σ is mixed arithmetically.
+/// Whether σ is combined arithmetically.
 bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
@@ -115,7 +115,7 @@ bool read_combination_rule(const fs::path& path) {
             quoted_text(words.size() > 1 ? words[1] : std::string_view()));
 }
 
-/// Counted from the right, since the column of the atomic number may be missing.
+/// Reads the atom types. Columns are counted from the right, because the column of the atomic number may be missing.
 void read_types(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
@@ -171,15 +171,15 @@ HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
   return rule;
 }
 
-/// "ALA 3", then the rules; the count is not needed to tell them apart. Rules for the oxygens of a C terminus, which AMBER's
-/// blocks have, are left out: those oxygens come with the structure.
+/// Reads blocks of "ALA 3" and rules; the count is not needed. Rules for oxygens of a C terminus, which AMBER's blocks
+/// have, are left out: those oxygens are in the structure.
 void read_hydrogens(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
   std::vector<HydrogenRule>* rules = nullptr;
   while (file.next(words)) {
     if (words.size() <= 2) {
-      // AMBER's files of RNA repeat the residues of thymine, as do those of DNA: the last ones count.
+      // AMBER's RNA files repeat residues of thymine, as the DNA files do; the last entry is used.
       rules = &force_field.hydrogens[std::string(words.front())];
       rules->clear();
     } else if (rules == nullptr) {
@@ -190,7 +190,7 @@ void read_hydrogens(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// "H" added three times is H1, H2, H3; added once it is H.
+/// Reads an added atom: "H" added three times is H1, H2, H3; added once it is H.
 void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit) {
   if (header.size() < 3) file.fail("an added atom needs count, rule and name");
   const int count = static_cast<int>(file.number(header[0]));
@@ -206,7 +206,7 @@ void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit)
   }
 }
 
-/// "old [new] type mass charge". The new name is GROMACS's own and not met in structure files.
+/// Reads "old [new] type mass charge". The new name is GROMACS's own and does not occur in structure files.
 void read_replacement(const ParameterFile& file, const Words& words, TerminusEdit& edit) {
   if (words.size() < 4) file.fail("a replaced atom needs name, type, mass and charge");
   edit.replaced.push_back(
@@ -221,7 +221,7 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   TerminusEdit* edit = nullptr;
   while (file.next(words)) {
     if (std::string name = section_name(words); !name.empty()) {
-      if (name == "Add") name = "add";  // so in charmm27.ff
+      if (name == "Add") name = "add";  // spelling in charmm27.ff
       section = name;
       if (name == "replace" || name == "add" || name == "delete" || is_block_subsection(name)) continue;
       edit = &termini[name];
@@ -238,7 +238,7 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   return termini;
 }
 
-/// The atoms that a C terminus adds under GROMACS's names (O1, O2, OT) are those that it renames from O and OXT.
+/// Removes the oxygens that a C terminus adds under GROMACS's names (O1, O2, OT): they are O and OXT renamed.
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });
@@ -269,7 +269,7 @@ void read_block_aliases(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// Nucleotides, where the folder has them.
+/// Reads nucleotides if the folder has them.
 void read_nucleotides(const fs::path& directory, const char* stem, const char* kind, ForceField& force_field) {
   std::error_code error;
   const auto path = [&](const char* ending) { return directory / (std::string(stem) + ending); };

@@ -16,7 +16,7 @@ namespace {
 constexpr double kNearAngstrom = 3.5, kStrongAngstrom = 2.5, kMetalAngstrom = 2.8;
 constexpr double kMinCosine = 0.5;
 constexpr double kMetalWeight = 10;
-constexpr double kMinWeight = 0.2;  // a contact of 3.3 Å
+constexpr double kMinWeight = 0.2;  // weight of a contact of 3.3 Å
 constexpr double kMaxHydrogenBondAngstrom = 1.5;
 
 constexpr std::array kAcceptors =
@@ -29,7 +29,7 @@ bool contains(const auto& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// What speaks for a hydrogen on a nitrogen, above 0, or against it.
+/// Evidence for a hydrogen on a nitrogen (positive) or against it (negative).
 struct Evidence {
   double sum = 0;
   double strongest = 0;
@@ -114,7 +114,7 @@ class HistidineChooser {
     const PdbResidue* residue;
     const PdbAtom* atom;
   };
-  std::vector<Neighbour> atoms_;  ///< filled by positions_of(): before the grid
+  std::vector<Neighbour> atoms_;  ///< declared before the grid, because positions_of() fills it
   AtomGrid grid_;
 };
 

@@ -11,10 +11,10 @@ namespace {
 constexpr double kBondAngstrom = 1.0;
 constexpr double kTetrahedral = 109.47122063449069 * std::numbers::pi / 180;
 constexpr double kThird = 2 * std::numbers::pi / 3;
-/// Longer than any bond between two of a rule's atoms: beyond it residues do not follow on each other.
+/// Longer than any bond between two atoms of a rule. Beyond it two residues are not consecutive.
 constexpr double kMaxBondAngstrom = 2.5;
 
-/// Bonded to i, at an angle to i-j, at a dihedral angle about i-j to k.
+/// Position bonded to i, at an angle to i-j, and at a dihedral angle about i-j relative to k.
 Vec3 placed(const Vec3& i, const Vec3& j, const Vec3& k, double angle, double dihedral) {
   const Vec3 axis = (j - i).normalized();
   const Vec3 normal = axis.cross(k - j).normalized();
@@ -29,8 +29,8 @@ Vec3 away_from_mean(const std::vector<Vec3>& p) {
   return p[0] - mean / static_cast<double>(p.size() - 1);
 }
 
-/// The hydrogens of a rule; p: its atoms. Empty for a rule that proteins do not have, and for atoms on a line, which
-/// name no plane.
+/// Hydrogens of a rule; p: its atoms. Empty for a rule that proteins do not have, and for collinear atoms, which define
+/// no plane.
 std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p) {
   constexpr double kMinSquareAngstrom2 = 0.01;
   std::vector<Vec3> made;
@@ -57,7 +57,7 @@ std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p)
   return made;
 }
 
-/// Where the rule's atoms are; nothing when one is missing or they are not bonded.
+/// Positions of the rule's atoms; nothing if one is missing or they are not bonded.
 std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before) {
   std::vector<Vec3> found;
   for (const std::string& anchor : rule.anchors) {
@@ -73,7 +73,7 @@ std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const Atom
   return found;
 }
 
-/// A heavy atom of the residue that a rule's first atom is bonded to beside its second.
+/// A heavy atom of the residue that is bonded to a rule's first atom, other than its second.
 std::optional<Vec3> other_neighbour(const HydrogenRule& rule, const AtomPlaces& own) {
   constexpr double kMaxNeighbourAngstrom = 1.8;
   if (rule.anchors.size() < 2) return std::nullopt;
@@ -107,7 +107,7 @@ std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& ow
 }
 
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own) {
-  // C-N-CA 121.7°, and the dihedral angle φ of a helix; the bond's length does not matter to a direction.
+  // C-N-CA 121.7°, and the dihedral angle φ of a helix. Only the direction matters, not the bond length.
   constexpr double kAngle = 121.7 * std::numbers::pi / 180, kPhi = -63 * std::numbers::pi / 180;
   const auto n = own.find("N"), ca = own.find("CA"), c = own.find("C");
   if (n == own.end() || ca == own.end() || c == own.end()) return std::nullopt;

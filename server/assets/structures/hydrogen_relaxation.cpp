@@ -21,23 +21,24 @@ namespace {
 
 constexpr std::size_t kNoAtom = std::numeric_limits<std::size_t>::max();
 constexpr double kDegree = std::numbers::pi / 180;
-/// Groups below this share are moved, a little more than what counts as a clash, so that none is left just below it.
+/// Groups below this share of the contact distance are moved. It is a little above the clash limit, so no group remains
+/// just below that.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
 constexpr double kGivenHydrogenBondAngstrom = 1.5;  // from a given hydrogen to its atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// Heavy atoms that far from a group's carrier are too far from its hydrogens to matter, and so are hydrogens on atoms 1 Å beyond.
+/// Distances to the carrier of a group beyond which its hydrogens reach no atom: of heavy atoms, and of carriers of hydrogens.
 constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
-/// Some 2 s; 4JSV with 44,000 atoms needs 31 million. Damaged and hostile files, whose atoms
-/// lie on each other, have any number of pairs.
+/// Budget of pair energies, about 2 s. 4JSV with 44,000 atoms needs 31 million; in damaged and hostile files, whose atoms
+/// overlap, the number has no other limit.
 constexpr std::size_t kMaxPairs = 50'000'000;
-/// Moves below these end a search: much less than what coordinates of files have.
+/// Displacements below these end a search; they are far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
 constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // kJ/mol
-constexpr double kNearest_angstrom = 0.5;  // nearer pairs have the energy of this distance
+constexpr double kNearest_angstrom = 0.5;  // limit of the energy: nearer pairs have the energy of this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;
 constexpr double kBendPerAngstrom2 = 100;
 
@@ -50,22 +51,22 @@ struct RelaxedAtom {
   const PdbAtom* source = nullptr;
   bool is_hydrogen = false;
   bool is_polar = false;           ///< N, O or S, or a hydrogen on one of them
-  std::size_t carrier = kNoAtom;   ///< of a hydrogen the atom that it is on
-  std::vector<std::size_t> bonds;  ///< of a heavy atom: other heavy ones
-  std::size_t hydrogens = 0;       ///< on it
+  std::size_t carrier = kNoAtom;   ///< heavy atom of a hydrogen
+  std::vector<std::size_t> bonds;  ///< heavy neighbours of a heavy atom
+  std::size_t hydrogens = 0;       ///< number of hydrogens on it
 };
 
 struct RelaxedGroup {
   std::size_t part = 0;
   const BuiltGroup* built = nullptr;
   std::vector<std::size_t> atoms;
-  std::vector<PdbAtom*> targets;  ///< likewise: where the result goes
+  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: destinations of the result
   std::size_t carrier = kNoAtom;
-  std::vector<std::size_t> near;  ///< atoms that its hydrogens may come near, more than three bonds away
+  std::vector<std::size_t> near;  ///< atoms more than three bonds away that its hydrogens may approach
   std::vector<Vec3> built_places;
   double turn_rad = 0;
   double periods = 3, barrier = kBarrier;
-  double energy = 0;  ///< of the nearest pair
+  double energy = 0;  ///< energy of the nearest pair
 
   Vec3 turned(std::size_t n, double angle_rad) const {
     if (!built->turns) return built_places[n];
@@ -183,7 +184,7 @@ class Relaxation {
     return all;
   }
 
-  /// Bonds of heavy atoms by distance; of each given hydrogen the nearest heavy atom.
+  /// Links heavy atoms by distance, and each given hydrogen to the nearest heavy atom.
   void link_atoms() {
     const AtomGrid grid(kMaxCovalentBondAngstrom, positions());
     for (std::size_t i = 0; i < atoms_.size(); ++i) {
@@ -233,7 +234,7 @@ class Relaxation {
     }
   }
 
-  /// By the atom that the group turns about: one with three neighbours is in the middle of a plane.
+  /// Chooses the rotation barrier by the axis atom of the group. An atom with three neighbours is planar.
   void choose_barrier(RelaxedGroup& group, const RelaxedAtom& carrier) {
     if (group.atoms.size() == 1) group.barrier = kHydroxylBarrier;
     for (const std::size_t i : carrier.bonds) {
@@ -243,7 +244,8 @@ class Relaxation {
     }
   }
 
-  /// Without hydrogens of its own, which point at what comes near.
+  /// Whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not: they point at the
+  /// approaching atom.
   bool is_acceptor(const RelaxedAtom& atom) const {
     return atom.is_polar && !atom.is_hydrogen && (atom.source->element == "O" || atom.hydrogens == 0);
   }
@@ -288,8 +290,8 @@ class Relaxation {
     return found;
   }
 
-  /// Those that clash most first; of two that clash with each other the one nearer to the middle of all atoms. Neither depends on the
-  /// order of the file or on its frame.
+  /// Sorts by falling energy. Of two groups that clash with each other the one nearer to the centre of all atoms is
+  /// first. Neither criterion depends on the order of the file or on its frame.
   void sort_by_energy(std::vector<RelaxedGroup*>& groups) const {
     Vec3 middle = Vec3::Zero();
     for (const RelaxedAtom& atom : atoms_) middle += atom.p / static_cast<double>(atoms_.size());
@@ -305,13 +307,13 @@ class Relaxation {
     return energy;
   }
 
-  /// To the best angle of steps of 5°, then to the minimum within them. Out: whether it moved.
+  /// Rotates to the best angle of steps of 5°, then to the minimum nearby. Returns whether the group moved.
   bool turn(RelaxedGroup& group) {
     constexpr double kStep = 5 * kDegree;
     double best = group.turn_rad, least = energy_turned(group, best);
     for (int step = 0; step < 72; ++step) {
       const double energy = energy_turned(group, step * kStep);
-      // Of angles that are as good as each other, as those of a methyl group, the first.
+      // The first of equally good angles is taken, as for a methyl group.
       if (energy >= least - 1e-9 * (1 + std::abs(least))) continue;
       least = energy;
       best = step * kStep;
@@ -334,7 +336,7 @@ class Relaxation {
     return energy_at(group, n, place) + kBendPerAngstrom2 * (place - group.turned(n, group.turn_rad)).squaredNorm();
   }
 
-  /// Each hydrogen down the slope on the sphere of its bond, as long as it descends. Out: whether one moved.
+  /// Moves each hydrogen down the gradient on the sphere of its bond while the energy falls. Returns whether one moved.
   bool bend(RelaxedGroup& group) {
     constexpr double kDifference = 1e-4, kFirstStep = 0.08;
     double farthest = 0;

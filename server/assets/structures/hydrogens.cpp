@@ -24,7 +24,7 @@ AtomPlaces places_of(const PdbResidue& residue, const TypedResidue& typed) {
   return found;
 }
 
-/// Of the residue before, also where it is missing.
+/// Atoms of the previous residue; after a gap only its carbon, at a computed position.
 std::optional<AtomPlaces> places_before(const ForceField& force_field, const std::vector<PdbResidue>& residues,
                                         std::span<const ResidueContext> contexts, std::size_t r,
                                         const AtomPlaces& own) {
@@ -36,7 +36,7 @@ std::optional<AtomPlaces> places_before(const ForceField& force_field, const std
   return carbon ? std::optional(AtomPlaces{{"C", *carbon}}) : std::nullopt;
 }
 
-/// The group that a rule made; its turning axis is the bond to the rule's second atom.
+/// Group of a rule; its rotation axis is the bond to the rule's second atom.
 BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   BuiltGroup group;
   group.carrier_angstrom = own.find(rule.anchors.front())->second;
@@ -47,7 +47,8 @@ BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   return group;
 }
 
-/// Adds what the rules say, except for the hydrogens of rules of which all are there. Out: what was added, of residue 0.
+/// Adds the hydrogens of all rules, except rules whose hydrogens are all present. Returns the added groups, with
+/// residue 0.
 std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own,
                                       const AtomPlaces* before) {
   std::vector<BuiltGroup> groups;
@@ -69,7 +70,7 @@ std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& t
       made.push_back(std::move(atom));
     }
   }
-  // Of an incomplete group all are built: their places depend on each other.
+  // All hydrogens of an incomplete group are rebuilt, because their positions depend on each other.
   std::vector<PdbAtom> kept;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
     if (!removed.contains(typed.names[i])) kept.push_back(std::move(residue.atoms[i]));
@@ -80,7 +81,7 @@ std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& t
 }
 
 const char* united_type(const HydrogenRule& rule) {
-  if (rule.kind == 1) return "opls_011";  // on a ring
+  if (rule.kind == 1) return "opls_011";  // in a ring
   const bool is_alpha = rule.anchors.front() == "CA";
   if (rule.count == 1) return is_alpha ? "opls_006" : "opls_008";
   if (rule.count == 2) return is_alpha ? "opls_005" : "opls_009";

@@ -1,4 +1,4 @@
-// Joins the structure reader and the force field into a molecule, and says what it left out.
+// Combines the structure readers and the force field into a molecule, and reports all omissions.
 #include "server/assets/structures/loader.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
 constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
-constexpr double kMinSigmaAngstrom = 0.1;               // what docking::validate() allows, or none
+constexpr double kMinSigmaAngstrom = 0.1;  // lower limit of docking::validate(); smaller radii have no term
 constexpr double kLostCharge_e = 0.1;
 constexpr double kSamePlaceAngstrom = 0.01;
 
@@ -28,7 +28,7 @@ std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
 }
 
-/// The first eight, and how many more there are. Names come from the file, so they are made printable.
+/// The first eight entries and the number of others. Names are from the file, so they are made printable.
 template <class Entries, class Text>
 std::string joined(const Entries& entries, const Text& text) {
   std::string list;
@@ -44,7 +44,7 @@ std::string joined(const std::set<std::string>& names) {
   return joined(names, [](const std::string& name) { return printable_text(name); });
 }
 
-/// Residues of one name that are no amino acids.
+/// Residues of one name that are not amino acids.
 struct LeftOut {
   std::size_t residues = 0;
   std::size_t atoms = 0;
@@ -57,7 +57,7 @@ std::string text_of(const LeftOutByName::value_type& entry) {
          counted(entry.second.atoms, "atom", "atoms") + ")";
 }
 
-/// The names of the residues of one chain, for people.
+/// Names of the residues of one chain, for the user.
 std::set<std::string> names_in(const std::vector<PdbResidue>& residues, std::string_view chain) {
   std::set<std::string> names;
   for (const PdbResidue& residue : residues) {
@@ -96,7 +96,7 @@ void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector
   }
 }
 
-/// Those selected; the others of the selected chains are counted by name for a note.
+/// Selected residues. The others of the selected chains are counted by name for a note.
 std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
                                       LeftOutByName& left_out, std::vector<std::string>& dropped) {
   std::vector<PdbResidue> taken;
@@ -128,8 +128,8 @@ class Loader {
     add(united, typed);
   }
 
-  /// Of no chain: water and ions by their blocks, where all atoms are there (without hydrogens water has not the charge of an
-  /// oxygen that has two), others by their elements.
+  /// Adds a residue of no chain. Water and ions are typed by their blocks if all atoms are present: a water without
+  /// hydrogens must not get the charge of an oxygen with two. Others are typed by their elements.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});
@@ -157,7 +157,7 @@ class Loader {
     }
   }
 
-  /// One that the force field does not know: its charge is lost, and its hydrogens are those of the file.
+  /// Adds a residue that the force field lacks. Its charge is lost, and its hydrogens are those of the file.
   void add_unknown(const PdbResidue& residue, const TypedResidue& typed) {
     add(residue, typed);
     if (has_own_charges(residue)) return;
@@ -207,7 +207,7 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
-  /// Where a side chain is in the file in part.
+  /// Makes the charge of a partial side chain whole.
   void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
     const std::optional<double> charge_e = make_whole(residue, typed);
     if (!charge_e || !typed.expected_charge_e) return;
@@ -218,7 +218,7 @@ class Loader {
     typed.expected_charge_e = charge_e;
   }
 
-  /// Which hydrogens the molecule has, where that was left open or something else than given was done.
+  /// Notes the origin of the hydrogens if it was left open or differs from "given".
   void write_hydrogen_notes(Hydrogens wanted, const std::vector<std::string>& rebuilt) {
     const auto plain = [](const std::string& text) { return text; };
     if (wanted == Hydrogens::kAsNeeded && report_.hydrogens == "build") {
@@ -242,7 +242,7 @@ class Loader {
   void write_charge_notes() {
     report_.charge = net_charge(molecule_, implied_);
     const auto plain = [](const std::string& text) { return text; };
-    // A structure without hydrogens has no residue that is whole.
+    // In a structure without hydrogens no residue has a whole charge.
     const bool has_hydrogens = 2 * missing_hydrogens_ <= expected_hydrogens_;
     note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : ", for hydrogens are missing"));
     if (has_hydrogens && !report_.charge.suspects.empty()) {
@@ -287,7 +287,7 @@ class Loader {
       molecule_.guessed.emplace(molecule_.size(), guess);
       ++guesses_[residue.name];
     }
-    // A radius is half the distance of the minimum, 2^(1/6) σ.
+    // A PQR radius is half the distance of the minimum, 2^(1/6) σ.
     const double sigma = atom.radius_angstrom ? kSigmaPerRadius * *atom.radius_angstrom : type.sigma_angstrom;
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
     molecule_.sigma_angstrom.push_back(sigma < kMinSigmaAngstrom ? 0 : sigma);
@@ -315,11 +315,11 @@ class Loader {
   std::set<std::string> incomplete_;
   std::vector<ImpliedCharge> implied_;
   std::vector<std::string> uncharged_;
-  std::map<std::string, std::size_t> without_hydrogens_;  ///< residues, by name
-  std::map<std::string, std::size_t> guesses_;            ///< atoms, by the name of their residue
+  std::map<std::string, std::size_t> without_hydrogens_;  ///< number of residues, by name
+  std::map<std::string, std::size_t> guesses_;            ///< number of atoms, by residue name
 };
 
-/// Sorted along x, so that only near ones are compared.
+/// Refuses two atoms at one position. Sorting along x leaves only nearby atoms to compare.
 void check_places(const std::vector<Vec3>& positions, const std::vector<std::string>& places,
                   const std::string& source) {
   std::vector<std::size_t> order(positions.size());
@@ -336,13 +336,13 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
   }
 }
 
-/// Also against the structures beside it, where any hydrogen was built.
+/// Moves built hydrogens that overlap, with regard to the structures in `beside` too.
 RelaxedHydrogens relax(PreparedStructure& prepared, const ForceField& force_field,
                        const std::filesystem::path& structure, std::span<const StructureSource> beside) {
   if (prepared.groups.empty()) return {};
   std::vector<PreparedStructure> neighbours;
   for (const StructureSource& source : beside) {
-    // Of one file all chains are there already.
+    // All chains of the same file are included already.
     std::error_code error;
     if (std::filesystem::equivalent(source.file, structure, error) || error) continue;
     PreparedStructure& neighbour = neighbours.emplace_back(read_residues(source.file, force_field));

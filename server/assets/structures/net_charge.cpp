@@ -18,7 +18,8 @@ namespace {
 constexpr double kWhole_e = 0.02;
 constexpr double kWholeResidue_e = 0.005;
 
-/// Source  the components' formal charges in wwPDB's Chemical Component Dictionary; of phosphates and carboxylates that of pH 7
+/// Source  formal charges of the components in wwPDB's Chemical Component Dictionary; for phosphates and carboxylates
+///         those at pH 7
 constexpr auto kFormalCharges = std::to_array<std::pair<std::string_view, int>>(
     {{"LI", 1},   {"NA", 1},   {"K", 1},    {"RB", 1},   {"CS", 1},   {"AG", 1},   {"CU1", 1},  {"MG", 2},
      {"CA", 2},   {"SR", 2},   {"BA", 2},   {"MN", 2},   {"FE2", 2},  {"FE", 3},   {"CO", 2},   {"NI", 2},
@@ -32,7 +33,7 @@ bool is_whole_number(double charge_e, double tolerance_e) {
   return std::abs(charge_e - std::round(charge_e)) <= tolerance_e;
 }
 
-/// Of each residue.
+/// First atom of each residue.
 std::vector<std::size_t> first_atoms(const docking::Molecule& molecule) {
   const auto place = [&molecule](std::size_t i) {
     return std::tie(molecule.chains[i], molecule.segments[i], molecule.residue_ids[i], molecule.residue_names[i]);

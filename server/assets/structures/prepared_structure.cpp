@@ -34,7 +34,7 @@ void append(std::vector<BuiltGroup>& groups, std::vector<BuiltGroup> more) {
   for (BuiltGroup& group : more) groups.push_back(std::move(group));
 }
 
-/// Takes out hydrogens that fit nowhere, and builds what is then missing.
+/// Removes hydrogens that do not fit, and builds the missing ones.
 void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure) {
   for (std::size_t r = 0; r < structure.chains.size(); ++r) {
     PdbResidue& residue = structure.chains[r];
@@ -51,7 +51,7 @@ void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure
   }
 }
 
-/// Only alpha carbons, or a trace of phosphates: nothing that a field could be of.
+/// Refuses structures with only alpha carbons or phosphorus atoms, which have no usable field.
 void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
   constexpr std::size_t kFewResidues = 4;
   const auto is_one_atom = [](const PdbResidue& residue) {
@@ -78,7 +78,7 @@ void check_hydrogens(const ForceField& force_field, Hydrogens hydrogens, const s
   }
 }
 
-/// Gives nucleotides of files from before 2007 the names of today: O5' for O5*, and DA for an A without the hydroxyl of C2'.
+/// Renames nucleotides of files from before 2007: O5' for O5*, and DA for an A without the hydroxyl of C2'.
 void modernise_nucleotide(PdbResidue& residue) {
   if (find_atom(residue, "C1*") != nullptr) {
     for (PdbAtom& atom : residue.atoms) std::ranges::replace(atom.name, '*', '\'');
@@ -88,7 +88,7 @@ void modernise_nucleotide(PdbResidue& residue) {
   if (is_deoxyribose) residue.name = "D" + residue.name;
 }
 
-/// Hydrogens as needed: those given, unless the chosen chains have none and the force field has rules.
+/// Resolves Hydrogens::kAsNeeded: given, unless the chosen chains have none and the force field has rules.
 Hydrogens needed_hydrogens(const PreparedStructure& structure, const ForceField& force_field,
                            const StructureSelection& selection) {
   if (force_field.is_by_element) return Hydrogens::kGiven;

@@ -18,7 +18,7 @@ struct Renaming {
   std::string_view to;
 };
 
-/// Residue names of other programs (AMBER, CHARMM, GROMOS, PDB components) with one meaning in GROMACS's blocks.
+/// Residue names of other programs (AMBER, CHARMM, GROMOS, PDB components) and the names of GROMACS's blocks.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidueNames = {{
     {"HID", "HISD"},  {"HSD", "HISD"}, {"HISA", "HISD"}, {"HIE", "HISE"}, {"HSE", "HISE"},
     {"HISB", "HISE"}, {"HIP", "HISH"}, {"HSP", "HISH"},  {"CYX", "CYS2"}, {"ASH", "ASPH"},
@@ -26,7 +26,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidue
     {"LYP", "LYSH"},  {"NME", "NAC"},  {"CT3", "NAC"},   {"PCA", "PGLU"}, {"MSE", "MET"},
 }};
 
-/// Atom names of the PDB's chemical components for the caps, which xlateat.dat does not have. By block.
+/// Atom names of the PDB's chemical components for the caps, which xlateat.dat lacks; by block.
 constexpr std::array<Renaming, 12> kCapAtoms = {{
     {"ACE", "H", "HH31"},
     {"ACE", "H1", "HH31"},
@@ -50,7 +50,7 @@ bool has(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Block name without regard to protonation; "HIS" has none of its own.
+/// Block of a residue regardless of protonation; for "HIS", which has no block, that of HISE.
 const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
   const std::string_view canonical = canonical_residue(residue_name);
   return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);
@@ -62,7 +62,8 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-/// Aliases of proteins are none of nucleotides: O2 is an atom of a base there, not a chain's end.
+/// Whether an alias applies. Protein aliases do not apply to nucleotides, where O2 is an atom of a base, not of a chain
+/// end.
 bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
                    const ResidueContext& context) {
   if (alias.residue.starts_with("protein") && block.is_nucleotide()) return false;
@@ -76,7 +77,7 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   Names names;
   for (const PdbAtom& atom : residue.atoms) {
     std::string name = digit_last(atom.name);
-    // Of files before 2007.
+    // Name in files from before 2007.
     if (block.is_nucleotide() && name == "C5M" && block.find(name) == nullptr) name = "C7";
     for (const AtomAlias& alias : force_field.aliases) {
       if (alias.from == name && alias_applies(alias, residue.name, block, context)) {
@@ -102,9 +103,9 @@ double hydrogen_bond_length_angstrom(std::string_view element) {
   return element == "O" ? 0.96 : 1.01;
 }
 
-/// Of each hydrogen of a residue the heavy atom that it is on: not the nearest, for structures have hydrogens that are too near to others
-/// (pdb2gmx's on a proline that begins a chain, 0.66 Å from CD), but the one whose bond has its length. NamedAtoms::kNowhere where none
-/// is within a bond; of other atoms themselves.
+/// Heavy atom of each hydrogen of a residue: the one whose bond has the best length, not the nearest. Structures
+/// contain hydrogens that are too near to other atoms (pdb2gmx's on a proline that begins a chain, 0.66 Å from CD).
+/// NamedAtoms::kNowhere if none is within a bond; for other atoms their own index.
 std::vector<std::size_t> carriers(const PdbResidue& residue) {
   constexpr double kMaxHydrogenBondAngstrom = 1.5;  // S-H has 1.34, and structures are not exact
   std::vector<std::size_t> found(residue.atoms.size());
@@ -135,7 +136,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// The block of a protonated acid has its hydrogen on the second oxygen; a file may have it on the first.
+/// Chooses the block of an acid. A protonated block has its hydrogen on the second oxygen; a file may have it on the
+/// first.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;
@@ -158,13 +160,13 @@ const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::les
   return found == edits.end() ? nullptr : &found->second;
 }
 
-/// Empty: as within a chain.
+/// Name of the terminus edit; empty for an amino acid within a chain.
 std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainEnd begins) {
   const std::size_t hydrogens = named.hydrogens_on("N");
   if (begins == ChainEnd::kBonded || (begins == ChainEnd::kGap && hydrogens < 2)) return {};
   if (block == "PGLU") return "NH";
   if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
-  // One hydrogen is a chain cut out of a longer one: no edit, except where the block has a terminus of that name.
+  // One hydrogen means a chain cut out of a longer one: no edit, unless the block has a terminus of that name.
   if (hydrogens == 1) return "NH";
   return hydrogens == 2 ? "NH2" : "NH3+";
 }
@@ -196,8 +198,9 @@ Composition composition_of(const ForceField& force_field, const ResidueBlock& bl
   return {block.atoms, rules == force_field.hydrogens.end() ? std::vector<HydrogenRule>() : rules->second};
 }
 
-/// The block that an end has of its own, as AMBER's force fields do: charged ends of amino acids ("NALA", "CALA"; of a residue that is
-/// both ends the N terminus's), nucleotides without a phosphate and at the 3' end ("DA5", "DA3", "DAN"). None: no such block.
+/// Special block of a chain end, as AMBER's force fields have: charged ends of amino acids ("NALA", "CALA"),
+/// nucleotides without a phosphate and at the 3' end ("DA5", "DA3", "DAN"). A residue that is both ends gets the block
+/// of the N terminus if there is none for both. Null if there is no such block.
 const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, bool is_first, bool is_last) {
   const auto found = force_field.end_blocks.find(block.name);
   if (found == force_field.end_blocks.end() || (!is_first && !is_last)) return nullptr;
@@ -217,7 +220,7 @@ void use_names_of(const ForceField& force_field, const ResidueBlock& block, Name
   }
 }
 
-/// A 5' end that has a phosphate is as within the chain.
+/// Block of a nucleotide. A 5' end with a phosphate has the same block as within the chain.
 Composition nucleotide_with_ends(const ForceField& force_field, const ResidueBlock& block,
                                  const ResidueContext& context, Names& names) {
   const bool is_first = context.begins != ChainEnd::kBonded && !has(names, "P");
@@ -278,7 +281,7 @@ NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue,
           carriers(residue)};
 }
 
-/// A residue that is both ends, both charged, takes the zwitterion's entries.
+/// A residue that is both ends, with both charged, gets the entries of a zwitterion.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named) {
   Names& names = named.names;

@@ -13,30 +13,32 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxAtoms = 1'000'000;
-/// More records than any residue has with all its alternate locations; then a new residue begins.
+/// Limit of records in one residue, above any real residue with all its alternate locations. Beyond it a new residue
+/// begins.
 constexpr std::size_t kMaxRecordsPerResidue = 1000;
 constexpr std::size_t kMaxDropped = 100'000;
-/// Between what is written as one place with three decimals.
+/// Largest distance between positions that count as one, in files with three decimals.
 constexpr double kOnePlaceAngstrom = 0.01;
-/// Two atoms of one name that are nearer than any bond are one atom at two places.
+/// Two atoms of one name within this distance, which is less than any bond, are one atom at two positions.
 constexpr double kNearerThanAnyBondAngstrom = 0.6;
-/// From an atom to the nearest other of its residue, at most.
+/// Largest distance from an atom to the nearest other atom of its residue.
 constexpr double kMaxBondAngstrom = 2.5;
 
-/// How much speaks for each alternate location, in the order of the file.
+/// Scores of the alternate locations, in the order of the file.
 class Alternates {
  public:
   void add(char letter, const PdbAtom& atom) {
     const auto known = std::ranges::find(all_, letter, &Entry::letter);
     Entry& entry = known == all_.end() ? all_.emplace_back(Entry{letter}) : *known;
     ++entry.atoms;
-    // Programs that place hydrogens give them occupancies of their own.
+    // Hydrogens do not count, because programs that add them set their own occupancies.
     if (atom.element == "H") return;
     entry.heavy_occupancy += atom.occupancy;
     ++entry.heavy_atoms;
   }
   bool has(char letter) const { return std::ranges::find(all_, letter, &Entry::letter) != all_.end(); }
-  /// The largest mean occupancy, to two digits; of equal ones the most atoms, then the first. ' ' where there is none.
+  /// Location of the largest mean occupancy, to two digits; of equal ones the most atoms, then the first. ' ' if there
+  /// is none.
   char best() const {
     const auto found = std::ranges::max_element(all_, {}, [](const Entry& e) {
       return std::pair(std::round(100 * e.heavy_occupancy / std::max(1.0, e.heavy_atoms)), e.atoms);
@@ -97,7 +99,7 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
   const auto [entry, is_new] = index_of_place_.try_emplace(place, open_.size());
   std::size_t first_there = open_.size();
   if (!is_new) {
-    // Names at one place alternate, so the one before may go on.
+    // Residue names at one position alternate, so the earlier one may continue.
     for (const std::size_t index : {entry->second, open_[entry->second].place}) {
       if (!belongs_to(open_[index], residue, record)) continue;
       open_[index].records.push_back(std::move(record));
@@ -118,7 +120,7 @@ void ResidueCollector::drop(const PdbResidue& residue, const Record& record, con
   structure_.dropped.push_back("atom " + place_text(residue, record.atom.name) + ": " + why);
 }
 
-/// Whether the bond of a chain between them has alternates on both sides.
+/// Whether the chain bond between two residues has alternates on both sides.
 bool ResidueCollector::are_linked(const OpenResidue& before, const OpenResidue& after) {
   const auto alternates = [](const OpenResidue& open, std::string_view a, std::string_view b) {
     return std::ranges::any_of(
@@ -139,7 +141,7 @@ void ResidueCollector::choose_alternates() {
   }
 }
 
-/// Of a run of residues that take the same alternate location; one that lacks it takes its own best.
+/// Chooses for a run of residues that take the same alternate location; a residue without it takes its own best.
 void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   Alternates all;
   std::map<std::size_t, Alternates> of_place;
@@ -157,7 +159,7 @@ void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   }
 }
 
-/// A letter without a meaning: the atom is always there, and has no alternate.
+/// Whether the alternate letter is meaningless: the atom has full occupancy and no alternate.
 bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record) {
   constexpr double kAlways = 0.995;
   return record.atom.occupancy >= kAlways && std::ranges::none_of(open.records, [&record](const Record& other) {
@@ -165,9 +167,9 @@ bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record
          });
 }
 
-/// Atoms of other alternate locations and duplicates are left out; the rest keeps the order of the file.
+/// Leaves out other alternate locations and duplicates; the remaining atoms keep the order of the file.
 void ResidueCollector::close(OpenResidue& open) {
-  std::unordered_map<std::string, std::vector<std::size_t>> kept;  // by name
+  std::unordered_map<std::string, std::vector<std::size_t>> kept;  // indices by atom name
   std::vector<char> alternates;
   for (const Record& record : open.records) {
     if (record.alternate != ' ' && record.alternate != open.chosen && !is_only_one(open, record)) {
@@ -198,7 +200,7 @@ void ResidueCollector::close(OpenResidue& open) {
   }
 }
 
-/// In a file without names of chains, the names of its segments are theirs, where it has several.
+/// In a file without chain names but with several segment names, the segments name the chains.
 void ResidueCollector::name_chains_by_segment() {
   std::set<std::string_view> names;
   for (const OpenResidue& open : open_) {

@@ -1,4 +1,4 @@
-// Atoms as readers meet them, sorted into residues; chooses among alternate locations.
+// Sorts atoms into residues as readers deliver them, and chooses among alternate locations.
 #pragma once
 
 #include <cstddef>
@@ -14,47 +14,49 @@
 namespace tandem::server {
 
 struct PdbAtom {
-  std::string name;     ///< as in the file: "CA", "1HB"
+  std::string name;     ///< name in the file: "CA", "1HB"
   std::string element;  ///< see element_of()
   Vec3 position_angstrom = Vec3::Zero();
-  std::optional<double> charge_e;         ///< where the format has one, PQR and PDBQT
-  std::optional<double> radius_angstrom;  ///< likewise, PQR
+  std::optional<double> charge_e;         ///< if the format has one: PQR and PDBQT
+  std::optional<double> radius_angstrom;  ///< if the format has one: PQR
   double occupancy = 1;
-  int formal_charge_e = 0;  ///< where the file states one
+  int formal_charge_e = 0;  ///< if the file states one
 };
 
 struct PdbResidue {
-  std::string name;  ///< of PDB files columns 18-21: four letters, as GROMACS and CHARMM write them
+  std::string name;  ///< PDB files: columns 18-21, four letters as in GROMACS and CHARMM
   std::string id;    ///< number and insertion code, "12A"
   std::string chain;
-  int segment = 0;  ///< counts the TER records before it
+  int segment = 0;  ///< number of TER records before it
   std::vector<PdbAtom> atoms;
-  std::string segment_name = {};  ///< of PDB files columns 73-76; a chain's name in files without any
+  std::string segment_name = {};  ///< PDB files: columns 73-76; names the chain in files without chain names
 };
 
-/// As in PQR and PDBQT files, whose charges are complete with the hydrogens that they have.
+/// Whether atoms have charges of the file, as in PQR and PDBQT. These are complete with the hydrogens that the file
+/// has.
 bool has_own_charges(const PdbResidue& residue);
 
 struct PdbStructure {
   std::vector<PdbResidue> residues;  ///< in file order
-  std::size_t alternate_atoms = 0;   ///< left out: of another alternate location than the one taken
-  std::size_t duplicate_atoms = 0;   ///< left out: an atom of that name was at that place already
-  bool has_more_models = false;      ///< left out: all models but the first
-  std::vector<std::string> dropped;  ///< the first 100,000 of those atoms, for people
+  std::size_t alternate_atoms = 0;   ///< left out: other alternate locations
+  std::size_t duplicate_atoms = 0;   ///< left out: a second atom of that name at the same position
+  bool has_more_models = false;      ///< models after the first are left out
+  std::vector<std::string> dropped;  ///< the first 100,000 of the omitted atoms, for the user
 };
 
-/// "VAL 12A of chain B", as the file has it.
+/// "VAL 12A of chain B", with the names of the file.
 std::string residue_place(const PdbResidue& residue);
 /// "CG of VAL 12A of chain B", printable.
 std::string place_text(const PdbResidue& residue, std::string_view atom);
 
-/// Atoms of one chain, number and insertion code are one residue; a second residue of that number begins where the backbone begins
-/// again, and where later atoms are far from the first ones. Atoms that share a name are several atoms unless they are at one place.
+/// Sorts atoms into residues by chain, number and insertion code. A second residue of the same number begins where the
+/// backbone begins again, and where later atoms are far from the first ones. Atoms of one name are different atoms
+/// unless they are at one position.
 ///
-/// Of each residue one alternate location is kept, with the atoms that have none: the one of the largest mean occupancy of heavy
-/// atoms, of equal ones that of most atoms. Neighbours in a chain whose bond has alternates take the same. Two residue names at one
-/// place are alternates too.
-/// Bounded: atoms in all, and atoms of one residue.
+/// Each residue keeps one alternate location, together with its atoms that have none. It is the location of the largest
+/// mean occupancy of heavy atoms; of equal ones, that of most atoms. Neighbours in a chain take the same location if
+/// the bond between them has alternates. Two residue names at one position are alternates too.
+/// Bounded: number of atoms in total, and in one residue.
 class ResidueCollector {
  public:
   /// Fails   MoleculeError: more than 1,000,000 atoms
@@ -67,7 +69,7 @@ class ResidueCollector {
     PdbAtom atom;
     char alternate = ' ';
   };
-  /// One residue name at one place.
+  /// Atoms of one residue name at one place, which is a chain and a residue number.
   struct OpenResidue {
     PdbResidue residue;
     std::vector<Record> records;
@@ -86,7 +88,7 @@ class ResidueCollector {
 
   std::size_t atoms_ = 0;
   std::vector<OpenResidue> open_;
-  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< the latest residue there
+  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< latest residue of each place
   PdbStructure structure_;
 };
 

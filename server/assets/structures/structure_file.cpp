@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 
-/// zlib reads a file that is not compressed as it is.
+/// Reads a file through zlib, which also reads uncompressed files.
 std::string text_of(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
@@ -46,7 +46,7 @@ std::string text_of(const fs::path& path) {
   }
 }
 
-/// The first word that is no comment.
+/// Whether the first word that is not a comment is that of mmCIF.
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
     const std::string_view line = trimmed(take_line(text));
@@ -55,7 +55,7 @@ bool is_mmcif(std::string_view text) {
   return false;
 }
 
-/// ".pqr" also of "x.pqr.gz".
+/// Extension without ".gz": ".pqr" for "x.pqr.gz" too.
 std::string format_ending(fs::path path) {
   if (path.extension() == ".gz") path.replace_extension();
   return path.extension().string();

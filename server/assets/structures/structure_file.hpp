@@ -1,4 +1,4 @@
-// Structure files of any format, and which of their atoms are wanted.
+// Reads structure files of any format, and selects residues.
 #pragma once
 
 #include <filesystem>
@@ -10,24 +10,25 @@
 
 namespace tandem::server {
 
-/// Reads PDB, mmCIF, PQR or PDBQT, also compressed by gzip, of at most 256 MiB of text. mmCIF is known by its first word, PQR and
-/// PDBQT by the file's name (.pqr, .pqr.gz). The readers are written here, not taken from gemmi: it has none of PQR and PDBQT, ends with
-/// an error at line numbers in columns 79-80, which old PDB files have, and keeps no account of what it leaves out.
+/// Reads PDB, mmCIF, PQR or PDBQT, gzip-compressed or not, of at most 256 MiB of text. mmCIF is detected by its first
+/// word, PQR and PDBQT by the file name (.pqr, .pqr.gz). The readers are our own because gemmi has none for PQR and
+/// PDBQT. It also fails at line numbers in columns 79-80, which old PDB files have, and does not report omissions.
 ///
 /// Fails   MoleculeError naming the file: missing, too large, damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);
 
-/// Which residues are wanted: of each entry "A" chain A's amino acids, "A/478" the residues named 478 of chain A with
-/// whatever they are, "/HOH" those of all chains, "A/*" and "/*" all there are. None: the amino acids of all chains.
+/// Selection of residues by entries. "A" selects the amino acids of chain A. "A/478" selects the residues of chain A
+/// with the name 478, of any kind, and "/HOH" those with the name HOH in all chains. "A/*" selects all residues of
+/// chain A, and "/*" those of all chains. Without entries the amino acids of all chains are selected.
 struct StructureSelection {
   std::vector<std::string> entries;
 
   bool takes_chain(std::string_view chain) const;
-  /// By name, amino acid or not.
+  /// Whether an entry names the residue, amino acid or not.
   bool takes_residue(const PdbResidue& residue) const;
 };
 
-/// "FILE:A,B/478" as a command line has it; a colon that no entry follows belongs to the file's name.
+/// Parses "FILE:A,B/478" of a command line. A colon without an entry after it belongs to the file name.
 struct StructureChoice {
   std::string file;
   StructureSelection selection;

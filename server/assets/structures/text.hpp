@@ -16,28 +16,28 @@ inline char small_letter(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-/// Whether text begins with `start`, which is in small letters, in letters of any case.
+/// Whether text begins with `start`, ignoring case; `start` is in small letters.
 bool begins_with_any_case(std::string_view text, std::string_view start);
 
 std::string_view trimmed(std::string_view text);
 
-/// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks;
-/// what the line is too short for is missing.
+/// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks. Columns
+/// beyond the end of the line are missing.
 std::string_view columns(std::string_view line, std::size_t first, std::size_t last);
 
 /// Blank-separated words.
 std::vector<std::string_view> words(std::string_view line);
 
-/// Cuts the first line off `rest`; knows LF and CRLF.
+/// Removes the first line from `rest` and returns it; accepts LF and CRLF.
 std::string_view take_line(std::string_view& rest);
 
 /// True when the whole of `field` is one finite number.
 bool parse_finite(std::string_view field, double& value);
 
-/// For messages: at most 40 characters, other than printable ASCII as '?'.
+/// Text for messages: at most 40 characters; '?' replaces all but printable ASCII.
 std::string printable_text(std::string_view text);
 
-/// For messages: in quotes, at most 40 characters, other than printable ASCII as '?'.
+/// Quoted text for messages: at most 40 characters; '?' replaces all but printable ASCII.
 std::string quoted_text(std::string_view text);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// The atoms of an mmCIF file: its _atom_site loop, nothing else.
+// Reads the atoms of an mmCIF file: only its _atom_site loop.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace tandem::server {
 
-/// Reads the first model of the first data block that has atoms. Names, numbers and chains are the authors' (auth_…), as
-/// in the PDB file of the same entry, where the file has them. Written here, not with gemmi, because only one loop is
-/// wanted, in one pass and without a copy of the file.
+/// Reads the first model of the first data block that has atoms. Names, numbers and chains are the authors' (auth_…) if
+/// the file has them, as in the PDB file of the same entry. The reader is our own, not gemmi's: it needs only one loop,
+/// in one pass and without a copy of the file.
 ///
 /// Source  Hall, Allen, Brown, Acta Cryst. A47 (1991) 655 and iucr.org "CIF 1.1 syntax": words, quotes, text fields
 /// In      source  name of the file, for messages

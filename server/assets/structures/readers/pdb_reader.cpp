@@ -3,7 +3,7 @@
 //    1-6 record   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
 //   27 insertion code   31-38, 39-46, 47-54 x y z [Å]   55-60 occupancy   73-76 segment   77-78 element   79-80 charge
 //
-// Everything is bounded, because any bytes may come: file size (structure_file.hpp), atoms, atoms of one residue.
+// Input may contain any bytes, so everything is bounded: file size (structure_file.hpp), atoms, atoms of one residue.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kLastCoordinateColumn = 54;
-/// Types of AutoDock 4 that are no symbols of elements, or others'.
+/// Types of AutoDock 4 that are not element symbols, or symbols of other elements.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kElementOfDockingType = {{{"A", "C"},
                                                                                                   {"C", "C"},
                                                                                                   {"N", "N"},
@@ -70,20 +70,21 @@ double PdbParser::coordinate(std::string_view line, std::size_t first, std::size
   return value;
 }
 
-/// The four columns of a name where they tell the element; in a file of which an alpha carbon begins in column 13 they do not.
+/// The four columns of a name if they determine the element. If an alpha carbon of the file begins in column 13, they
+/// do not.
 std::string_view PdbParser::name_field(std::string_view line, std::string_view residue) {
   const std::string_view field = line.substr(12, 4);
   if (field == "CA  " && is_standard_residue(residue)) is_aligned_ = false;
   return is_aligned_ ? field : trimmed(field);
 }
 
-/// Of a segment; numbers of lines are none.
+/// Segment name; line numbers do not count.
 std::string_view segment_name(std::string_view field) {
   const auto is_letter = [](char c) { return small_letter(c) >= 'a' && small_letter(c) <= 'z'; };
   return std::ranges::any_of(field, is_letter) ? field : std::string_view();
 }
 
-/// "2+", "1-" and "-1"; 0 for anything else, such as numbers of lines.
+/// Parses "2+", "1-" and "-1"; 0 for anything else, such as line numbers.
 int formal_charge(std::string_view field) {
   if (field.size() != 2) return 0;
   const bool is_reversed = is_digit(field[1]);
@@ -92,7 +93,7 @@ int formal_charge(std::string_view field) {
   return sign == '-' ? -(digit - '0') : digit - '0';
 }
 
-/// AutoDock's charge in columns 67-76 and its atom type in 78-79.
+/// Reads AutoDock's charge in columns 67-76 and its atom type in 78-79.
 void PdbParser::add_docking_columns(std::string_view line, std::string_view residue, PdbAtom& atom) const {
   double charge = 0;
   if (!parse_finite(columns(line, 67, 76), charge) || std::abs(charge) > kMaxCharge_e) {
@@ -108,7 +109,7 @@ void PdbParser::add_docking_columns(std::string_view line, std::string_view resi
 }
 
 void PdbParser::add_atom(std::string_view line) {
-  // A number cut off in the middle would still be a number.
+  // The line length is checked, because a truncated number would still parse.
   if (line.size() < kLastCoordinateColumn) {
     fail("atom line ends at column " + std::to_string(line.size()) +
          ", within the coordinates in columns 31-54; complete or delete this line");

@@ -1,5 +1,5 @@
-// A tolerant reader of the PDB format's atoms. Real files break the format's rules (old versions of it, other
-// programs' extensions, hand edits), so it takes what can be read without doubt and refuses only what cannot.
+// A tolerant reader of the atoms of the PDB format. Real files break its rules (old versions, extensions of other
+// programs, hand edits). So it accepts everything that is unambiguous and refuses the rest.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@ namespace tandem::server {
 
 enum class PdbFlavour {
   kPdb,
-  kPdbqt,  ///< AutoDock's: charges and atom types of its own behind the temperature factor
+  kPdbqt,  ///< AutoDock's format, with its own charges and atom types after the temperature factor
 };
 
 /// Reads ATOM and HETATM records of the first model, up to ENDMDL or END.
 ///
-/// Columns 55-80 may be missing or hold anything, except in a PDBQT file. LF or CRLF.
+/// Columns 55-80 may be missing or contain anything, except in a PDBQT file. Lines end with LF or CRLF.
 ///
 /// In      source  name of the file, for messages
-/// Fails   MoleculeError with file and line: an atom line without three coordinates within 1e6 Å, in a PDBQT file without a charge
-///         within 100 e; too many atoms
+/// Fails   MoleculeError with file and line: an atom line without three coordinates within 1e6 Å; in a PDBQT file an
+///         atom without a charge within 100 e; too many atoms
 PdbStructure parse_pdb(std::string_view text, const std::string& source, PdbFlavour flavour = PdbFlavour::kPdb);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// The PQR format of PDB2PQR and APBS: atoms with a charge and a radius of their own, in columns divided by blanks.
+// The PQR format of PDB2PQR and APBS: atoms with their own charge and radius, in columns separated by blanks.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace tandem::server {
 
 /// Reads ATOM and HETATM records: serial, atom, residue, chain (may be missing), number, x y z, charge, radius.
-/// Residues that are split off as a chain's end (NTER, NTE, CTER, CTE) are joined to the one of the same number.
+/// Residues that are split off as a chain end (NTER, NTE, CTER, CTE) are joined to the residue of the same number.
 ///
 /// In      source  name of the file, for messages
 /// Fails   MoleculeError with file and line: a record without its numbers, charge beyond 100 e or radius beyond 10 Å
