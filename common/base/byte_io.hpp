@@ -72,8 +72,7 @@ class ByteReader {
   double f64() { return number<double>(); }
 
   /// Reads the count of elements that take at least `bytes_each` bytes each. If fewer bytes remain, returns 0 and ok()
-  /// is
-  /// false. A hostile count therefore cannot make the caller allocate more than a small multiple of its bytes.
+  /// is false. A hostile count therefore cannot make the caller allocate more than a small multiple of its bytes.
   std::uint32_t count(std::size_t bytes_each) {
     const std::uint32_t value = u32();
     if (value <= bytes_.size() / bytes_each) return value;

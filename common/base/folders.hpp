@@ -26,8 +26,7 @@ std::error_code replace_file(const std::filesystem::path& file, std::initializer
                              unsigned mode = 0644);
 
 /// Writes a file that can be made or fetched again, like replace_file(). Does not wait for the disk, so an io thread
-/// may
-/// call it. After a power loss the file may be incomplete; its readers must detect this.
+/// may call it. After a power loss the file may be incomplete; its readers must detect this.
 std::error_code replace_cache_file(const std::filesystem::path& file,
                                    std::initializer_list<std::span<const std::byte>> parts);
 

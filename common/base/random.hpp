@@ -9,9 +9,8 @@ namespace tandem {
 
 /// Generator PCG32 (XSH-RR) with the distributions that links, hands and tests need.
 ///
-/// Source  O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for
-///         Random Number Generation", 2014, §6.3. The distributions are our own: those of <random> are not
-///         specified to the bit.
+/// Source  O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for Random Number
+///         Generation", 2014, §6.3. The distributions are our own: those of <random> are not specified to the bit.
 class Random {
  public:
   /// `stream` gives independent sequences from one experiment seed (one per link direction, hand, …).

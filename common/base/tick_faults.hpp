@@ -30,12 +30,10 @@ enum TickFault : std::uint32_t {
   /// Remedy: none needed if rare; else softer surfaces (contact_stiffness_n_per_m3) or heavier tools.
   kFaultContactUnsolved = 1U << 6U,
   /// More contacts than limits.contact_points or limits.contact_pairs allow: points represented their neighbours, or
-  /// the
-  /// last pairs of shapes were ignored. Remedy: raise the limit, or use shapes with fewer parts.
+  /// the last pairs of shapes were ignored. Remedy: raise the limit, or use shapes with fewer parts.
   kFaultContactCoarse = 1U << 7U,
   /// The step of the soft bodies was not ready when due (live only); the previous result stays in use. Remedy: fewer
-  /// nodes
-  /// or samples, a lower soft_step_rate_hz, a faster machine.
+  /// nodes or samples, a lower soft_step_rate_hz, a faster machine.
   kFaultSoftLate = 1U << 8U,
   /// A user's tool would have put more energy into the world than the hand supplied, and was limited. Remedy: a stage
   /// whose hand supplies the tool's energy (local-model, wave), or a shorter delay.

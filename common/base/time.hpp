@@ -46,8 +46,7 @@ class Clock {
 };
 
 /// CLOCK_BOOTTIME, the clock of the absolute deadlines in realtime.hpp: monotonic. It includes the time during which
-/// the
-/// machine was suspended, so a force from before a suspension counts as old.
+/// the machine was suspended, so a force from before a suspension counts as old.
 class SteadyClock final : public Clock {
  public:
   LocalTime now() const noexcept override {

@@ -39,10 +39,9 @@ struct RaceSettings {
 /// The race of one connection.
 ///
 /// Model   One attempt starts at a time. The next one starts attempt_delay after the last one, or at once when the last
-///         one
-///         failed. The next address is of the other family than the last attempt, IPv6 first; within a family the order
-///         is that of the resolver. The first address to accept wins. The others are cancelled and stay available: they
-///         are tried when the winner turns out not to be the expected server.
+///         one failed. The next address is of the other family than the last attempt, IPv6 first; within a family the
+///         order is that of the resolver. The first address to accept wins. The others are cancelled and stay
+///         available: they are tried when the winner turns out not to be the expected server.
 /// Source  RFC 8305, sections 3 to 6. Here an address that won an earlier race comes first (§4 permits it).
 /// Limits  kMaxPerFamily addresses of each family; further ones are ignored
 /// Thread  any, one at a time

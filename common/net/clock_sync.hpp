@@ -12,11 +12,10 @@ namespace tandem::net {
 /// Estimates the offset from the least delayed exchanges of the last seconds, and follows it without steps.
 ///
 /// Model   An exchange has delay δ = (t4 − t1) − (t3 − t2) and offset θ = ((t2 − t1) + (t3 − t4)) / 2. The offset errs
-///         by
-///         half the difference between the forward and the return delay. Each of the last kSlots periods of kSlot keeps
-///         its exchange of least δ. Of these, the one of least δ/2 + kDrift · age is the target: queueing corrupts new
-///         exchanges, drift of the clocks old ones.
-///         Error of the target ≤ |fixed asymmetry| / 2 + (queueing of the least δ kept) / 2 + kDrift · its age.
+///         by half the difference between the forward and the return delay. Each of the last kSlots periods of kSlot
+///         keeps its exchange of least δ. Of these, the one of least δ/2 + kDrift · age is the target: queueing
+///         corrupts new exchanges, drift of the clocks old ones. Error of the target ≤ |fixed asymmetry| / 2 +
+///         (queueing of the least δ kept) / 2 + kDrift · its age.
 /// Settle  For kSettling after the first exchange the offset equals the target, steps included. The start ramp keeps
 ///         forces small then, and correcting a first exchange that queued for 200 ms would otherwise take minutes.
 /// Slew    Afterwards it moves at 500 ppm, or at error / 2 s if that is more, at most 5 %. An error of 1 ms vanishes in
@@ -26,8 +25,7 @@ namespace tandem::net {
 class ClockSync {
  public:
   /// Adds an exchange: sent locally at t1, received by the server at t2, answered at t3, received locally at t4.
-  /// Returns
-  /// false and ignores it if the round trip or the holding time is negative.
+  /// Returns false and ignores it if the round trip or the holding time is negative.
   bool add(LocalTime t1, ServerTime t2, ServerTime t3, LocalTime t4);
 
   bool has_offset() const { return has_offset_; }

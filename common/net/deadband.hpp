@@ -7,8 +7,7 @@
 namespace tandem::net {
 
 /// Maximum interval between messages, however small the change and the capacity of the link: 100 Hz. It limits the
-/// effect
-/// of a lost message.
+/// effect of a lost message.
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
@@ -20,8 +19,7 @@ inline constexpr double kMaxDeadband = 0.5;
 /// Source  Hinterseer, Hirche, Chaudhuri, Steinbach, Buss, "Perception-based data reduction and transmission of haptic
 ///         data in telepresence and teleaction systems", IEEE Trans. Signal Processing 56(2), 2008: Weber's deadband on
 ///         forces and velocities. Positions and the floors of small values are ours. Without floors, noise at rest
-///         would
-///         be sent; below them the just-noticeable share of a force rises.
+///         would be sent; below them the just-noticeable share of a force rises.
 /// In      weber_fraction  w, 0..kMaxDeadband; 0: every change is significant. About 0.1 for hands
 /// Thread  any, one at a time
 class Deadband {

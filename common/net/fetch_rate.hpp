@@ -12,28 +12,22 @@
 namespace tandem::net {
 
 /// Rate control at one receiver. It requests pieces of files and receives them in the requested order. The receiver
-/// sets
-/// the pace, and the sender needs no control.
+/// sets the pace, and the sender needs no control.
 ///
 /// Model   Pieces are requested in pairs. The two answers leave together. The gap between their arrivals is the time
-///         that
-///         the bottleneck needs for the second answer and for state in between. The mean time per byte of the shorter
-///         half of the last kPairs gives the capacity. Free is the capacity less state, and at most the rate of the
-///         mean
-///         over all pairs: in jitter the shorter half is far too short. The rate begins at kFirstRate and doubles once
-///         a
-///         round trip, up to kShare of the free rate.
-///         A queue has grown when the least delay of state over kShort exceeds the least over kLong by more than the
-///         allowance, at first kQueue. The rate then falls by the factor kFall and afterwards rises by kCareful a round
-///         trip. If the rate is already below kFall of the free rate, the delay has another cause (jitter, a longer
-///         route, other traffic): the allowance rises to it, up to kMaxAllowed, and the rate may double again. In
-///         flight
-///         are at most rate · (least round trip + kAhead) and two pieces.
+///         that the bottleneck needs for the second answer and for state in between. The mean time per byte of the
+///         shorter half of the last kPairs gives the capacity. Free is the capacity less state, and at most the rate of
+///         the mean over all pairs: in jitter the shorter half is far too short. The rate begins at kFirstRate and
+///         doubles once a round trip, up to kShare of the free rate. A queue has grown when the least delay of state
+///         over kShort exceeds the least over kLong by more than the allowance, at first kQueue. The rate then falls by
+///         the factor kFall and afterwards rises by kCareful a round trip. If the rate is already below kFall of the
+///         free rate, the delay has another cause (jitter, a longer route, other traffic): the allowance rises to it,
+///         up to kMaxAllowed, and the rate may double again. In flight are at most rate · (least round trip + kAhead)
+///         and two pieces.
 /// Limits  A pair occupies the line for 3.5 ms at the rate, or as long as two pieces of kMinPiece; state behind it
-///         waits
-///         as long. Jitter of single packets costs rate: 73 to 85 % of the free rate is reached without jitter, 40 to
-///         60 % at a standard deviation of 2 ms, 6 to 30 % at 5 and 10 ms. Without state there is no delay to measure:
-///         pairs alone set the rate, and kAhead bounds the queue.
+///         waits as long. Jitter of single packets costs rate: 73 to 85 % of the free rate is reached without jitter,
+///         40 to 60 % at a standard deviation of 2 ms, 6 to 30 % at 5 and 10 ms. Without state there is no delay to
+///         measure: pairs alone set the rate, and kAhead bounds the queue.
 /// Source  pairs: Keshav, "A control-theoretic approach to flow control", SIGCOMM 1991; less than the whole free rate,
 ///         and delay as the sign of a queue: LEDBAT (RFC 6817), Cardwell et al., "BBR", ACM Queue 14(5), 2016; figures
 ///         ours

@@ -16,8 +16,7 @@ struct HostPort {
 
 /// Parses a host with an optional port.
 /// Fails   std::invalid_argument: no host, no port from 1 to 65535 after the colon, or an IPv6 address without
-///         brackets,
-///         whose last group would be mistaken for a port
+///         brackets, whose last group would be mistaken for a port
 HostPort host_port_of(const std::string& text);
 
 /// The host of an option that takes no port; brackets around an IPv6 address are removed.

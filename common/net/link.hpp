@@ -83,7 +83,6 @@ struct LinkCounters {
 /// A packet passes the queue limit, then the rate limit, which other links may share, then the loss. The same seed and
 /// stream give the same result for the same packets. Loss and duplication do not change the draws of the packets' own
 /// delays.
-/// they are.
 /// Thread  one at a time
 class SimulatedLink {
  public:
@@ -93,8 +92,7 @@ class SimulatedLink {
   /// A link for a byte stream: same delay and rate, order kept, nothing lost, duplicated or refused.
   static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
   /// Makes both links share one line, as the datagrams and the stream of one direction do. The rate limit, which should
-  /// be
-  /// the same in both, bounds their sum; each waits for bytes that the other has sent before.
+  /// be the same in both, bounds their sum; each waits for bytes that the other has sent before.
   void share_line(SimulatedLink& other) { line_free_ = other.line_free_; }
 
   void send(LocalTime now, std::span<const std::byte> packet);
@@ -141,9 +139,8 @@ class SimulatedLink {
   bool has_period_ = false;
   LocalTime last_due_{};
   std::shared_ptr<LocalTime> line_free_ =
-      std::make_shared<LocalTime>();  ///< time when the line becomes idle; shared by links on one line
-  std::multimap<LocalTime, std::vector<std::byte>>
-      in_flight_;  ///< keyed by due time; equal times keep the order of sending
+      std::make_shared<LocalTime>();                            ///< when the line becomes idle; shared by its links
+  std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< by due time, then in the order of sending
   LinkCounters counters_;
 };
 

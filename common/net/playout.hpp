@@ -1,7 +1,6 @@
 // Playout buffer: replays received data at a constant delay, so that jitter and short losses change neither the data
-// nor
-// its energy. For inputs of a simulation and for display. Never for a force on its way to a hand, which would only get
-// older.
+// nor its energy. For inputs of a simulation and for display. Never for a force on its way to a hand, which would only
+// get older.
 #pragma once
 
 #include <array>
@@ -23,11 +22,10 @@ struct PlayoutSettings {
 /// Chooses the delay, and converts local time to the sender's time to play.
 ///
 /// Model   A sample i with stamp s_i that arrives at a_i makes all times from s_{i−1} to s_i playable at a_i. These
-///         times
-///         wait up to a_i − s_{i−1} − base, where base is the least a − s. The delay is the quantile of this waiting
-///         time
-///         over the window, each gap weighted by its length. It covers jitter as well as gaps left by losses.
-///         The effective window is 1 to 2 windows (two halves, the older discarded as a whole); resolution 0.5 ms.
+///         times wait up to a_i − s_{i−1} − base, where base is the least a − s. The delay is the quantile of this
+///         waiting time over the window, each gap weighted by its length. It covers jitter as well as gaps left by
+///         losses. The effective window is 1 to 2 windows (two halves, the older discarded as a whole); resolution 0.5
+///         ms.
 /// Settle  in the first half second, and after clock jumps of more than 200 ms, the delay changes in one step
 /// Source  Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications in
 ///         wide-area networks", INFOCOM 1994, for the idea; the bracketing gap and the slew are ours
@@ -73,11 +71,9 @@ class PlayoutDelay {
 /// The newest states of one rigid body, by the sender's time.
 ///
 /// Model   Between two samples: cubic Hermite for the position, with the samples' velocities; the shorter rotation;
-///         linear
-///         for the twist. After the newest sample: extrapolated with its twist, which fades to zero within kRunOut.
-///         A gap longer than kMaxGap is not interpolated: the samples before it are discarded. Thus no time stamp moves
-///         a
-///         body farther than its speed does in kMaxGap.
+///         linear for the twist. After the newest sample: extrapolated with its twist, which fades to zero within
+///         kRunOut. A gap longer than kMaxGap is not interpolated: the samples before it are discarded. Thus no time
+///         stamp moves a body farther than its speed does in kMaxGap.
 /// Thread  one; no allocation
 class RigidTrack {
  public:

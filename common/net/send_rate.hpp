@@ -13,21 +13,17 @@ namespace tandem::net {
 ///
 /// Model   A link that receives more than its capacity queues: the least delay over a short time then exceeds the least
 ///         over a long time. Jitter of single messages does not do this. If a queue grew by q while messages of a time
-///         t
-///         were sent, the link carries 1 / (1 + q/t) of their rate. At a queue of kQueue the sender falls to the floor
-///         rate until the queue is gone, and then resumes at kMargin of the capacity. If the queue changes by less than
-///         2 kGone within kWatch, it is a longer route, not congestion, and the limit stays. Without a queue the rate
-///         rises evenly after kPatience; that time doubles with each further congestion, up to kMaxPatience. Delays are
-///         differences of two clocks; only their changes count, so the clocks need not agree.
+///         t were sent, the link carries 1 / (1 + q/t) of their rate. At a queue of kQueue the sender falls to the
+///         floor rate until the queue is gone, and then resumes at kMargin of the capacity. If the queue changes by
+///         less than 2 kGone within kWatch, it is a longer route, not congestion, and the limit stays. Without a queue
+///         the rate rises evenly after kPatience; that time doubles with each further congestion, up to kMaxPatience.
+///         Delays are differences of two clocks; only their changes count, so the clocks need not agree.
 /// Limits  A queue below kQueue, and drops by a link with a short queue, are not detected. A delay that lasts longer
-///         than
-///         kShort without own queueing (a pause of a radio link, other traffic) counts as a queue. This costs rate,
-///         which
-///         recovers within a minute, and no force.
-/// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from arrivals: Cardwell et al., "BBR:
-///         congestion-based congestion control", ACM Queue 14(5), 2016. A rate of states instead of a window, for
-///         messages
-///         that are not repeated, and the figures are ours
+///         than kShort without own queueing (a pause of a radio link, other traffic) counts as a queue. This costs
+///         rate, which recovers within a minute, and no force.
+/// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from arrivals: Cardwell et al., "BBR: congestion-based
+///         congestion control", ACM Queue 14(5), 2016. A rate of states instead of a window, for messages that are not
+///         repeated, and the figures are ours
 /// Thread  any, one at a time; no allocation
 class SendRate {
  public:

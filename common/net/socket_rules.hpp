@@ -16,8 +16,7 @@
 namespace tandem::net {
 
 /// Limit of unsent bytes in the kernel. Small, so that state over TCP stays fresh: bytes in the kernel cannot be
-/// replaced
-/// by newer ones.
+/// replaced by newer ones.
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 
@@ -39,8 +38,7 @@ inline std::optional<std::uint16_t> port_of(std::string_view text) {
 }
 
 /// Parses the address in `text`; `purpose` begins the message, e.g. "cannot listen on". Without encryption only
-/// loopback
-/// is allowed: anyone who can read and write the traffic could move hands.
+/// loopback is allowed: anyone who can read and write the traffic could move hands.
 /// Fails   std::invalid_argument: not a numeric address (or localhost), or one that needs encryption
 inline boost::asio::ip::address numeric_address(const std::string& purpose, const std::string& text,
                                                 bool is_encrypted) {

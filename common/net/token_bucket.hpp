@@ -13,8 +13,7 @@ struct Rate {
 };
 
 /// Token bucket of `at_once` tokens that starts full and fills by `per_second`. The balance may become negative, down
-/// to
-/// the larger of at_once and the cost of one item. A caller that pauses has tokens again after at_once / per_second.
+/// to the larger of at_once and the cost of one item. A caller that pauses has tokens again after at_once / per_second.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
