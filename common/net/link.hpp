@@ -140,7 +140,7 @@ class SimulatedLink {
   LocalTime last_due_{};
   std::shared_ptr<LocalTime> line_free_ =
       std::make_shared<LocalTime>();                            ///< when the line becomes idle; shared by its links
-  std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< by due time, then in the order of sending
+  std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< sorted by due time, then order of sending
   LinkCounters counters_;
 };
 
