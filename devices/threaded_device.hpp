@@ -6,8 +6,8 @@
 // 1. A command older than 20 ms means that the loop hangs: the driver receives zero instead. This lasts until the loop
 //    has called has_let_go(), so that it restarts its force from zero.
 // 2. A driver that hangs returns no newer sample: its time stamp grows old, which DeviceReader treats as a fault.
-// 3. A program that is stopped or killed sends nothing: a watchdog, if there is one, writes zero in its place. Zero also
-//    replaces a command that was chosen before the loop was informed of that zero.
+// 3. A program that is stopped or killed sends nothing: a watchdog, if there is one, writes zero in its place. Zero
+//    also replaces a command that was chosen before the loop was informed of that zero.
 // 4. The destructor sends zero to the driver before the driver is closed.
 #pragma once
 
