@@ -33,9 +33,8 @@ struct DeviceOptions {
   double motor_counts_per_n_m = 3000;
   std::string service = "127.0.0.1:10001";  ///< inverse3: address of the maker's service
   std::string rumble = "auto";              ///< mouse: game pad that displays its force, /dev/input/eventN; or "off"
-  std::filesystem::path
-      library{};  ///< library of a vendor's SDK as the user installed it; empty: the system's search path
-  std::shared_ptr<Pointer> pointer{};                           ///< mouse: target set by a window; null: none
+  std::filesystem::path library{};          ///< library of a vendor's SDK; empty: the system's search path
+  std::shared_ptr<Pointer> pointer{};       ///< mouse: target set by a window; null: none
   std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< replay: poses of the hand, at least one
   int realtime_priority = 0;  ///< priority of the device's thread, if it has one; 0: normal scheduler
 };

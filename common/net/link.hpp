@@ -62,8 +62,7 @@ struct LinkParameters {
   double rate_limit_bytes_per_s = 0;              ///< 0: unlimited
   std::size_t queue_limit = 4096;                 ///< packets in flight; more are dropped (tail drop)
 
-  /// True when datagrams are lost, duplicated or reordered. Such a setting does not suit a stream, which hides these
-  /// faults.
+  /// True when datagrams are lost, duplicated or reordered. It must not be set for a stream, which hides this.
   bool spoils_datagrams() const { return loss > 0 || duplication > 0 || allows_reordering; }
   /// The first invalid field and its remedy, e.g. "loss is 1.2; it must be 0 to 0.95"; empty when all are valid.
   std::string problem() const;

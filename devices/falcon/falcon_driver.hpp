@@ -1,9 +1,8 @@
 // Driver of a Falcon, from opening to the force at the hand, in steps.
 //
-//   closed ─▶ probing ──reply──────────────────────────────▶ running ─▶ homing (red) ─▶ pulled out (blue) ─▶ ready
-//   (green)
-//     ▲         │ none after 20 tries                           ▲
-//     │         ▼                                               │ a reply
+//   closed ─▶ probing ──reply─────────────────────────▶ running ─▶ homing (red) ─▶ pulled out (blue) ─▶ ready (green)
+//     ▲         │ none after 20 tries                      ▲
+//     │         ▼                                          │ a reply
 //     │      loader (10 times: 0A 43 0D until 0A 44 2C 0D) ─▶ upload (each byte is echoed) ─▶ probing
 //     └── the line fails, or 100 ms without a reply ── from any state
 //

@@ -8,8 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-/// Longest simulated interval per read(), which bounds its work; after a longer pause the hand has moved this long
-/// only.
+/// Longest simulated interval per read(), which bounds its work; a longer pause counts as this long.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 bool is_usable(const PointerTarget& target) {

@@ -10,8 +10,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr double kMaxSubStep_s = HandDynamics::kMaxStep_s;
-/// Longest simulated interval per read(), which bounds its work; after a longer pause the hand has moved this long
-/// only.
+/// Longest simulated interval per read(), which bounds its work; a longer pause counts as this long.
 constexpr Duration kMaxAdvance = std::chrono::seconds(1);
 constexpr double kTick_s = 0.001;
 constexpr double kStop_n_per_m = 5000;

@@ -19,9 +19,9 @@ enum class CapControl : std::uint8_t {
 /// Driver of a SpaceMouse.
 ///
 /// Model   reports arrive at 62 to 125 Hz. Their deflection u passes a critically damped filter, ẍ = ω² (u − x) − 2ω ẋ,
-///         ω = 60 rad/s, each millisecond, exact for constant u: the handle's velocity has no step. A missing report
-///         does not mean rest at once, but a deflected cap reports continuously. After 150 ms without a report, the
-///         report of the release was lost, and the cap counts as at rest.
+///         ω = 60 rad/s, each millisecond, exact for constant u: the handle's velocity has no step. Absence of
+///         reports means rest: a deflected cap reports continuously, a released one stops. After 150 ms without a
+///         report, that of the release was lost, and the cap counts as at rest.
 /// Thread  the device's
 class SpaceMouseDriver final : public DeviceDriver {
  public:
