@@ -1,8 +1,8 @@
 // Interface between the field and its kernels, which are compiled once per instruction set.
 //
 // Only plain structs of pointers may cross it, and this header may include nothing that defines inline functions. The
-// linker could keep the AVX-512 file's copy of an inline function for the whole program, which then stops with an
-// illegal instruction on a CPU without AVX-512.
+// linker could keep the AVX-512 file's copy of an inline function for the whole program. On a CPU without AVX-512 the
+// program would then stop with an illegal instruction.
 #pragma once
 
 #include <cstddef>

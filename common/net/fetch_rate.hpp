@@ -26,7 +26,7 @@ namespace tandem::net {
 ///         and two pieces.
 /// Limits  A pair occupies the line for 3.5 ms at the rate, or as long as two pieces of kMinPiece; state behind it
 ///         waits as long. Jitter of single packets costs rate: 73 to 85 % of the free rate is reached without jitter,
-///         40 to 60 % at a standard deviation of 2 ms, 6 to 30 % at 5 and 10 ms. Without state there is no delay to
+///         40 to 60 % at a standard deviation of 2 ms; 6 to 30 % at 5 and 10 ms. Without state there is no delay to
 ///         measure: pairs alone set the rate, and kAhead bounds the queue.
 /// Source  pairs: Keshav, "A control-theoretic approach to flow control", SIGCOMM 1991; less than the whole free rate,
 ///         and delay as the sign of a queue: LEDBAT (RFC 6817), Cardwell et al., "BBR", ACM Queue 14(5), 2016; figures

@@ -14,10 +14,10 @@
 
 namespace tandem::realtime {
 
-/// Requests real-time properties for the calling thread. With a priority, the memory of the process is locked, later
-/// allocations included (mlockall), and the first 256 KiB of the stack are touched, so that the loop has no page
-/// faults. Processors then may not sleep so deeply that waking takes long (PM QoS, /dev/cpu_dma_latency), until the
-/// program ends.
+/// Requests real-time properties for the calling thread. A priority implies locked memory: that of the process, with
+/// later allocations (mlockall). The first 256 KiB of the stack are touched, so that the loop has no page faults.
+/// Processors then may not sleep so deeply that waking takes long (PM QoS, /dev/cpu_dma_latency), until the program
+/// ends.
 ///
 /// In      priority  SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
 ///         cpu       pin to this CPU; −1: do not pin
@@ -44,8 +44,8 @@ class PeriodicTimer {
   ///               processor may need a tenth of a millisecond to wake up, a busy one microseconds
   /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
-  /// Sleeps to the next deadline and returns it. If that has passed by more than a period, the missed deadlines are
-  /// skipped and counted, so that a late loop does not run a burst to catch up.
+  /// Sleeps to the next deadline and returns it. If that has passed by more than a period, skips and counts the missed
+  /// deadlines: a late loop does not run a burst to catch up.
   ///
   /// In      early  permitted time to return before the deadline. No sleep if the deadline is no farther away; else the
   ///                sleep is shorter by twice the recent wake-up delay

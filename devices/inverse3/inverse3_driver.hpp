@@ -3,8 +3,7 @@
 // The service answers each command with the next state and sends no state without a command. The driver therefore sends
 // one command per state, zero without a force. The service's behaviour for the last force of a stopped or dead program
 // is unknown, so a watchdog shares the connection and writes zero to it. From the first command on the watchdog is the
-// only writer, because part of a frame, as a killed or stopped program may leave, would corrupt the stream of WebSocket
-// frames.
+// only writer: a killed or stopped program could leave part of a WebSocket frame, which would corrupt the stream.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
