@@ -1,4 +1,3 @@
-// See device.hpp.
 #include "devices/device.hpp"
 
 #include <algorithm>
@@ -8,7 +7,7 @@
 namespace tandem::devices {
 namespace {
 
-// Without the locale's: sources are UTF-8, and what a file says may not depend on where it is read.
+// Independent of the locale: sources are UTF-8, and a file must have the same meaning everywhere.
 char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -10,8 +10,8 @@
 namespace tandem::devices {
 namespace {
 
-/// What is left of the velocity estimator's adaptive window once an oscillation is felt: at 30 Hz and 20 steps wide a
-/// line fits to within a step over √(12 step / acceleration). Smaller ones are a buzz that does not grow.
+/// Remaining length of the velocity estimator's adaptive window once an oscillation is felt. At 30 Hz and an amplitude
+/// of 20 steps, a line fits to within a step over √(12 step / acceleration). Smaller oscillations do not grow.
 constexpr double kWindowOfSteps_s = 0.004;
 
 int velocity_window(const SourcedLimit& step, double rate_hz) {

@@ -1,5 +1,5 @@
-// A coupling law on a device: what the stability check (common/haptics/coupling/stability.hpp) needs to know of a
-// profile and of how a room runs the law.
+// A coupling law on a device: prepares the inputs of the stability check (common/haptics/coupling/stability.hpp) from a
+// profile and from the way a room runs the law.
 #pragma once
 
 #include <optional>
@@ -11,22 +11,22 @@
 
 namespace tandem::devices {
 
-/// The device as the loop sees it, through the scene's workspace mapping.
+/// The device as seen by the coupling loop, through the scene's workspace mapping.
 haptics::LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
 
-/// A coupling as a room runs it, ready for check_coupling().
+/// A coupling as a room runs it, input of check_coupling().
 struct LoopCoupling {
   haptics::CouplingParameters parameters;
   double tool_mass_kg = 0;
   double tool_inertia_kg_m2 = 0;
   double slope_factor = 1;  ///< 0: the law has no loop of its own
 };
-/// A massless law's free tool has no mass and no damper; a body that it holds keeps both. A law without a coupling gets
-/// one of 0, in which check_coupling() finds nothing.
+/// The free tool of a massless law has no mass and no damper; a body that it holds keeps both. A law without a coupling
+/// gets a coupling of 0, for which check_coupling() has no findings.
 LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
                            double mass_kg, double inertia_kg_m2, bool is_held_body = false);
 
-/// A warning about a law that is not passive by itself, whatever its coefficients; nothing about a passive one.
+/// A warning about a law that is not passive for any coefficients; empty for a passive law.
 std::optional<haptics::StabilityFinding> find_active_law(const haptics::CouplingLawInfo& law);
 
 }  // namespace tandem::devices

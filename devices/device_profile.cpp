@@ -1,4 +1,4 @@
-// See device_profile.hpp. A profile file is written by people: every mistake is named with its profile and remedy.
+// Parses and writes profile files. People write them, so each error message names the profile and the remedy.
 #include "devices/device_profile.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace json = boost::json;
 
 constexpr std::size_t kMaxProfiles = 1000;
 constexpr std::size_t kCoefficients = 4;
-// CHAI3D 3.2's device table, the softest entry with and the softest without torque: PHANTOM Premium 1.5 6DOF, Touch.
+// The softest entries with and without torque in CHAI3D 3.2's device table: PHANTOM Premium 1.5 6DOF and Touch.
 constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
                                                         .damping_n_s_per_m = 4,
                                                         .stiffness_n_m_per_rad = 0.3,
@@ -31,7 +31,7 @@ constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400
                                                         .force_limit_n = 2.0,
                                                         .torque_limit_n_m = 0.1};
 
-// The shape of a law's curve is the scene's: the largest that there are.
+// The scene determines the shape of a law's curve; these are the largest values.
 constexpr haptics::CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
 
 /// A value with its source, as in the file: {"value": 3.3, "source": "…"}.
@@ -39,7 +39,7 @@ struct ValueField {
   const char* name;
   SourcedLimit DeviceProfile::*member;
   double high;
-  bool is_of_torque;  ///< only devices that show torque have it
+  bool is_of_torque;  ///< only for devices that show torque
 };
 constexpr std::array kValues{
     ValueField{"stiffness_maximum_n_per_m", &DeviceProfile::stiffness_maximum_n_per_m, 1e6, false},
@@ -53,8 +53,8 @@ constexpr std::array kValues{
     ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
     ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
 };
-// Of the workspace's diagonal: the base frame's origin may lie anywhere in it, and a workspace is often less than what
-// can be reached.
+// Factor of the workspace's diagonal: the base frame's origin may lie anywhere in it, and the reachable space is often
+// larger than the workspace.
 constexpr double kReachOfWorkspace = 1.5;
 constexpr double kMaxForce_n = 1000;
 constexpr double kMaxTorque_n_m = 100;
@@ -111,14 +111,14 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// A cubic of a fit, and what it may give.
+/// A cubic of a fit and its maximum value.
 struct FittedCubic {
   const char* name;
   const haptics::Cubic& cubic;
   double most;
 };
 
-/// A pair that is negative or huge anywhere in the range would be used as it is: it is refused here.
+/// Refuses a pair that is negative or huge anywhere in the range; later code uses it unchecked.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
   constexpr int kLooks = haptics::kFitLooks;
@@ -189,7 +189,7 @@ DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
   return result;
 }
 
-/// Messages shall say which profile: by its name once that is known to be one.
+/// Path for messages, with the profile's name; throws if that is invalid.
 std::string path_of(const json::value& profile, std::size_t index, const std::string& origin) {
   const std::string by_index = "profiles[" + std::to_string(index) + "]";
   JsonFields fields(profile, origin, by_index);
@@ -260,7 +260,7 @@ double verified_or(const SourcedLimit& limit, double otherwise) {
 std::vector<DeviceProfile> parse_device_profiles(std::string_view text, const std::string& origin) {
   const json::value value = parse_json(text, origin);
   JsonFields file(value, origin);
-  // Counts and types are checked here; the profiles themselves are read under their names.
+  // Checks counts and types here; the profiles themselves are read under their names.
   static_cast<void>(file.objects("profiles", 1, kMaxProfiles));
   file.finish();
   std::vector<DeviceProfile> result;
@@ -328,10 +328,10 @@ haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   haptics::CouplingParameters bounds = kShapes;
   bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
   bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
-  // Above the writer's limit the force would end in the writer's corner, on the hand alone.
+  // Above the writer's limit, the writer would clamp the force on the hand only.
   bounds.force_limit_n =
       std::min(verified_or(profile.spec.force_maximum_n, soft.force_limit_n), profile.spec.force_limit_n);
-  // A device without torque never shows what these bound: the tool at the other end feels it alone.
+  // A device without torque never shows these bounds; only the tool at the other end is affected.
   bounds.stiffness_n_m_per_rad = soft.stiffness_n_m_per_rad;
   bounds.damping_n_m_s_per_rad = soft.damping_n_m_s_per_rad;
   bounds.torque_limit_n_m = soft.torque_limit_n_m;

@@ -1,4 +1,3 @@
-// See device_reader.hpp.
 #include "devices/device_reader.hpp"
 
 #include <algorithm>
@@ -8,13 +7,13 @@
 namespace tandem::devices {
 namespace {
 
-// As late as a tick of the loop may be (SafetySettings::late_tick).
+// Same limit as the lateness of a tick of the loop (SafetySettings::late_tick).
 constexpr Duration kMaxAge = std::chrono::milliseconds(20);
 constexpr double kMaxNormError = 1e-3;
-// A device that is read twice in a row has not jumped by a step of its encoders.
+// Minimum gap, so that an encoder step between two immediate reads is no jump.
 constexpr double kMinGap_s = 0.001;
 constexpr double kSpeedMargin = 3;
-// Ours: a wrist turns at some 20 rad/s; an encoder step of 0.1 rad in a millisecond is 100.
+// Ours: a wrist rotates at about 20 rad/s; an encoder step of 0.1 rad per millisecond is 100 rad/s.
 constexpr double kMaxReadTurn_rad_per_s = 300;
 
 // Written so that a NaN is not within.

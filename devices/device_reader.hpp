@@ -1,26 +1,27 @@
-// The first thing behind a device: what it says of the hand is believed only as far as a hand could do it.
+// First stage after a device: rejects samples that no hand could have produced.
 #pragma once
 
 #include "devices/device.hpp"
 
 namespace tandem::devices {
 
-/// Reads a device and marks every sample invalid that no hand on this device can have given, with a `reason` in words.
+/// Reads a device and marks each implausible sample invalid, with a readable `reason`.
 ///
-/// Model   a sample is plausible when the device is ready and calls it valid, and
-///         finite   all of pose and twist is
-///         age      |now − taken| ≤ 20 ms: a time stamp that stands still is a device that hangs
+/// Model   a sample is plausible if the device is ready and marks it valid, and
+///         finite   pose and twist are finite
+///         age      |now − taken| ≤ 20 ms: a constant time stamp means that the device hangs
 ///         rotation ||q| − 1| ≤ 10⁻³
 ///         place    |p| ≤ DeviceSpec::reach_m
-///         speed    |v| and the way since the sample before ≤ 3 · DeviceSpec::speed_limit_m_per_s, likewise the turn
-///                  with 300 rad/s. Between once and three times the limit it is a hand that is too fast, which the
-///                  safety chain lets go (common/haptics/safety.hpp); beyond, no place at all
-///         The sample before is the last finite one, plausible or not, so that a single jump costs two samples.
+///         speed    |v|, and the displacement since the previous sample over time, ≤ 3 ·
+///                  DeviceSpec::speed_limit_m_per_s; rotation likewise, with 300 rad/s. Between one and three times
+///                  the limit the hand is too fast, and the safety chain drops the force (common/haptics/safety.hpp).
+///                  Above, the sample is wrong
+///         The previous sample is the last finite one, plausible or not, so that a single jump costs two samples.
 /// Thread  haptic: no allocation, no throw
 class DeviceReader {
  public:
   explicit DeviceReader(Device& device) : device_(device) {}
-  /// Buttons that the device does not have are left out.
+  /// Reads a sample; clears the bits of buttons that the device does not have.
   DeviceSample read(LocalTime now) noexcept;
 
  private:

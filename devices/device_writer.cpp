@@ -1,4 +1,4 @@
-// See device_writer.hpp. The limits are checked once, here, so that no device class can forget it.
+// The limits are checked here once, so that no device class can omit it.
 #include "devices/device_writer.hpp"
 
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-// The limits of a device whose maximum is not verified (our choice, far below every listed device).
+// Limits of a device with an unverified maximum (our choice, far below every listed device).
 constexpr double kUnverifiedForce_n = 2.0;
 constexpr double kUnverifiedTorque_n_m = 0.1;
 
@@ -31,7 +31,7 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
            (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
 }
 
-/// All that is rendered is in three directions, or nothing is; of rotations a device may lack any.
+/// Requires three translations if any; rotations may be fewer.
 void check_axes(const DeviceSpec& spec) {
   const auto check = [&spec](const char* field, int axes, int least) {
     if (axes < least || axes > 3) fail(spec, field, axes, "it must be " + std::to_string(least) + " to 3");
@@ -67,7 +67,7 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   const bool is_good = is_finite(wrench_on_hand_D);
   const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
   const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
-  // A device without force or torque shows none: that is not a clamp worth reporting.
+  // A device without force or torque shows none: that is no clamp worth reporting.
   was_clamped_ =
       !is_good || (force_limit_n_ > 0 && command.f != wanted.f) || (torque_limit_n_m_ > 0 && command.t != wanted.t);
   if (device_.has_let_go()) {

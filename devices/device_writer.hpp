@@ -1,31 +1,32 @@
-// The last thing before a device: the clamp that nothing can get around.
+// Last stage before a device: the clamp that no command can bypass.
 #pragma once
 
 #include "devices/device.hpp"
 
 namespace tandem::devices {
 
-/// Fails   std::invalid_argument when axes are missing or too many, when a limit of the spec is not finite, negative,
-///         above its verified maximum, or above 2 N or 0.1 N·m while the maximum is unverified
+/// Checks the axes and limits of a spec.
+/// Fails   std::invalid_argument: axes are missing or too many; or a limit of the spec is not finite, negative, above
+///         its verified maximum, or above 2 N or 0.1 N·m while the maximum is unverified
 void check_device_spec(const DeviceSpec& spec);
 
-/// Clamps to the device's software limits with the direction kept, and writes. The limits are those of the spec at
-/// construction: nothing that arrives later can widen them.
+/// Clamps to the device's software limits, keeping the direction, and writes. The limits are copied from the spec at
+/// construction: no later input can widen them.
 ///
 /// Thread  haptic
 class DeviceWriter {
  public:
-  /// Fails   as check_device_spec()
+  /// Fails   see check_device_spec()
   explicit DeviceWriter(Device& device);
-  /// Writes the clamped wrench (zero when not finite). Returns false when the device did not take it.
+  /// Writes the clamped wrench (zero when not finite). Returns false if the device did not accept it.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
-  /// True once zero has reached the device: over a device thread not before the second call.
+  /// Returns true once zero has reached the device; with a device thread not before the second call.
   bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}) && !device_.may_be_on(); }
-  /// As Device::may_be_on().
+  /// See Device::may_be_on().
   bool may_be_on() const noexcept { return device_.may_be_on(); }
-  /// The last command that the device took, after the clamp: it acts until the next one is taken.
+  /// Last command that the device accepted, after the clamp: it acts until the next accepted one.
   const Wrench& written() const { return written_; }
-  /// Whether the clamp changed the last command, taken or not.
+  /// Whether the clamp changed the last command, accepted or not.
   bool was_clamped() const { return was_clamped_; }
 
  private:

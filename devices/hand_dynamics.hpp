@@ -1,4 +1,4 @@
-// How a hand moves that intends to be somewhere and is pushed by its device.
+// Motion of a simulated hand that follows an intended pose under the force of its device.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,18 +6,18 @@
 
 namespace tandem::devices {
 
-/// The mass, damper and spring of HandParameters.
+/// Mass, damper and spring with the values of HandParameters.
 ///
-/// Model   exact enough: leapfrog, sub-steps ≤ 0.1 ms, damping as its exponential, so any is stable
+/// Model   leapfrog with sub-steps ≤ 0.1 ms, accurate enough; exponential damping, so any value is stable
 class HandDynamics {
  public:
   static constexpr double kMaxStep_s = 1e-4;
 
-  /// At rest at X_DH.
-  /// Fails   std::invalid_argument naming the parameter, its value and what would do
+  /// Starts at rest at X_DH.
+  /// Fails   std::invalid_argument naming the parameter, its value and the remedy
   HandDynamics(const HandParameters& hand, const Pose& X_DH);
 
-  /// In      on_hand_D, more_D  what pushes it; dt_s at most kMaxStep_s
+  /// In      on_hand_D, more_D  wrench and additional force on the hand; dt_s at most kMaxStep_s
   void advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D, const Vec3& more_D,
                double dt_s) noexcept;
   const Pose& pose() const { return X_DH_; }

@@ -1,4 +1,4 @@
-// A person's hand in numbers, and the device that it holds.
+// Parameters of a user's hand and of the device that it holds.
 #pragma once
 
 namespace tandem::devices {
@@ -19,8 +19,8 @@ struct HandParameters {
   double damping_n_m_s_per_rad = 0.02;
   double tremor_rms_n = 0.0;  ///< force, narrow band around tremor_hz
   double tremor_hz = 9.0;
-  /// Quantisation of the reported position; 0: none. With it the reported velocity is that of the positions
-  /// (VelocityEstimator), as of a device that has nothing else.
+  /// Quantisation of the reported position; 0: none. If set, the reported velocity is estimated from the positions
+  /// (VelocityEstimator), as for a device that reports positions only.
   double encoder_step_m = 0.0;
   double encoder_step_rad = 0.0;
 };

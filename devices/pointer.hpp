@@ -8,15 +8,15 @@
 
 namespace tandem::devices {
 
-/// Farthest place of the hand from the device's base: a target beyond it is moved there.
+/// Maximum distance of the hand from the device's base; farther targets are clamped to it.
 inline constexpr double kPointerReach_m = 0.5;
 
 struct PointerTarget {
-  Pose X_DH;                  ///< of the hand, in the device base frame
+  Pose X_DH;                  ///< pose of the hand in the device base frame
   std::uint32_t buttons = 0;  ///< bits of Button
 };
 
-/// Thread  written by the main one, read by the haptic one
+/// Thread  the main thread writes, the haptic thread reads
 using Pointer = realtime::Mailbox<PointerTarget>;
 
 }  // namespace tandem::devices

@@ -1,4 +1,4 @@
-// See registry.hpp. device_list.inc has a line TANDEM_DEVICE(NAME) for each folder that CMakeLists.txt lists.
+// device_list.inc has a line TANDEM_DEVICE(NAME) for each folder that CMakeLists.txt lists.
 #include "devices/registry.hpp"
 
 #include <algorithm>

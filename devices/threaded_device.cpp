@@ -1,4 +1,3 @@
-// See threaded_device.hpp.
 #include "devices/threaded_device.hpp"
 
 #include <chrono>
@@ -10,12 +9,12 @@
 namespace tandem::devices {
 namespace {
 
-constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // as a tick that is late (SafetyChain)
-// The last packets may be lost with what the device still sends; zero is said this often.
+constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // same limit as a late tick (SafetyChain)
+// Zero is sent this often at the end, because the device may lose packets with its last data.
 constexpr int kLastZeros = 3;
 constexpr Duration kLookAgain = std::chrono::seconds(1);
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
-// A device that answers at once shall not take a core to itself, at the priority of the haptic thread.
+// Minimum step time, so that a fast device does not occupy a core at the priority of the haptic thread.
 constexpr Duration kMinStep = std::chrono::microseconds(500);
 
 bool is_zero(const Wrench& wrench) {
@@ -76,7 +75,7 @@ bool ThreadedDevice::has_let_go() noexcept {
 }
 
 void ThreadedDevice::run(int realtime_priority) {
-  // What is not granted here is not granted to the haptic thread either, which says so.
+  // Requests not granted here are not granted to the haptic thread either, which reports them.
   static_cast<void>(realtime::request_realtime(realtime_priority));
   while (!should_stop_.load(std::memory_order_relaxed)) {
     if (watchdog_) watchdog_->begin_command();

@@ -1,14 +1,14 @@
-// A device whose transport blocks, behind a seam that does not.
+// Non-blocking device interface for a driver whose transport blocks.
 //
 //   haptic thread   write() ──▶ newest command ──▶  device thread   driver.step(now, command)
-//                   read()  ◀── newest sample  ◀──                  waits for the device, at most some 10 ms
+//                   read()  ◀── newest sample  ◀──                  waits for the device, at most about 10 ms
 //
-// 1. A command that is older than 20 ms is a loop that stands still: the driver is given zero instead, until the loop has
-//    called has_let_go() and so knows from where its force has to come back.
-// 2. A driver that hangs gives no newer sample: its time stamp grows old, which DeviceReader takes for a fault.
-// 3. A program that is stopped or killed sends nothing: a watchdog, where there is one, writes zero in its place. A command that
-//    was chosen before the loop knows of that zero is replaced by zero.
-// 4. The end, and so the destructor, gives the driver zero before it is closed.
+// 1. A command older than 20 ms means that the loop hangs: the driver receives zero instead. This lasts until the loop
+//    has called has_let_go(), so that it restarts its force from zero.
+// 2. A driver that hangs returns no newer sample: its time stamp grows old, which DeviceReader treats as a fault.
+// 3. A program that is stopped or killed sends nothing: a watchdog, if there is one, writes zero in its place. Zero
+//    also replaces a command that was chosen before the loop was informed of that zero.
+// 4. The destructor sends zero to the driver before the driver is closed.
 #pragma once
 
 #include <atomic>
@@ -23,33 +23,33 @@
 
 namespace tandem::devices {
 
-/// What opens a device, homes it, keeps it going and opens it again, in steps, without a thread or a clock.
+/// Opens a device, homes it, exchanges data and reopens it, in steps, without a thread or a clock of its own.
 ///
 /// Thread  the device's
 class DeviceDriver {
  public:
   virtual ~DeviceDriver() = default;
   virtual const DeviceSpec& spec() const noexcept = 0;
-  /// One exchange with the device, or one step towards one: waits at most 20 ms. Zero on the hand unless it is ready.
+  /// One exchange with the device, or one step towards it: waits at most 20 ms. Shows zero unless the device is ready.
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
-  /// The device may show a force: it was given one, and zero was not delivered since. A command that failed or is on its way
-  /// counts as given when it is a force, and not when it is zero.
+  /// The device may show a force: it received one, and zero was not delivered since. A command that failed or is in
+  /// transit counts as received if it is a force, and not if it is zero.
   virtual bool may_be_on() const noexcept = 0;
 };
 
-/// A device that is not there, to its driver: when to look for it again, and what to say meanwhile. One that was there
-/// once is lost, and stays so for the reason for which it went; one that never was is being opened.
+/// State of a disconnected device for its driver: schedules reconnection attempts and stores the reason. A device that
+/// was connected once is lost and keeps the reason of the loss; otherwise it is being opened.
 class Absence {
  public:
-  /// Once a second after it was lost or looked for, and at first.
+  /// Returns true at first, and once a second after a loss or an attempt.
   bool is_time_to_look(LocalTime now) noexcept;
-  /// It is there: when it goes, it is lost.
+  /// The device is connected; its next disconnection is a loss.
   void end() noexcept { was_there_ = true; }
-  /// It went.
+  /// The device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;
-  /// It is still not there.
+  /// The device is still disconnected.
   void go_on(std::string_view reason) noexcept;
-  /// In      reason  a literal, which holds whether it was there before or not
+  /// In      reason  a literal; it applies whether the device was connected before or not
   void say(std::string_view reason) noexcept { reason_ = reason; }
   bool was_there() const noexcept { return was_there_; }
   DeviceSample sample(LocalTime now) const noexcept;
@@ -63,18 +63,17 @@ class Absence {
 /// Runs a driver on a thread of its own.
 class ThreadedDevice final : public Device {
  public:
-  /// `realtime_priority` as request_realtime() has it.
-  /// `watchdog` is told of each command; null: none.
+  /// `realtime_priority` as for request_realtime(). `watchdog` receives a beat for each command; null: none.
   explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
                           std::shared_ptr<Watchdog> watchdog = nullptr);
-  /// Gives the driver zero and ends the thread.
+  /// Sends zero to the driver and ends the thread.
   ~ThreadedDevice() override;
   ThreadedDevice(const ThreadedDevice&) = delete;
   ThreadedDevice& operator=(const ThreadedDevice&) = delete;
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample read(LocalTime now) noexcept override;
-  /// The driver takes it with its next step: a few milliseconds later at most.
+  /// Stores the command for the driver's next step, a few milliseconds later at most.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
   bool has_let_go() noexcept override;
   bool may_be_on() const noexcept override { return may_be_on_.load(std::memory_order_acquire); }
@@ -89,10 +88,10 @@ class ThreadedDevice final : public Device {
   std::unique_ptr<DeviceDriver> driver_;
   DeviceSpec spec_;
   realtime::Mailbox<DeviceSample> samples_;
-  realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< and when each was given
+  realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< with the time of each write()
   std::atomic<bool> should_stop_{false};
-  std::atomic<bool> gave_zero_{false};  ///< in place of a force, and the loop does not know yet
-  std::atomic<bool> may_be_on_{false};  ///< of the driver, and of the command that it is given
+  std::atomic<bool> gave_zero_{false};  ///< zero replaced a force, and the loop is not informed yet
+  std::atomic<bool> may_be_on_{false};  ///< state of the driver and of its present command
   std::thread thread_;
 };
 

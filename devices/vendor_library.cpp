@@ -1,4 +1,3 @@
-// See vendor_library.hpp.
 #include "devices/vendor_library.hpp"
 
 #include <dlfcn.h>

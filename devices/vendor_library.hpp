@@ -1,5 +1,5 @@
-// A vendor's SDK as its user has installed it: loaded while running, by declarations of our own, for neither its headers
-// nor the library itself may come with this project.
+// A vendor's SDK as installed by the user. It is loaded at run time with our own declarations, because neither its
+// headers nor its library may be distributed with this project.
 #pragma once
 
 #include <filesystem>
@@ -9,24 +9,24 @@
 
 namespace tandem::devices {
 
-/// Why a device is absent that was there.
+/// Reason for a device that was connected and is lost.
 inline constexpr std::string_view kSdkLost =
     "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
-/// A shared library, loaded for good: what such libraries start does not end with them.
+/// A shared library that is never unloaded, because such libraries start threads that do not end with them.
 class VendorLibrary {
  public:
-  /// In      sdk    for people: "Force Dimension SDK"
+  /// In      sdk    readable name: "Force Dimension SDK"
   ///         given  a file; empty: the first of `usual` that the system finds
-  /// Fails   std::runtime_error: there is none; names --library
+  /// Fails   std::runtime_error: no library found; names --library
   VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual);
 
-  /// Null where the library does not have it: require_all() says so.
+  /// Looks up a function; null if the library lacks it, which require_all() reports.
   template <class Function>
   void find(Function*& function, const char* name) {
     function = reinterpret_cast<Function*>(address_of(name));
   }
-  /// Fails   std::runtime_error naming what was looked for and is not there
+  /// Fails   std::runtime_error naming the functions that were not found
   void require_all() const;
 
  private:

@@ -1,4 +1,3 @@
-// See watchdog.hpp.
 #include "devices/watchdog.hpp"
 
 #include <fcntl.h>
@@ -39,7 +38,8 @@ std::string hex(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-/// Descriptors of another process: taken from copies above all of them, so that none is overwritten before it is copied.
+/// Descriptors for another process: duplicated from copies above all of them, so that none is overwritten before its
+/// copy.
 class Inherited {
  public:
   Inherited() { posix_spawn_file_actions_init(&actions); }
@@ -61,7 +61,7 @@ class Inherited {
   std::vector<int> copies_;
 };
 
-/// Of a new session, with none of this program's signals blocked or ignored.
+/// Attributes of a new session in which none of this program's signals is blocked.
 class FreshAttributes {
  public:
   FreshAttributes() {
@@ -154,7 +154,7 @@ void Watchdog::release() {
 }
 
 void Watchdog::await_end() {
-  kill(process_, SIGCONT);  // one that is stopped could not write zero
+  kill(process_, SIGCONT);  // a stopped watchdog could not write zero
   const auto deadline = std::chrono::steady_clock::now() + kEndsWithin;
   int status = 0;
   pid_t ended = 0;
@@ -163,7 +163,7 @@ void Watchdog::await_end() {
   }
   if (ended == 0) ending_.push_back(process_);
   process_ = -1;
-  // One that was killed has written nothing; within a frame another's zero would be noise.
+  // A killed watchdog has written nothing. Within a frame, a zero from here would corrupt the stream.
   const bool was_killed = ended > 0 && WIFSIGNALED(status);
   const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);
   if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) say_zero(zero_);

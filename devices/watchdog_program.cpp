@@ -1,4 +1,4 @@
-// tandem-watchdog: writes zero to one device when the program that owns it is silent or gone. Started by it: see watchdog.hpp.
+// tandem-watchdog: writes zero to one device when its owner, which starts it, is silent or has ended: see watchdog.hpp.
 #include "devices/watchdog_program.hpp"
 
 #include <fcntl.h>
@@ -33,9 +33,9 @@ namespace {
 
 constexpr int kLook_ms = 5;
 constexpr Duration kLook = std::chrono::milliseconds(kLook_ms);
-// Some may be lost within the device with data that is still on its way; more would be answers that nothing reads.
+// The device may lose some with data still in transit; more would cause answers that nobody reads.
 constexpr int kZeros = 5;
-// A device that has taken nothing for so long after its owner's end is taken for gone; ours.
+// Time after the owner's end until a device that accepts nothing counts as lost; ours.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
 // A late command of a resumed owner is answered by zero within this time, or not at all: the owner's own zero follows.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
@@ -50,7 +50,7 @@ ZeroCommand zero_from(std::string_view endpoint, std::string_view hex) {
   return zero;
 }
 
-/// The device's descriptor, to which one frame after the other is written.
+/// The device's descriptor, to which frames are written one after the other.
 class Line {
  public:
   explicit Line(ZeroCommand zero) : zero_(std::move(zero)) {
@@ -58,21 +58,21 @@ class Line {
     is_socket_ = fstat(zero_.descriptor, &status) == 0 && S_ISSOCK(status.st_mode);
   }
   const Bytes& zero() const { return zero_.bytes; }
-  /// Only while it is not within a frame; empty: none.
+  /// Sets the next frame, only between frames; empty: none.
   void set_next(const Bytes& frame) { frame_ = frame; }
   bool has_frame() const { return !frame_.empty(); }
-  /// Writes as much of the frame as the device takes now. True: it is out whole.
+  /// Writes as much of the frame as the device accepts now. True: it is written completely.
   bool push() noexcept;
-  /// A part of a frame is out.
+  /// A frame is partly written.
   bool is_within() const { return out_ > 0; }
-  /// The device is unplugged or has closed the connection: it takes nothing more.
+  /// The device is unplugged or has closed the connection: it accepts nothing more.
   bool is_lost() const { return is_lost_; }
-  /// The device takes bytes again at the latest when poll(2) says so.
+  /// The device is busy; poll(2) reports when it accepts bytes again.
   bool is_full() const { return is_full_; }
-  /// Of a socket: discards input that the owner's end left unread. A peer that is blocked by it would not read zero, and a
-  /// socket that is closed with unread input drops its output.
+  /// Sockets: discards input that the owner left unread. A peer blocked by it would not read zero, and closing a socket
+  /// with unread input drops its output.
   void discard_input() const noexcept;
-  /// Of a socket: bytes that were written and that the peer does not have yet.
+  /// Sockets: written bytes that the peer has not received yet.
   int unsent_bytes() const noexcept;
 
  private:
@@ -128,22 +128,22 @@ int Line::unsent_bytes() const noexcept {
   return is_socket_ && ioctl(zero_.descriptor, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
 }
 
-/// A frame of the owner of which no byte is out.
+/// A frame of the owner of which no byte is written yet.
 struct Waiting {
   WatchdogFrameHead head;
   Bytes frame;
 };
 
-/// Chooses what the device gets next, by what has become of the owner.
+/// Chooses the next frame for the device from the state of the owner.
 class Watch {
  public:
   Watch(ZeroCommand zero, WatchdogBeat& beat) : line_(std::move(zero)), beat_(beat) {}
 
-  /// False: the owner is gone.
+  /// Receives the owner's packets. False: the owner has ended.
   bool receive();
   void look(LocalTime now);
   void owner_is_gone(const Clock& clock);
-  /// Sleeps until the device may take bytes or the owner sends, at most for kLook.
+  /// Sleeps until the device may accept bytes or the owner sends, at most for kLook.
   void wait() const noexcept;
 
  private:
@@ -158,14 +158,14 @@ class Watch {
 
   Line line_;
   WatchdogBeat& beat_;
-  Kind kind_ = Kind::kNone;   ///< of the line's frame
-  std::uint32_t number_ = 0;  ///< of its command
+  Kind kind_ = Kind::kNone;   ///< kind of the line's frame
+  std::uint32_t number_ = 0;  ///< number of the command in it
   std::optional<Waiting> command_, reply_;
-  bool is_writer_ = false;  ///< of all frames
-  bool is_silent_ = false;  ///< with a force on
+  bool is_writer_ = false;  ///< this process writes all frames
+  bool is_silent_ = false;  ///< silent with a force on
   bool is_owner_gone_ = false;
   LocalTime silent_since_{};
-  int zeros_ = 0;  ///< that the device has taken in this silence
+  int zeros_ = 0;  ///< zeros that the device accepted in this silence
   LocalTime next_zero_{};
   LocalTime answer_until_{};
 };
@@ -190,18 +190,18 @@ void Watch::look(LocalTime now) {
   const LocalTime heard{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
   const bool was_silent = is_silent_;
   is_silent_ = now - heard > Watchdog::kMaxSilence && (is_force_on || was_silent);
-  // Between two looks the owner may have gone on and been stopped again: then it is another silence.
+  // The owner may have resumed and stopped again since the last check: that is another silence.
   if (is_silent_ && (!was_silent || heard != silent_since_)) {
     zeros_ = 0;
     next_zero_ = now;
   }
   silent_since_ = heard;
-  // The owner may have written the command in which it was stopped; where all frames pass here that cannot be.
+  // The owner may have been stopped while writing a command. This cannot happen where all frames pass through here.
   if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
   write_all(now);
 }
 
-// Until a byte of a frame is out a newer one may take its place: so the choice is made anew each time.
+// A newer frame may replace one of which no byte is written; the choice is therefore repeated each time.
 void Watch::write_all(LocalTime now) {
   while (true) {
     const bool was_within = line_.is_within();
@@ -248,7 +248,7 @@ void Watch::note_written(LocalTime now) {
   next_zero_ = now + kLook;
 }
 
-/// Not after the owner's end: its memory may by then be that of another watchdog.
+/// Not after the owner's end: another watchdog may use its memory by then.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
   if (!is_owner_gone_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }

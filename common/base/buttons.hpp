@@ -1,4 +1,4 @@
-// The buttons of a haptic device, the same in a device's sample, on the wire and in a hand's path.
+// The buttons of a haptic device. Device samples, wire messages and recorded hand paths share these bits.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@ namespace tandem {
 
 /// Bits of DeviceSample::buttons and ClientUpdate::buttons.
 enum Button : std::uint32_t {
-  kButtonGrab = 1U << 0U,    ///< held down: grab the nearest body in reach; let go: release it
-  kButtonClutch = 1U << 1U,  ///< held down: the tool stays while the hand moves back
+  kButtonGrab = 1U << 0U,    ///< held: the tool grabs the nearest body in reach; released: it releases the body
+  kButtonClutch = 1U << 1U,  ///< held: the tool stays while the hand moves back
 };
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
-// Assets are written once and read on many machines, from disks and sockets that may hold anything: numbers in
-// little-endian order, and a reader that cannot leave its bytes.
+// Reads and writes asset files: numbers in little-endian order on every machine. The reader never reads outside its
+// bytes, because disks and sockets may deliver anything.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ class ByteWriter {
   void f32(float value) { number(value); }
   void f64(double value) { number(value); }
 
-  /// The numbers alone, without their count.
+  /// Appends the numbers without their count.
   template <WireNumber T>
   void array(std::span<const T> values) {
     if (values.empty()) return;
@@ -51,11 +51,11 @@ class ByteWriter {
   std::vector<std::uint8_t>& bytes_;
 };
 
-/// Takes numbers from the front of bytes. Past the end it gives zeros and is no longer ok(): check once, after the
-/// last read and before anything read is used as a size or an index.
+/// Reads numbers from the front of bytes. Past the end it returns zeros and ok() is false. Check ok() once, after the
+/// last read and before any value is used as a size or an index.
 class ByteReader {
  public:
-  /// In      bytes  moved past what is read, as it is read
+  /// In      bytes  remaining bytes; each read advances the span
   explicit ByteReader(std::span<const std::uint8_t>& bytes) : bytes_(bytes) {}
 
   bool ok() const { return is_ok_; }
@@ -71,8 +71,8 @@ class ByteReader {
   float f32() { return number<float>(); }
   double f64() { return number<double>(); }
 
-  /// A count of things of which each takes at least `bytes_each` of what is left; else 0 and not ok(): so that no
-  /// hostile count can make the caller take more memory than a small multiple of the bytes it was given.
+  /// Reads the count of elements that take at least `bytes_each` bytes each. If fewer bytes remain, returns 0 and ok()
+  /// is false. A hostile count therefore cannot make the caller allocate more than a small multiple of its bytes.
   std::uint32_t count(std::size_t bytes_each) {
     const std::uint32_t value = u32();
     if (value <= bytes_.size() / bytes_each) return value;
@@ -80,7 +80,7 @@ class ByteReader {
     return 0;
   }
 
-  /// Fills `values`, with zeros when there is less left.
+  /// Fills `values`; with zeros if too few bytes remain.
   template <WireNumber T>
   void array(std::span<T> values) {
     if (values.empty()) return;
@@ -102,8 +102,8 @@ class ByteReader {
   bool is_ok_ = true;
 };
 
-/// Tells a torn or altered file from a whole one, at the speed of memory. It is no defence against intent: the readers'
-/// own checks are.
+/// Checksum that detects a truncated or altered file, at the speed of memory. It does not protect against intent; the
+/// checks of each reader do.
 inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
   constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio
   std::uint64_t sum = bytes.size();
@@ -120,12 +120,12 @@ inline std::vector<std::uint8_t> begin_asset(std::uint32_t kind, std::uint32_t v
   return bytes;
 }
 
-/// Its end: the checksum of all before.
+/// Ends an asset: appends the checksum of all bytes so far.
 inline void end_asset(std::vector<std::uint8_t>& bytes) {
   ByteWriter(bytes).number(checksum_of(bytes));
 }
 
-/// What lies between the two; none when the checksum, the kind or the version is another.
+/// Content between the start and the checksum; none if the checksum, the kind or the version differs.
 inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<const std::uint8_t> bytes,
                                                                   std::uint32_t kind, std::uint32_t version) {
   constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
@@ -137,7 +137,7 @@ inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<cons
   return content;
 }
 
-/// Bytes as numbers are written and read, and as files and messages carry them.
+/// Conversions between std::uint8_t (numbers) and std::byte (files and messages).
 inline std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }

@@ -37,7 +37,7 @@ bool write_parts(int descriptor, Parts parts, unsigned mode, Disk disk) {
          ::fchmod(descriptor, mode) == 0 && (disk == Disk::kNotAwaited || ::fsync(descriptor) == 0);
 }
 
-/// So that a name in it is there after the power has failed; a file system that cannot do so is no error.
+/// Makes a new name in the folder survive a power loss. A file system that does not support this is no error.
 void sync_folder(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -47,7 +47,7 @@ void sync_folder(const std::filesystem::path& folder) {
 
 enum class Old { kReplaced, kStays };
 
-/// What mkostemp(3) fills in, behind the file's name.
+/// Suffix of a partial file; mkostemp(3) replaces the X.
 constexpr std::string_view kUnfinished = ".XXXXXX";
 
 bool is_unfinished(const std::string& name, const std::string& file) {
@@ -63,7 +63,7 @@ std::error_code write_file(const std::filesystem::path& file, Parts parts, unsig
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   std::string partial = file.string().append(kUnfinished);
-  const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);  // readable by its owner alone
+  const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);  // readable by its owner only
   if (descriptor < 0) return last_error();
   error = write_parts(descriptor, parts, mode, disk) ? std::error_code{} : last_error();
   if (::close(descriptor) != 0 && !error) error = last_error();

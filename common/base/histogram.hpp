@@ -1,4 +1,5 @@
-// Lateness and durations are reported as quantiles, never as a mean: what hurts in a haptic loop is the tail.
+// Histogram of lateness and durations. They are reported as quantiles, never as a mean: in a haptic loop the tail
+// matters.
 #pragma once
 
 #include <array>
@@ -20,14 +21,14 @@ class Histogram {
   void merge(const Histogram& other);
 
   std::uint64_t count() const { return count_; }
-  /// Of all durations.
+  /// Sum of all durations.
   Duration sum() const { return sum_; }
   Duration max() const { return max_; }
   /// Upper edge of the bucket that holds the q-quantile (0 ≤ q ≤ 1), never above max(); 0 when empty.
   Duration quantile(double q) const;
-  /// How many durations are above this one, to a bucket.
+  /// Number of durations above `value`, at the resolution of a bucket.
   std::uint64_t count_above(Duration value) const;
-  /// Likewise as a share of all; 0 when empty.
+  /// Share of all durations above `value`; 0 when empty.
   double share_above(Duration value) const;
 
  private:

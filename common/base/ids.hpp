@@ -1,5 +1,5 @@
-// Names for things that cross threads and the wire. Zero is "none" for every id, so a
-// default-constructed id never refers to anything and no pointer has to travel.
+// Ids of objects that threads and the wire share. Zero is "none" for every id: a default-constructed id is invalid, and
+// no pointer crosses a thread or the wire.
 #pragma once
 
 #include <compare>
@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// An opaque number that only compares equal to ids of its own kind.
+/// An opaque number that compares only with ids of its own kind.
 template <class Tag, class Integer = std::uint32_t>
 struct Id {
   Integer value = 0;
@@ -27,13 +27,13 @@ constexpr BodyId body_id_at(std::size_t index) {
 using UserId = Id<struct UserTag>;
 /// A room of a server.
 using RoomId = Id<struct RoomTag>;
-/// A connection's name on the wire: random, so that a datagram cannot be aimed at it by guessing.
+/// A connection's id on the wire: random, so that an attacker cannot guess it.
 using ConnectionId = Id<struct ConnectionTag, std::uint64_t>;
 
 /// Counts a client's haptic ticks (inputs), from 1. 0: no tick yet.
 using Tick = Id<struct TickTag, std::uint64_t>;
 
-/// Counts a room's fixed simulation steps, from 1. 0: not stepped yet.
+/// Counts a room's fixed simulation steps, from 1. 0: not yet stepped.
 using Step = Id<struct StepTag, std::uint64_t>;
 
 }  // namespace tandem

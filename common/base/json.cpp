@@ -1,2 +1,2 @@
-// Boost.JSON's definitions, compiled here alone, so that Boost stays headers only.
+// Compiles the definitions of Boost.JSON once, so that Boost remains header-only.
 #include <boost/json/src.hpp>

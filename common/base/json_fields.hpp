@@ -1,5 +1,5 @@
-// Reading files that people write: every mistake is answered by the file, the field with its index, the value
-// and what would be right, and a misspelt field is a mistake, not a default.
+// Reads files that people write. Each error message names the file, the field with its index, the value and the remedy.
+// A misspelt field is an error, not a default.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace tandem {
 
 /// Reads one JSON object field by field. Every member throws std::invalid_argument for a bad value:
 ///   peg.json: users[1].link.loss is 1.2; it must be a number from 0 to 0.95
-/// Call finish() at the end: it refuses fields that nobody asked for.
+/// Call finish() at the end: it refuses fields that were never read.
 class JsonFields {
  public:
   /// `origin` names the file in messages, `path` the object in it ("" for the whole file).
@@ -25,23 +25,23 @@ class JsonFields {
 
   bool has(std::string_view name);
   double number(std::string_view name, double otherwise, double low, double high);
-  /// A number that has to be there.
+  /// A number that must be present.
   double required_number(std::string_view name, double low, double high);
   std::uint64_t whole_number(std::string_view name, std::uint64_t otherwise, std::uint64_t high);
   bool boolean(std::string_view name, bool otherwise);
   std::string text(std::string_view name, std::string_view otherwise);
   std::string required_text(std::string_view name);
-  /// One of `choices`; the answer is its index.
+  /// One of `choices`; returns its index.
   std::size_t choice(std::string_view name, std::size_t otherwise, const std::vector<std::string_view>& choices);
   /// Three numbers of at most `bound` in magnitude.
   Vec3 vector(std::string_view name, const Vec3& otherwise, double bound);
   std::vector<double> numbers(std::string_view name, double low, double high);
   std::vector<std::string> texts(std::string_view name);
-  /// An object; absent: one without fields.
+  /// An object; if absent, an object without fields.
   JsonFields object(std::string_view name);
-  /// A list of `at_least` or more objects; may be absent when that is 0.
+  /// A list of `at_least` to `at_most` objects; may be absent if `at_least` is 0.
   std::vector<JsonFields> objects(std::string_view name, std::size_t at_least, std::size_t at_most);
-  /// Fails   when a field is there that was never asked for (names those that are known)
+  /// Fails   a field was never read (the message lists the known fields)
   void finish() const;
 
   [[noreturn]] void fail(std::string_view name, std::string_view remedy) const;
@@ -59,7 +59,7 @@ class JsonFields {
 
 /// Parses JSON text. Fails: std::invalid_argument with origin, line and column.
 boost::json::value parse_json(std::string_view text, const std::string& origin);
-/// The whole of a text file of at most 4 MiB. Fails: std::invalid_argument with file, reason and remedy.
+/// Content of a text file of at most 4 MiB. Fails: std::invalid_argument with file, reason and remedy.
 std::string read_text_file(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -9,7 +9,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// With an indent below zero everything stays on one line.
+/// Depth that keeps everything on one line.
 constexpr int kOneLine = -1;
 
 bool is_scalar(const json::value& value) {
@@ -37,7 +37,7 @@ void begin_line(int depth, std::string& out) {
 }
 
 void append_array(const json::array& array, int depth, std::string& out) {
-  // Vectors stay on one line.
+  // Arrays of scalars, such as vectors, stay on one line.
   const bool is_flat = depth == kOneLine || std::all_of(array.begin(), array.end(), is_scalar);
   out += '[';
   for (std::size_t i = 0; i < array.size(); ++i) {

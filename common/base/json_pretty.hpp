@@ -1,4 +1,4 @@
-// JSON that people read, too: indented, and numbers as short as they can be without losing a bit.
+// JSON text that people can read: indented, with the shortest numbers that parse to the same value.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// How mass is spread in a body: what steps it needs of it.
+// Mass distribution of a rigid body, as the simulation steps need it.
 #pragma once
 
 #include "common/base/spatial.hpp"

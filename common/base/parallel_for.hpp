@@ -1,4 +1,4 @@
-// The same work on many things, by all processors: what is slow to make when a scene is loaded.
+// Parallel loop over independent items, for slow preparations when a scene is loaded.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace tandem {
 
-/// Calls work(i) once for each i below `count`, in any order, on `threads` threads, the calling one among them, and returns when all
-/// is done. What the first of them throws is thrown here; what is not begun then, is not done.
+/// Calls work(i) once for each i below `count`, in any order, on `threads` threads including the calling one. Returns
+/// when all calls are done. After the first exception no further call begins; the exception is rethrown here.
 ///
-/// In      threads  ≥ 1; no more are begun than there is work for
-///         done     called on the calling thread with the i that it has done
-/// Thread  any, but not one of 1 kHz: threads are begun and waited for
+/// In      threads  ≥ 1; no more start than there are items
+///         done     called on the calling thread after each i that this thread has done
+/// Thread  any except a 1 kHz thread: it starts threads and waits for them
 template <typename Work, typename Done>
 void parallel_for(int threads, std::size_t count, const Work& work, const Done& done) {
   std::atomic<std::size_t> next{0};

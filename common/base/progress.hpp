@@ -1,4 +1,4 @@
-// What takes seconds: a line on a terminal that says how much of it is done, and a way to end it before.
+// Long calculations: a progress line on a terminal, and cancellation.
 #pragma once
 
 #include <cstddef>
@@ -9,27 +9,27 @@
 
 namespace tandem {
 
-/// A line on the standard error output: what takes long, and how much of it is done (0..1; 1 ends the line). On a
-/// terminal the line is overwritten; else a new one is written every 25 %.
+/// Returns a function that shows a task and its progress (0..1; 1 ends the line) on standard error. A terminal
+/// overwrites the line; any other output gets a new line every 25 %.
 ///
-/// In      write  takes the text instead
+/// In      write  receives the text instead of standard error
 /// Thread  any, one at a time
 std::function<void(const std::string& what, double done)> progress_on_stderr(
     std::function<void(const std::string& text)> write = {});
 
-/// Ends a long calculation where it reaches a call_off_point().
+/// Exception that ends a long calculation at a call_off_point().
 class CalledOff final : public std::exception {
  public:
   const char* what() const noexcept override { return "called off before it was done"; }
 };
 
-/// While it lives, a request to stop ends a long calculation of this thread. Of the thread, not a parameter of the
-/// calculation: what a mesh is made of passes through a dozen functions, most of which others call, too.
+/// While it exists, a stop request ends a long calculation of this thread. It belongs to the thread and is not a
+/// parameter: mesh preparation passes through a dozen functions, most of which have other callers.
 ///
-/// Thread  made and destroyed by one; at most one a thread
+/// Thread  one constructs and destroys it; at most one per thread
 class CallOffScope {
  public:
-  /// Called at each call_off_point(), before the request is looked up; for tests.
+  /// Called at each call_off_point(), before the stop request is checked; for tests.
   using AtPoint = std::function<void(const std::stop_token& stop)>;
 
   explicit CallOffScope(std::stop_token stop, AtPoint at_point = {});
@@ -43,13 +43,13 @@ class CallOffScope {
   AtPoint at_point_;
 };
 
-/// Things of a mesh (triangles, points) between two call_off_point() of a loop: below 10 ms.
+/// Mesh elements (triangles, points) between two call_off_point() of a loop: below 10 ms.
 inline constexpr std::size_t kCallOffEvery = 16'384;
 
-/// Called by long calculations about each 10 ms of work; nothing outside of a CallOffScope.
-/// Fails   CalledOff: its stop was requested
+/// Long calculations call it about every 10 ms of work; it does nothing outside a CallOffScope.
+/// Fails   CalledOff: a stop was requested
 void call_off_point();
-/// The same in a loop: at each kCallOffEvery-th i.
+/// The same in a loop: acts at each kCallOffEvery-th i.
 inline void call_off_point(std::size_t i) {
   if (i % kCallOffEvery == 0) call_off_point();
 }

@@ -1,4 +1,4 @@
-// Random numbers that are the same on every machine and standard library, from a seed that is passed in.
+// Random numbers from an explicit seed, identical on every machine and standard library.
 #pragma once
 
 #include <cmath>
@@ -9,9 +9,8 @@ namespace tandem {
 
 /// Generator PCG32 (XSH-RR) with the distributions that links, hands and tests need.
 ///
-/// Source  O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for
-///         Random Number Generation", 2014, §6.3. Distributions are our own: those of <random> are not
-///         specified to the bit.
+/// Source  O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for Random Number
+///         Generation", 2014, §6.3. The distributions are our own: those of <random> are not specified to the bit.
 class Random {
  public:
   /// `stream` gives independent sequences from one experiment seed (one per link direction, hand, …).
@@ -36,7 +35,7 @@ class Random {
   /// Uniform in [0, 1), 53 bits.
   double uniform() { return static_cast<double>(next_u64() >> 11U) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Standard normal, by Box and Muller's transform (one of the pair is dropped: no hidden state).
+  /// Standard normal, by the Box–Muller transform (one value of the pair is discarded: no hidden state).
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());

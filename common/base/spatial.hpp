@@ -1,4 +1,4 @@
-// Poses, twists and wrenches: the 6-DOF vocabulary of the whole project, over Eigen.
+// Poses, twists and wrenches: the 6-DOF types of the whole project, based on Eigen.
 //
 // Notation (a subset of monogram notation): X_AB is the pose of frame B measured in A, p_AB its
 // position, v_AB and w_AB its linear and angular velocity, everything expressed in the last-named
@@ -36,13 +36,13 @@ struct Twist {
   Vec3 w = Vec3::Zero();
 };
 
-/// Where a frame is and how it moves, both in W.
+/// Pose and velocity of a frame, both in W.
 struct RigidState {
   Pose X;
   Twist V;
 };
 
-/// Force `f` [N] and torque `t` [N·m] about the origin of the frame that the owner names.
+/// Force `f` [N] and torque `t` [N·m] about the origin of the frame that the owner states.
 struct Wrench {
   Vec3 f = Vec3::Zero();
   Vec3 t = Vec3::Zero();
@@ -77,7 +77,7 @@ inline bool is_finite(const Wrench& F) {
   return is_finite(F.f) && is_finite(F.t);
 }
 
-/// Number by number: nothing has moved, not in the last bit. False with a NaN.
+/// Exact comparison, bit by bit; false with a NaN.
 inline bool is_same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.q.coeffs() == b.q.coeffs();
 }
@@ -88,12 +88,12 @@ inline bool is_same(const RigidState& a, const RigidState& b) {
   return is_same(a.X, b.X) && is_same(a.V, b.V);
 }
 
-/// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion, the short way round.
+/// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion, by the shorter rotation.
 inline Vec3 rotation_vector(const Quat& q) {
   const double sign = q.w() < 0 ? -1.0 : 1.0;
   const Vec3 v = sign * q.vec();
   const double sine = v.norm();
-  // sin(a/2) ≈ a/2: below this the quotient angle/sine is 2 to the last bit.
+  // sin(a/2) ≈ a/2: below this limit the quotient angle/sine is 2 to the last bit.
   if (sine < 1e-9) return 2.0 * v;
   const double angle = 2.0 * std::atan2(sine, sign * q.w());
   return v * (angle / sine);
@@ -106,14 +106,14 @@ inline Quat quaternion_of(const Vec3& rotation) {
   return Quat(Eigen::AngleAxisd(angle, rotation / angle));
 }
 
-/// Pose after moving with a constant world-frame twist for `dt_s` seconds.
+/// Pose after motion with a constant world-frame twist for `dt_s` seconds.
 inline Pose integrate(const Pose& X_WB, const Twist& V_WB, double dt_s) {
   return {X_WB.p + V_WB.v * dt_s, (quaternion_of(V_WB.w * dt_s) * X_WB.q).normalized()};
 }
 
 /// `a` shortened to length `limit` when it is longer; the direction is kept. A non-finite `a` gives zero.
 inline Vec3 clamped_to_length(const Vec3& a, double limit) {
-  // Scaled by the largest component first, so that the squares of a huge `a` do not overflow.
+  // Divides by the largest component first, so that the squares of a huge `a` do not overflow.
   const double largest = a.cwiseAbs().maxCoeff();
   if (!std::isfinite(largest) || !a.allFinite()) return Vec3::Zero();
   if (largest <= 0) return a;
@@ -123,10 +123,10 @@ inline Vec3 clamped_to_length(const Vec3& a, double limit) {
   return scaled / scaled.norm() * limit;
 }
 
-/// What a wrench about a frame's origin, held while the frame goes from `from` to `to`, does on it [J]: work across a port, as every
-/// energy balance here counts it.
+/// Work [J] of a constant wrench about a frame's origin while the frame moves from `from` to `to`. Every energy balance
+/// counts the work across a port this way.
 ///
-/// Model   f · (p_to − p_from) + τ · θ, θ the short way from q_from to q_to
+/// Model   f · (p_to − p_from) + τ · θ, θ the shorter rotation from q_from to q_to
 inline double held_work_j(const Wrench& wrench, const Pose& from, const Pose& to) {
   return wrench.f.dot(to.p - from.p) + wrench.t.dot(rotation_vector(to.q * from.q.conjugate()));
 }

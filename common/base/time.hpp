@@ -1,6 +1,6 @@
-// Time is passed in, never fetched: components take `LocalTime now`, and only the programs' outermost
-// loops read a clock. Two machines have two clocks, so there are two types that do not convert
-// without a measured offset (clock_sync.hpp).
+// Types of time. Time is passed in, never fetched: components take `LocalTime now`, and only the programs' outermost
+// loops read a clock. Client and server have separate clocks, hence two types; converting needs a measured offset
+// (clock_sync.hpp).
 #pragma once
 
 #include <chrono>
@@ -18,9 +18,9 @@ struct TaggedClock {
   using period = Duration::period;
   using duration = Duration;
 };
-/// Read from this process's own monotonic clock.
+/// Time of this process's own monotonic clock.
 using LocalTime = std::chrono::time_point<TaggedClock<struct LocalTag>, Duration>;
-/// Read from the server's monotonic clock.
+/// Time of the server's monotonic clock.
 using ServerTime = std::chrono::time_point<TaggedClock<struct ServerTag>, Duration>;
 
 constexpr double to_seconds(Duration duration) {
@@ -33,20 +33,20 @@ constexpr Duration from_seconds(double seconds) {
   return Duration(static_cast<Duration::rep>(seconds * 1e9));
 }
 
-/// On the server its own clock *is* server time; this is the only place where that is said.
+/// Converts on the server, whose own clock *is* server time; no other code may assume this.
 constexpr ServerTime server_time_of_own_clock(LocalTime now) {
   return ServerTime(now.time_since_epoch());
 }
 
-/// Where the programs' outermost loops get the time from.
+/// Source of time for the programs' outermost loops.
 class Clock {
  public:
   virtual ~Clock() = default;
   virtual LocalTime now() const noexcept = 0;
 };
 
-/// CLOCK_BOOTTIME, the clock of the absolute deadlines in realtime.hpp: steady, and it counts the time for which the
-/// machine was suspended, so that a force from before is known to be old.
+/// CLOCK_BOOTTIME, the clock of the absolute deadlines in realtime.hpp: monotonic. It includes the time during which
+/// the machine was suspended, so a force from before a suspension counts as old.
 class SteadyClock final : public Clock {
  public:
   LocalTime now() const noexcept override {
@@ -56,7 +56,7 @@ class SteadyClock final : public Clock {
   }
 };
 
-/// A clock that stands still until it is told otherwise: tests and the lab.
+/// A clock for tests and the lab; it changes only through advance_to().
 class VirtualClock final : public Clock {
  public:
   explicit VirtualClock(LocalTime now = LocalTime{}) : now_(now) {}

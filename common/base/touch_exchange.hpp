@@ -1,5 +1,5 @@
-// What a room tells a client's local model of what a tool touches. Plain numbers, so that worlds and the wire share
-// them and the wire needs nothing of physics.
+// Soft contact data that a room sends to a client's local model. Plain numbers, so that simulated worlds and the wire
+// share them and the wire does not depend on physics.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,16 +9,16 @@
 
 namespace tandem {
 
-/// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with. Or,
-/// of a T that does not touch yet, the contact that it is going to have, linearised at a pose within the soft body.
-/// soft_wrench() (common/physics/soft_contact.hpp) is the force that it gives.
+/// The contact of one rigid body T with all soft bodies, linearised at the pose used by the soft step. If T does not
+/// touch yet, it is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
+/// (common/physics/soft_contact.hpp) evaluates its force.
 struct SoftContact {
   Wrench wrench_W;  ///< on T at X_WT0, about its origin: impulse of the soft step over its length
-  /// −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
+  /// −∂W/∂X, symmetric and positive semidefinite; translation [m], then rotation [rad]
   Mat6 stiffness = Mat6::Zero();
-  Pose X_WT0;                 ///< where T was, or will be
-  double trust_radius_m = 0;  ///< how far T may move aside until the contact is another one; 0: none, nor near
-  double lever_m = 0;         ///< a turn by θ counts as a way of lever · θ
+  Pose X_WT0;                 ///< pose of T at the linearisation; predicted before the touch
+  double trust_radius_m = 0;  ///< displacement of T for which the contact is valid; 0: T neither touches nor is near
+  double lever_m = 0;         ///< a rotation by θ counts as a displacement of lever · θ
 };
 
 }  // namespace tandem

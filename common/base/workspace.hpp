@@ -1,4 +1,4 @@
-// Workspace mapping: how a desk-sized device moves in a scene of another size, without creating energy.
+// Workspace mapping: scales the motion of a desk-sized device to a scene of another size, without creating energy.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -9,7 +9,7 @@ namespace tandem {
 ///
 /// Model   p_WH = p_WD + R_WD · s_p · p_DH,  R_WH = R_WD · R_DH (rotation is never scaled)
 ///         f_D = s_f · R_WD⁻¹ f_W,  τ_D = (s_f / s_p) · R_WD⁻¹ τ_W
-///         so that in every one of the six directions hand power = (s_f / s_p) · world power.
+///         so that in each of the six directions hand power = (s_f / s_p) · world power.
 struct WorkspaceMapping {
   Pose X_WD;
   double position_scale = 1.0;  ///< s_p, world metres per device metre, > 0

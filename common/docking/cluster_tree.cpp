@@ -1,4 +1,3 @@
-// See cluster_tree.hpp.
 #include "common/docking/cluster_tree.hpp"
 
 #include <Eigen/Geometry>
@@ -12,11 +11,11 @@
 namespace tandem::docking {
 namespace {
 
-/// What fills a node that is not full: farther than any cut-off, and its square is finite.
+/// Coordinate of the unused children of a node: farther than any cut-off, with a finite square.
 constexpr float kNowhere = 1e18F;
-/// Of a leaf, too, halves are apart, down to the atoms of the smallest register: fewer registers have a pair.
+/// Leaves are split as well, down to the atoms of the smallest register, so that fewer registers have a pair.
 constexpr std::size_t kFewest = 4;
-/// Ways across which points are divided: along the axes, and, of not too many, between them.
+/// Split directions: along the axes and, for few points, diagonal.
 constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -31,10 +30,10 @@ constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {1, -1, 1},
                                                           {-1, 1, 1}}};
 constexpr std::size_t kMaxOblique = 1024;
-/// Above what a number loses when it is rounded to a float.
+/// Exceeds the rounding error of a conversion to float.
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
-/// Centre and half of the sides, one axis so far from the other, rounded so that they hold the box.
+/// Writes centre and half sides, one float per axis with the given stride, rounded up to contain the box.
 void put(const Eigen::AlignedBox3d& box, float* centre, float* half, std::size_t stride) {
   for (int axis = 0; axis < 3; ++axis, centre += stride, half += stride) {
     *centre = static_cast<float>(box.center()[axis]);
@@ -43,7 +42,7 @@ void put(const Eigen::AlignedBox3d& box, float* centre, float* half, std::size_t
   }
 }
 
-/// Å³, about: from where a box is nearer than a usual cut-off.
+/// Approximate volume [Å³] of the places closer to the box than a usual cut-off.
 double reach_of(const Eigen::AlignedBox3d& box) {
   constexpr double kReach = 8;
   const Vec3 side = box.sizes();
@@ -94,7 +93,7 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-// Ties are broken by the index, so that every machine has the same clusters.
+// The index breaks ties, so that every machine has the same clusters.
 void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
                         std::size_t end) {
   const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
@@ -117,7 +116,7 @@ void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::si
   if (count <= kFewest) return std::sort(at(begin), at(end));
   std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
   while (child * kChildren < count) child *= kChildren;
-  // Full children on the left, across the way by which the fewest atoms find either half.
+  // Full children on the left; split across the direction with the least volume within reach of the halves.
   const std::size_t children = (count + child - 1) / child;
   const std::size_t middle = begin + children / 2 * child;
   double least = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// Atoms in clusters of neighbours, and which clusters of two molecules are near each other.
+// Clusters of neighbouring atoms, and the search for close clusters of two molecules.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,22 +12,22 @@
 
 namespace tandem::docking {
 
-/// That of one child, Å.
+/// Box of one child [Å].
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
-/// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren to a node, divided so that few others come
-/// near a part; leaves, too, down to the registers of a kernel. All nodes are full but the last of each level, so that
-/// child l of node n is number kChildren · n + l of its level.
+/// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren per node. The split keeps parts
+/// compact, so that few other atoms are near each; within leaves too, down to the registers of a kernel. All nodes are
+/// full except the last of each level. Child l of node n is therefore number kChildren · n + l of its level.
 class ClusterTree {
  public:
   /// Cost    a second for 200,000 points
   explicit ClusterTree(std::span<const Vec3> points);
 
-  /// Boxes of the children of each node: leaves in the first level, one node in the last; none without points.
+  /// Boxes of the children of each node: leaves in the first level, one node in the last; empty without points.
   const std::vector<std::vector<ChildBoxes>>& levels() const { return levels_; }
-  /// How many children the nodes of a level have together.
+  /// Total number of children of the nodes of a level.
   std::size_t child_count(std::size_t level) const { return level == 0 ? leaf_count_ : levels_[level - 1].size(); }
-  const Eigen::AlignedBox3d& box() const { return box_; }             ///< that holds all points
+  const Eigen::AlignedBox3d& box() const { return box_; }             ///< contains all points
   const std::vector<std::uint32_t>& order() const { return order_; }  ///< index of each point, leaf by leaf
 
  private:
@@ -41,14 +41,14 @@ class ClusterTree {
   std::size_t leaf_count_ = 0;
 };
 
-/// Finds the leaves of A near each leaf of B. Stateless between calls: the answer depends on the pose alone.
+/// Finds the leaves of A near each leaf of B. Stateless between calls: the result depends on the pose only.
 class NeighbourSearch {
  public:
-  /// In      near_children  of the kernel that the CPU runs
+  /// In      near_children  kernel that the CPU runs
   NeighbourSearch(const ClusterTree& a, const ClusterTree& b, NearChildren near_children);
 
-  /// Calls found(leaf of B, leaves of A of which the box is within the cut-off of its box) for each leaf of B that has
-  /// any, in order.
+  /// Calls found(leaf of B, leaves of A whose box is within the cut-off of its box), in order, for each leaf of B that
+  /// has any.
   /// Cost    the nodes near the border; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {
@@ -65,13 +65,13 @@ class NeighbourSearch {
   static constexpr std::uint32_t kRoot = 0;
 
   void place_b(const Pose& X_AB, double cutoff) noexcept;
-  /// A box along A's axes around one along B's.
+  /// A box along A's axes that contains a box along B's axes.
   Eigen::AlignedBox3d placed(const Eigen::AlignedBox3d& box) const noexcept;
-  /// Which children of these nodes of A are near the box.
+  /// Children of these nodes of A that are near the box.
   std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
                                       const Eigen::AlignedBox3d& box) noexcept;
 
-  /// `candidates`: nodes of A, of the same level, near the node of B; above A's levels its root.
+  /// `candidates`: nodes of A of the same level near the node of B; above A's levels the root of A.
   template <class Found>
   void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
     const bool is_above_a = level >= a_.levels().size();
@@ -92,7 +92,7 @@ class NeighbourSearch {
   const ClusterTree& a_;
   const ClusterTree& b_;
   NearChildren near_children_;
-  std::vector<std::vector<std::uint32_t>> arena_;  ///< children of A found on each of its levels
+  std::vector<std::vector<std::uint32_t>> arena_;  ///< results by level of A: children of A found
   Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d abs_R_AB_ = Eigen::Matrix3d::Identity();
   Vec3 p_AB_ = Vec3::Zero();

@@ -1,4 +1,3 @@
-// See exact_field.hpp.
 #include "common/docking/exact_field.hpp"
 
 #include <algorithm>
@@ -29,7 +28,7 @@ double inverse_power(int alpha, double r) {
   return value;
 }
 
-/// r^−α, switched.
+/// Term r^−α with force switch.
 struct PowerTerm {
   int alpha = 0;
   ForceSwitch shape;
@@ -60,14 +59,14 @@ Central combined(double k1, const Central& one, double k2, const Central& two) {
   return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push, k1 * one.push_slope + k2 * two.push_slope};
 }
 
-/// What `at_core`, the pair at the core's radius, becomes inside it.
+/// Extrapolates `at_core`, the pair at the core's radius, into the core.
 Central inside_core(Central at_core, double core2, double r2) {
   at_core.energy += 0.5 * at_core.push * (core2 - r2);
   at_core.push_slope = 0;
   return at_core;
 }
 
-/// What a grid brings back is here computed.
+/// Cut-off of the exact sum; none with a far grid, whose part is computed here.
 double cutoff_angstrom(const FieldModel& model) {
   return model.has_far_grid ? 0 : model.cutoff_angstrom;
 }

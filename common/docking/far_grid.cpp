@@ -1,4 +1,3 @@
-// See far_grid.hpp.
 #include "common/docking/far_grid.hpp"
 
 #include <Eigen/Geometry>
@@ -16,16 +15,16 @@ namespace tandem::docking {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
-using Node = Eigen::Vector4f;  ///< of q, of √C6, of √C12, nothing
+using Node = Eigen::Vector4f;  ///< q, √C6, √C12, unused
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Nodes times atoms, by which the spacing is chosen, the same on every machine. Molecules for which the coarsest spacing is
-/// more than that may have it up to the second limit.
+/// Limits of nodes times atoms for the choice of the spacing, the same on every machine. The second limit applies at
+/// the coarsest spacing only.
 constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
 /// 64 MB.
 constexpr double kMaxNodes = 4e6;
-/// Beside the faded ones, of which splines need one and the filter one.
+/// Nodes outside the range: splines need one, the filter another.
 constexpr std::size_t kBorder = 2;
 
 Box box_of(const Molecule& molecule) {
@@ -34,31 +33,31 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// How far the other molecule may still be from contact with all its atoms on the grid.
+/// Separation at which the other molecule, short of contact, still has all atoms on the grid.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 
-/// 1 up to kFadeAngstrom before the reach from the interval, 0 from there on.
+/// Fade factor: 1 up to kFadeAngstrom before the end of the reach from the interval, then down to 0.
 double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
   const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// A node farther from all atoms than these spacings H of the coarser lattice comes from that one: polynomials of six of its
-/// nodes err there by 2e-4 of r^−1 and 8e-4 of r^−2.
+/// Nodes farther from all atoms than this many spacings H of the coarser lattice are interpolated from it. Polynomials
+/// over six of its nodes err there by 2e-4 of r^−1 and 8e-4 of r^−2.
 constexpr double kNearSpacings = 5;
-/// The six nodes reach so many spacings, and may not reach what the force switch bends.
+/// Half-width of the six nodes in spacings; they must not reach the region of the force switch.
 constexpr double kHalfwaySpacings = 2.5;
 /// Source  Lagrange's polynomial of degree 5 in the middle of its nodes
 constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
-/// A coarser lattice of fewer nodes is not worth another one.
+/// With fewer nodes a coarser lattice does not pay.
 constexpr std::size_t kFewNodes = 4096;
 
 /// Sets each node to the potential at its place.
 using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
 
-/// Of all atoms of A, which the kernels take relative to the centre. The kernel model outlives it.
+/// Potential of all atoms of A, with kernel coordinates relative to the centre. `constants` must outlive it.
 Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                        FarPointsKernel far_points, const Vec3& centre) {
   // x y z c6 s3 q
@@ -113,7 +112,7 @@ class Lattice {
 
   double coordinate(std::size_t i, int axis) const { return origin_[axis] + static_cast<double>(i) * spacing_; }
 
-  /// The potential at each node: near an atom from all atoms, farther away from a coarser lattice.
+  /// Computes the potential at each node: near an atom directly from all atoms, elsewhere from a coarser lattice.
   void fill(const Potential& potential, std::span<const Vec3> atoms, double cutoff_angstrom) {
     nodes_.assign(size(), Node::Zero());
     const std::vector<char> is_near = near_nodes(atoms, cutoff_angstrom);
@@ -134,7 +133,7 @@ class Lattice {
     }
   }
 
-  /// Node values to those of splines, so that cubic polynomials are met exactly.
+  /// Converts node values to spline coefficients that reproduce cubic polynomials exactly.
   void filter() {
     const std::array<std::size_t, 3> stride{1, count_[0], count_[0] * count_[1]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -158,7 +157,7 @@ class Lattice {
             coordinate(n / count_[0] / count_[1], 2)};
   }
 
-  /// All where another lattice is not worth it.
+  /// Marks the nodes near an atom; all nodes if a coarser lattice does not pay.
   std::vector<char> near_nodes(std::span<const Vec3> atoms, double cutoff_angstrom) const {
     std::vector<char> is_near(size(), size() < kFewNodes ? 1 : 0);
     if (size() < kFewNodes) return is_near;
@@ -192,7 +191,7 @@ class Lattice {
     return static_cast<std::ptrdiff_t>(index(x, y, z));
   }
 
-  /// Of twice the spacing about this one, with the nodes that from_coarser() needs.
+  /// Lattice of twice the spacing around this one, with the nodes that from_coarser() needs.
   Lattice coarser_lattice() const {
     const double wide = 2 * spacing_;
     std::array<std::size_t, 3> count{};
@@ -202,8 +201,8 @@ class Lattice {
     return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
   }
 
-  /// Calls use(node of the coarser lattice, weight) for those that make node i along an axis: the one at its place, or six
-  /// about it.
+  /// Calls use(node of the coarser lattice, weight) for the nodes that interpolate node i along an axis: the coincident
+  /// node, or six around it.
   template <class Use>
   static void from_coarser(std::size_t i, const Use& use) {
     const std::size_t below = kBorder + i / 2;
@@ -211,7 +210,7 @@ class Lattice {
     for (std::size_t k = 0; k < kHalfway.size(); ++k) use(below + k - 2, kHalfway[k]);
   }
 
-  /// All nodes from those of coarser_lattice(), row by row.
+  /// Computes all nodes by interpolating the coarser lattice, row by row.
   void interpolate(const Lattice& coarser) {
     std::vector<Node> row(coarser.count_[0]);
     for (std::size_t z = 0; z < count_[2]; ++z) {
@@ -302,25 +301,25 @@ class FarGrid {
 
 namespace {
 
-/// All that a grid's values come from: positions, σ, ε, charges, field, kernel and reach.
+/// All inputs of a grid's values: positions, σ, ε, charges, field, kernel and reach.
 using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
                           FarPointsKernel, double>;
 
-/// One grid, for as long as anyone has it.
+/// Entry of one grid, which others own.
 struct Made {
   explicit Made(Source of) : source(std::move(of)) {}
 
   const Source source;
-  std::mutex mutex;  ///< of the rest; held while it is filled: who wants the same grid waits, nobody else does
+  std::mutex mutex;  ///< protects the rest, also while the grid is filled: only requests for the same grid wait
   std::weak_ptr<const FarGrid> grid;
 };
 
-/// Of the whole process.
+/// Registry of the process's grids.
 class Shelf {
  public:
   std::shared_ptr<Made> of(Source source) {
     const std::lock_guard lock(mutex_);
-    // Whoever has one outside is making its grid; otherwise nobody else comes by it meanwhile.
+    // An entry with other owners is being filled. Without them, no other thread can obtain it under mutex_.
     std::erase_if(made_, [](const auto& made) {
       if (made.use_count() != 1) return false;
       const std::lock_guard own(made->mutex);
@@ -337,7 +336,7 @@ class Shelf {
   std::vector<std::shared_ptr<Made>> made_;
 };
 
-/// Without values; null where no spacing is affordable.
+/// Grid without values; null if no spacing is affordable.
 std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   const Box box = box_of(a);
   for (double spacing = kFinestAngstrom; spacing <= kCoarsestAngstrom; spacing *= kCoarser) {
@@ -348,7 +347,7 @@ std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
 }
 
-/// So that in contact no atom of B is where the grid fades, as far as kMaxNodes allow.
+/// Reach at which in contact no atom of B is in the fading zone, as far as kMaxNodes allow.
 double reach_for(const Molecule& a, const Molecule& b, double spacing) {
   const Box box = box_of(b);
   double radius = 0;

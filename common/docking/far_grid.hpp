@@ -1,4 +1,4 @@
-// What a cut-off leaves out of a field, as a potential on a grid: for large molecules that attract each other from afar.
+// The part of a field beyond a cut-off, as a potential on a grid: for large molecules with long-range attraction.
 #pragma once
 
 #include <cstddef>
@@ -11,29 +11,32 @@
 
 namespace tandem::docking {
 
-/// Beyond this distance from the box about A's atoms, or B's diameter and 16 Å where that is more, nothing is left of the far
-/// part; it fades over the last 8 Å.
+/// Range of the far part, from the box around A's atoms; for larger molecules B's diameter plus 16 Å. It fades over the
+/// last 8 Å.
 inline constexpr double kFarReachAngstrom = 40;
 
-/// Of an atom: 192 of 4 floats.
+/// Multiply-adds of a look-up per atom: 192 of 4 floats.
 inline constexpr std::size_t kGridMultiplyAdds = 768;
 
 class FarGrid;
 
-/// 1 to 3 Å, the finest with at most 4e6 nodes and 2.5e9 nodes times atoms; 3 Å up to 6e9 of these; nothing: that is not
-/// enough.
+/// Grid spacing, 1 to 3 Å: the finest with at most 4e6 nodes and a product of nodes and atoms of at most 2.5e9. At 3 Å
+/// the product may reach 6e9; empty if that is exceeded.
 std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 
-/// Model   V_far = V − V_cut: r^−α beyond the cut-off, and below it what the force switch adds, a constant below the start
-///         of the switch; smooth everywhere. Σ_i c_i V_far(|x − x_i|) at the nodes of a cubic grid is the same for any
-///         atom of B but for a factor: three fields, of q, of √C6 and of √C12 (geometric, also where the force field
-///         mixes arithmetically). Between nodes: cubic B-splines of the node values, filtered (−1/6, 8/6, −1/6) on each
-///         axis, so fourth order and twice differentiable; the force is the derivative of that energy
-/// In      b      of which atoms are looked up: gives the reach
+/// Makes the grid.
+///
+/// Model   V_far = V − V_cut: r^−α beyond the cut-off. Below it, the part that the force switch adds, constant below
+///         the start of the switch; smooth everywhere. Σ_i c_i V_far(|x − x_i|) at the nodes of a cubic grid is the
+///         same for each atom of B except for a factor. Hence three fields: of q, of √C6 and of √C12 (geometric, also
+///         where the force field mixes arithmetically). Between nodes: cubic B-splines of the node values, filtered
+///         (−1/6, 8/6, −1/6) on each axis, thus fourth order and twice differentiable; the force is the derivative of
+///         that energy
+/// In      b      molecule whose atoms are looked up; determines the range
 ///         model  with a cut-off
-/// Out     nothing where far_grid_spacing_angstrom() is
-/// Cost    nodes near A times atoms: README.md; 16 B a node. The same grid again as long as somebody in the process has it: a room
-///         that is reset, or another one of the same scene, need not wait for it
+/// Out     null if far_grid_spacing_angstrom() is empty
+/// Cost    nodes near A times atoms: README.md; 16 B a node. The process shares a grid while it exists: a room that is
+///         reset, or another one of the same scene, need not wait for it
 /// Thread  any
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& b, const FieldModel& model,
                                              const KernelModel& constants, FarPointsKernel far_points);
@@ -41,7 +44,7 @@ std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& 
 double spacing_angstrom(const FarGrid& grid);
 std::size_t node_count(const FarGrid& grid);
 
-/// For the kernels' look-ups; as long as the grid.
+/// Nodes for the kernels' look-ups; valid as long as the grid.
 const GridNodes& nodes_of(const FarGrid& grid);
 
 }  // namespace tandem::docking

@@ -1,8 +1,8 @@
-// The border between the field and its kernels, which are compiled once per instruction set.
+// Interface between the field and its kernels, which are compiled once per instruction set.
 //
-// Only plain structs of pointers may cross it, and this header may include nothing that defines inline functions: an
-// inline function emitted by the AVX-512 file could be the copy that the linker keeps for the whole program, which
-// then stops with an illegal instruction on a CPU without AVX-512.
+// Only plain structs of pointers may cross it, and this header may include nothing that defines inline functions. The
+// linker could keep the AVX-512 file's copy of an inline function for the whole program. On a CPU without AVX-512 the
+// program would then stop with an illegal instruction.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,15 @@ namespace tandem::docking {
 
 /// Lanes of the widest kernel; atom counts of tiles are padded to a multiple.
 inline constexpr std::size_t kLanes = 16;
-/// Atoms that share one local origin. Neighbours in a file are neighbours in space, so a tile is small (a few
-/// residues) and a float coordinate in it keeps about 5e-7 Å, however large the molecule.
+/// Atoms that share one local origin. Neighbours in a file are neighbours in space. A tile is therefore small (a few
+/// residues), and a float coordinate in it has a precision of about 5e-7 Å, however large the molecule.
 inline constexpr std::size_t kTileAtoms = 128;
-/// Tiles after which the float lanes are emptied into doubles.
+/// Number of tiles after which the float lanes are added to doubles.
 inline constexpr std::size_t kDrainTiles = 8;
-/// Lennard-Jones distances are bounded from below at this fraction of σ, squared (see exact_field.hpp).
+/// Lower bound of Lennard-Jones distances, as the square of a fraction of σ (see exact_field.hpp).
 inline constexpr float kCoreFractionSquared = 0.0625F;
 
-/// A double as the sum of two floats, so that a difference of two of them is as exact as a float can say it.
+/// A double as the sum of two floats, so that a difference of two has the full precision of a float.
 struct SplitFloat {
   float high = 0, low = 0;
 };
@@ -31,8 +31,8 @@ struct Tile {
   std::size_t end = 0;   ///< a multiple of kLanes after begin
   SplitFloat origin[3];  ///< Å, of the tile's float positions: the centre of its box
   float half[3] = {};    ///< Å, half of the sides of a box about the origin that holds all atoms
-  float core2 = 0;       ///< Å², above each pair's core radius, squared
-  float reach2 = 0;      ///< Å²: a probe farther from the origin than its root is in no core
+  float core2 = 0;       ///< Å², upper bound of the squared core radius of each pair
+  float reach2 = 0;      ///< Å²: a probe with a larger squared distance from the origin is in no core
 };
 
 /// Molecule A, arrays of floats aligned to 64 bytes.
@@ -49,10 +49,10 @@ struct Target {
   std::size_t tile_count = 0;
 };
 
-/// Where what fills B is, Å.
+/// Coordinate of B's padding, Å.
 inline constexpr double kFarAwayAngstrom = 1e12;
-/// Atoms of molecule B in A's frame, those with a Lennard-Jones term first. Arrays go on to a multiple of kLanes, far away and
-/// without parameters.
+/// Atoms of molecule B in A's frame; those with a Lennard-Jones term come first. Arrays are padded to a multiple of
+/// kLanes, far away and without parameters.
 struct Probes {
   std::size_t lj_count = 0;
   std::size_t count = 0;
@@ -68,13 +68,13 @@ struct Probes {
   const float* charge = nullptr;  ///< e k/ε
 };
 
-/// Which terms are evaluated, and how they end.
+/// Terms to evaluate, and their cut-off.
 struct KernelModel {
   bool has_charges = false;
   bool is_distance_dependent = false;
-  bool is_arithmetic = false;  ///< the mixing of σ
+  bool is_arithmetic = false;  ///< mixing rule of σ
   float charge_core_squared = 0;
-  // Of cut-off fields: forces are switched between start and cutoff, see force_switch().
+  // Cut-off fields: forces are switched between start and cutoff, see force_switch().
   float start = 0;
   float cutoff = 0;
   float a12 = 0, b12 = 0, c12 = 0;
@@ -83,20 +83,19 @@ struct KernelModel {
   float third_a12 = 0, quarter_b12 = 0, third_a6 = 0, quarter_b6 = 0, third_aq = 0, quarter_bq = 0;
 };
 
-/// kJ/mol and Å, of B, torque about the origin of B's frame.
+/// Sums for molecule B in kJ/mol and Å; torque about the origin of B's frame.
 struct FieldSums {
   double lennard_jones = 0;
   double coulomb = 0;
   double force[3] = {};
   double torque[3] = {};
-  // Of pairs below a cut-off, how many were held against each other: atoms with boxes, atoms with atoms, and those of
-  // registers with a pair within the cut-off, of which the field was computed.
+  // With a cut-off, numbers of comparisons: atoms with boxes, and atoms with atoms. `pairs` counts those in registers
+  // with a pair within the cut-off, for which the field was computed.
   std::size_t boxes = 0, distances = 0, pairs = 0;
-  std::size_t on_grid = 0;  ///< atoms that got their part beyond the cut-off from a grid
+  std::size_t on_grid = 0;  ///< atoms whose part beyond the cut-off came from a grid
 };
 
-/// At most kLanes probes [first, last) of B against these tiles of A: the neighbours of those probes. Each of A's tiles has
-/// kLanes atoms.
+/// Probes [first, last) of B, at most kLanes, and the tiles of A near them. Each of A's tiles has kLanes atoms.
 struct NearWork {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -104,42 +103,42 @@ struct NearWork {
   std::size_t tile_count = 0;
 };
 
-/// Adds to `sums` all pairs, without a cut-off.
+/// Adds all pairs to `sums`, without a cut-off.
 using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&, FieldSums& sums) noexcept;
-/// Adds to `sums` the pairs of `work` below the cut-off; any atom may have a Lennard-Jones term.
+/// Adds the pairs of `work` below the cut-off to `sums`; any atom may have a Lennard-Jones term.
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
-/// How much farther than the cut-off, squared, boxes are taken for near: differences are rounded, and no pair is lost to that.
+/// Factor of the squared cut-off in the search for near boxes, so that rounding of differences loses no pair.
 inline constexpr float kReachMargin = 1.0001F;
 /// Children of a node of a ClusterTree.
 inline constexpr std::size_t kChildren = 8;
-/// Their boxes, Å.
+/// Boxes of a node's children, Å.
 struct alignas(32) ChildBoxes {
   float centre[3][kChildren];
-  float half[3][kChildren];  ///< of the sides
+  float half[3][kChildren];  ///< half of the sides
 };
 
-/// Lists the children of these nodes of which the box is so near to another box, Å², numbered kChildren · node + place,
-/// in order. Returns how many; may write kChildren numbers more.
+/// Lists the children of these nodes whose squared distance to another box is below `reach2` [Å²]. Children are
+/// numbered kChildren · node + place, in order. Returns their number; may write kChildren numbers more.
 using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_t* chosen, std::size_t count,
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Fills coulomb, c6 and c12 with what the cut-off leaves out of the potential of A at places in the frame of its floats, Å: see
+/// Computes the potential of A beyond the cut-off at places in the frame of its floats, Å: coulomb, c6 and c12, see
 /// far_grid.hpp. Three arrays each of `count` floats, a multiple of kLanes, aligned to 64 bytes.
 using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
                                  const float* const places[3], float* const potentials[3]) noexcept;
 
 /// Nodes of a far grid: four floats each, x fastest.
 struct GridNodes {
-  const float* nodes = nullptr;  ///< of q, of √C6, of √C12, nothing
+  const float* nodes = nullptr;  ///< q, √C6, √C12, unused
   std::size_t count[3] = {};
-  double origin[3] = {};  ///< Å, of the first node
-  double last[3] = {};    ///< an atom is looked up from node 1 up to here
+  double origin[3] = {};  ///< Å, position of the first node
+  double last[3] = {};    ///< upper limit of look-ups in nodes; the lower limit is node 1
   double per_angstrom = 1;
 };
-/// Adds what the grid has for each atom of B. c6, s3: 2 √ε σ³ and σ³, which go on as the arrays of B.
+/// Adds the grid's part for each atom of B. c6, s3: 2 √ε σ³ and σ³, padded like the arrays of B.
 using GridKernel = void (*)(const GridNodes&, const Probes&, const float* c6, const float* s3,
                             FieldSums& sums) noexcept;
 
@@ -150,7 +149,7 @@ std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std:
 void far_points_portable(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
                          float* const[3]) noexcept;
 void grid_portable(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
-/// 12 × count × lanes multiply-adds that need nothing but registers: a measure of the CPU's limit.
+/// Executes 12 × count × lanes multiply-adds in registers only: measures the limit of the CPU.
 double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
 void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;

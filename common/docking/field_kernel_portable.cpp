@@ -1,4 +1,4 @@
-// Compiled for the CPU that the whole program is compiled for, see field_kernel.hpp.
+// Compiled for the same CPU as the whole program, see field_kernel.hpp.
 #define TANDEM_ALL_PAIRS all_pairs_portable
 #define TANDEM_NEAR near_portable
 #define TANDEM_NEAR_CHILDREN near_children_portable

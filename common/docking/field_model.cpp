@@ -1,4 +1,3 @@
-// See field_model.hpp.
 #include "common/docking/field_model.hpp"
 
 #include <charconv>

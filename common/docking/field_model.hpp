@@ -1,4 +1,4 @@
-// What acts between two molecules, and the result: shared by the exact field and the float kernels.
+// Settings of the molecular field and its result, shared by the exact field and the float kernels.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@ namespace tandem::docking {
 /// Coulomb constant, k = e²·N_A/(4π ε_0).
 /// Source  GROMACS 2022 reference manual, "Definitions and units": 138.935458 kJ·nm/mol/e²
 inline constexpr double kCoulombKjAngstromPerMol = 1389.35458;
-/// Below this distance the Coulomb energy goes on as its tangent parabola: a hydrogen without a Lennard-Jones term may
-/// reach the atom that attracts it.
+/// Below this distance the Coulomb energy continues as its tangent parabola, because a hydrogen without a Lennard-Jones
+/// term may reach the atom that attracts it.
 inline constexpr double kChargeCoreAngstrom = 0.8;
-/// Forces are switched off over this width below the cut-off.
+/// Width below the cut-off over which forces are switched off.
 inline constexpr double kSwitchWidthAngstrom = 2;
 inline constexpr double kMinCutoffAngstrom = 4;
 inline constexpr double kMaxCutoffAngstrom = 100;
@@ -28,19 +28,20 @@ struct FieldModel {
   Dielectric dielectric = Dielectric::kNone;
   double permittivity = 4;     ///< relative: ε, or ε at 1 Å
   double cutoff_angstrom = 0;  ///< no force beyond; 0: all pairs
-  bool has_far_grid = false;   ///< what it leaves out from a grid (far_grid.hpp); exact_field() has all pairs
+  bool has_far_grid = false;   ///< the part beyond the cut-off from a grid (far_grid.hpp); exact_field() sums all pairs
 
   bool operator==(const FieldModel&) const = default;
 };
 
-/// Sets the charges' part by "none", a constant such as "1", or one times the distance such as "4r".
-/// Fails   std::invalid_argument naming the text, for another
+/// Sets the charge term: "none", a constant such as "1", or a factor of the distance such as "4r".
+/// Fails   std::invalid_argument naming the text, for any other
 void set_dielectric(FieldModel& model, const std::string& text);
 
+/// Checks the settings.
 /// Fails   std::invalid_argument naming field, value and range: permittivity 0.1 … 1000, cut-off 0 or 4 … 100 Å
 void validate(const FieldModel& model);
 
-/// Energy, and what molecule B feels, expressed in A's frame; A feels the opposite force.
+/// Energy, and force and torque on molecule B in A's frame; the force on A is opposite.
 struct FieldResult {
   double lennard_jones_kj_per_mol = 0;
   double coulomb_kj_per_mol = 0;

@@ -1,7 +1,7 @@
-// The set-up and dispatch of the float kernels.
+// Set-up and dispatch of the float kernels.
 //
 // The float arrays of A are fixed at construction; a call transforms B's positions in double and hands both to the
-// kernel that the CPU runs (field_kernel.hpp). Sums over B's atoms are in double.
+// kernel that the CPU supports (field_kernel.hpp). Sums over B's atoms are in double.
 #include "common/docking/molecular_field.hpp"
 
 #include <algorithm>
@@ -66,8 +66,8 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
-/// Index into runnable_kernels(): process-wide, because results that must not depend on the CPU need the same kernel at
-/// both ends of a session, wherever a field is made.
+/// Index into runnable_kernels(). Process-wide, because results that must not depend on the CPU need the same kernel at
+/// both ends of a session.
 std::atomic<std::size_t> default_kernel_index{0};
 
 NamedKernel kernel_named(std::string_view name) {
@@ -103,13 +103,13 @@ KernelModel kernel_model(const FieldModel& model) {
   return made;
 }
 
-/// Arithmetic of one pair, as README.md counts it.
+/// Operations of one pair, counted as in README.md.
 struct PairCost {
-  std::size_t with_lennard_jones, charges_alone;  ///< of all pairs
-  std::size_t switched, distance, box;            ///< of those below a cut-off, as they are found
+  std::size_t with_lennard_jones, charges_alone;  ///< per pair without a cut-off
+  std::size_t switched, distance, box;            ///< per candidate with a cut-off
 };
 
-/// Instructions with fused multiply-adds, each as long as one.
+/// Instructions with fused multiply-adds; each counts as one.
 PairCost fused_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:
@@ -122,7 +122,7 @@ PairCost fused_cost(Dielectric dielectric) {
   return {};
 }
 
-/// Additions, multiplications, divisions and roots of the portable kernel: two make a multiply-add of its limit.
+/// Additions, multiplications, divisions and roots of the portable kernel; two count as one multiply-add.
 PairCost separate_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:
@@ -135,7 +135,7 @@ PairCost separate_cost(Dielectric dielectric) {
   return {};
 }
 
-/// Which atoms have a term: those with Lennard-Jones parameters first, then those with a charge alone.
+/// Atoms with a term: first those with Lennard-Jones parameters, then those with a charge only.
 struct Interacting {
   std::vector<std::size_t> atoms;
   std::size_t lj_count = 0;
@@ -183,7 +183,7 @@ float charge_of(const Molecule& m, std::size_t i, const FieldModel& model) {
   return model.dielectric == Dielectric::kNone ? 0.0F : static_cast<float>(m.charge_e[i]);
 }
 
-// Never inline: g++ 12 -O3 joins the three axes of a place and takes the low part of one for another's.
+// Never inline: g++ 12 -O3 merges the three axes of a place and uses the low part of a wrong axis.
 [[gnu::noinline]] SplitFloat split(double value) {
   const auto high = static_cast<float>(value);
   return {high, static_cast<float>(value - static_cast<double>(high))};
@@ -216,7 +216,7 @@ struct MolecularField::Impl {
   bool is_swapped = false;  ///< "A" and "B" below are the caller's B and A
   KernelModel constants;
   NamedKernel kernel;
-  std::optional<ClusterTree> tree_a, tree_b;  ///< with a cut-off
+  std::optional<ClusterTree> tree_a, tree_b;  ///< only with a cut-off
   std::optional<NeighbourSearch> search;
   std::shared_ptr<const FarGrid> far;
   std::size_t count_a = 0;
@@ -228,10 +228,10 @@ struct MolecularField::Impl {
   std::vector<Tile> tiles;
   std::size_t lj_tiles = 0;
 
-  std::vector<double> x_own, y_own, z_own;  ///< of B, in B's frame
+  std::vector<double> x_own, y_own, z_own;  ///< atoms of B, in B's frame
   std::size_t count_b = 0, lj_count_b = 0;
   std::vector<float> c6_b, s3_b, sigma_b, charge_b;
-  std::vector<float> far_c6_b, far_s3_b;  ///< mixed geometrically
+  std::vector<float> far_c6_b, far_s3_b;  ///< geometric mixing
   std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
 
   std::size_t all_lj_pairs() const { return lj_count_a * lj_count_b; }

@@ -1,4 +1,4 @@
-// The field of two rigid molecules for the haptic loop.
+// The field of two rigid molecules, fast enough for the haptic loop.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +13,25 @@ namespace tandem::docking {
 
 class FarGrid;
 
-/// Whether the field of both is laid out about `a`: it has more atoms, or as many and its numbers are greater where they first
-/// differ (charges, σ, ε, positions). An order of the molecules, whatever their roles.
+/// Order of two molecules that does not depend on their roles; the first one gets the tiles or the grid. `a` is first
+/// if it has more atoms, or at equal number the greater value at the first difference (charges, σ, ε, positions).
 bool comes_first(const Molecule& a, const Molecule& b);
 
-/// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order
-/// of summation per kernel. The same model as exact_field(), cores and cut-off included.
+/// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order of summation
+/// per kernel. The same model as exact_field(), cores and cut-off included.
 ///
-/// Without a cut-off all pairs are evaluated; with one those of neighbouring clusters of 16 atoms. The result depends
-/// on the pose alone, never on earlier ones.
+/// Without a cut-off all pairs are evaluated; with one, the pairs of neighbouring clusters of 16 atoms. The result
+/// depends only on the pose, never on earlier ones.
 ///
-/// Nor does it depend on which of the two is called A, but for rounding of the pose: the molecule that comes_first() has the
-/// tiles, or the grid, and the other one's atoms are held against them.
+/// Except for rounding of the pose, the result does not depend on which molecule is called A. The molecule that
+/// comes_first() has the tiles or the grid; the other one's atoms are evaluated against them.
 ///
 /// Cost    pair_count() pairs, no allocation in evaluate(); README.md has measured rates
 /// Thread  any, one at a time per object
 class MolecularField {
  public:
-  /// `kernel`: "" picks the widest that the CPU has; or a name of available_kernels().
-  /// Throws std::invalid_argument for another name, or see the two validate().
+  /// `kernel`: "" selects the default_kernel(), else a name of available_kernels(). Throws std::invalid_argument for
+  /// another name, or see the two validate().
   MolecularField(const Molecule& a, const Molecule& b, const FieldModel& model = {}, std::string_view kernel = "");
   ~MolecularField();
   MolecularField(MolecularField&&) noexcept;
@@ -41,23 +41,24 @@ class MolecularField {
   std::string_view kernel() const;
   /// "all-pairs", "clusters", or "clusters and grid".
   std::string_view method() const;
-  /// See far_grid.hpp; none without FieldModel::has_far_grid, or where the first molecule is too large for one.
+  /// See far_grid.hpp; null without FieldModel::has_far_grid, or if the first molecule is too large for a grid.
   const FarGrid* far_grid() const;
-  /// Pairs of atoms that evaluate() computes; with a cut-off, that the last call did: whole registers with a pair within
-  /// it. Atoms without a term are left out.
+  /// Number of pairs of atoms that evaluate() computes; with a cut-off, of the last call: whole registers with a pair
+  /// within it. Excludes atoms without a term.
   std::size_t pair_count() const;
-  /// Multiply-adds that the last evaluate() needed, as README.md counts them; set-up and sums by atom left out.
+  /// Multiply-adds of the last evaluate(), counted as in README.md; excludes set-up and sums by atom.
   std::size_t multiply_adds() const;
 
   /// Names of the kernels this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// From now on "" picks this kernel in the whole process; "": the widest again. Before fields are made.
+  /// Selects the kernel for "" in the whole process; "" selects the widest again. Call it before fields are made.
   /// Throws std::invalid_argument for a name that is not one of available_kernels().
   /// Thread  any
   static void use_by_default(std::string_view kernel);
-  /// What "" picks.
+  /// Name of the kernel that "" selects.
   static std::string_view default_kernel();
-  /// Runs multiply-adds of registers only, with the instructions of this kernel. How many it ran: 12 · loops · lanes.
+  /// Runs multiply-adds in registers only, with the instructions of this kernel. Returns their number: 12 · loops ·
+  /// lanes.
   static std::size_t run_multiply_adds(std::string_view kernel, std::size_t loops);
 
  private:
@@ -66,13 +67,13 @@ class MolecularField {
 };
 
 inline constexpr double kUsualCutoffAngstrom = 8;
-/// A third of a millisecond of one AVX-512 core: server and clients each compute them in every tick.
+/// About a third of a millisecond on one AVX-512 core; server and clients each compute the pairs in every tick.
 inline constexpr std::size_t kMaxAllPairs = 1'000'000;
-/// Atoms of the smaller molecule that are looked up in a grid: each takes some 30 ns of every tick.
+/// Maximum atoms of the smaller molecule for look-ups in a grid: each takes about 30 ns of every tick.
 inline constexpr std::size_t kMaxOnGrid = 12'000;
-/// What is summed where nobody says: all pairs up to a million of them; above that those within 8 Å, and what is beyond from
-/// a grid about the molecule that comes_first() where that is small enough for one (far_grid_spacing_angstrom()) and the
-/// other has at most kMaxOnGrid atoms.
+/// Sets the default summation. Up to a million pairs: all of them. Above: pairs within 8 Å, and the part beyond from a
+/// grid around the molecule that comes_first(). The grid is used if that molecule is small enough
+/// (far_grid_spacing_angstrom()) and the other has at most kMaxOnGrid atoms.
 void choose_cutoff(const Molecule& a, const Molecule& b, FieldModel& model);
 
 }  // namespace tandem::docking

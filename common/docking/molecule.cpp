@@ -1,4 +1,4 @@
-// The parts of a molecule that are more than data: its centre, and the check that every field kernel relies on.
+// Functions of a molecule: its centre, and the validation that every field kernel relies on.
 #include "common/docking/molecule.hpp"
 
 #include <algorithm>

@@ -118,7 +118,7 @@ void write_names(const Molecule& molecule, ByteWriter& writer) {
   }
 }
 
-/// Fails the reader where they do not make runs of all atoms.
+/// Reads the residues; fails the reader if they do not divide all atoms into runs.
 std::vector<Residue> read_residues(ByteReader& reader, std::size_t atoms) {
   constexpr std::size_t kMinBytes = 2 * sizeof(std::uint32_t) + 3;
   std::vector<Residue> residues(reader.count(kMinBytes));

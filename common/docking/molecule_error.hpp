@@ -1,11 +1,11 @@
-// The one error type of the structure and parameter readers.
+// Error type of the structure and parameter readers.
 #pragma once
 
 #include <stdexcept>
 
 namespace tandem::docking {
 
-/// A structure or force-field file that cannot be used; what() names file, line and remedy.
+/// Reports an unusable structure or force-field file; what() names file, line and remedy.
 class MoleculeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

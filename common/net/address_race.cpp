@@ -40,7 +40,7 @@ bool AddressRace::has(State state) const {
   return std::ranges::find(candidates_, state, &Candidate::state) != candidates_.end();
 }
 
-/// Of the preferred family, where that has one left.
+/// Returns the first waiting address of the preferred family, else of the other family.
 AddressRace::Candidate* AddressRace::first_waiting() {
   Candidate* first = nullptr;
   for (Candidate& candidate : candidates_) {
@@ -72,7 +72,7 @@ std::optional<Address> AddressRace::next(LocalTime now) {
   return candidate.address;
 }
 
-/// Empty: the attempt goes on for as long as its caller permits, because no other address could use the time.
+/// Empty: the attempt continues for as long as its caller permits, because no other address could use the time.
 std::optional<LocalTime> AddressRace::expiry(const Candidate& candidate) const {
   const bool is_going_on = candidate.state == State::kTrying || candidate.state == State::kAccepted;
   const auto is_left = [&candidate](const Candidate& other) {

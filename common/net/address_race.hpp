@@ -1,4 +1,4 @@
-// Selects which address of a host is tried when: Happy Eyeballs version 2 (RFC 8305), without sockets.
+// Selects which address of a host to try at which time: Happy Eyeballs version 2 (RFC 8305), without sockets.
 //
 //   answers of look-ups ──▶ add()        next() ──▶ address to connect to now
 //   results of attempts ──▶ failed(), accepted()    due() ──▶ when to call next() again
@@ -38,12 +38,12 @@ struct RaceSettings {
 
 /// The race of one connection.
 ///
-/// Model   One attempt starts at a time. The next one starts attempt_delay after the last one, or at once when the last one
-///         failed. Of the addresses that are left, the next is of the other family than the last attempt, first IPv6, and
-///         within a family in the order of the resolver. The first address to accept wins. The others are cancelled and stay
+/// Model   One attempt starts at a time. The next one starts attempt_delay after the last one, or at once when the last
+///         one failed. The next address is of the other family than the last attempt, IPv6 first; within a family the
+///         order is that of the resolver. The first address to accept wins. The others are cancelled and stay
 ///         available: they are tried when the winner turns out not to be the expected server.
 /// Source  RFC 8305, sections 3 to 6. Here an address that won an earlier race comes first (§4 permits it).
-/// Limits  kMaxPerFamily addresses of each family; more are ignored
+/// Limits  kMaxPerFamily addresses of each family; further ones are ignored
 /// Thread  any, one at a time
 class AddressRace {
  public:
@@ -53,26 +53,26 @@ class AddressRace {
   ///         lookups  answers that are outstanding: 0, or 2 (one for each family)
   explicit AddressRace(std::span<const Address> known = {}, int lookups = 0, RaceSettings settings = {});
 
-  /// The answer to a look-up of one family. `problem` is why it has no address.
+  /// Adds the answer to a look-up of one family. `problem` states why it has no address.
   void add(std::span<const Address> addresses, bool is_v6, const std::string& problem, LocalTime now);
   /// The address to connect to now; call it until it is empty.
   std::optional<Address> next(LocalTime now);
-  /// When next() or expired() has something new to say; empty: not before add(), failed() or accepted().
+  /// Time at which next() or expired() can return a new result; empty: only after add(), failed() or accepted().
   std::optional<LocalTime> due() const;
-  /// An attempt that has run out of time: to be cancelled, and reported as failed().
+  /// An attempt that has timed out: the caller cancels it and reports it as failed().
   std::optional<Address> expired(LocalTime now) const;
-  /// The attempt, or the connection that was accepted, is over.
+  /// Ends the attempt, or the accepted connection.
   void failed(const Address& address, AttemptFailure failure, const std::string& why);
-  /// No further attempt starts; all others are to be cancelled.
+  /// Marks the winner. No further attempt starts; the caller cancels all others.
   void accepted(const Address& address);
 
   /// Every address has failed, and no look-up is outstanding. A race that began with known addresses does not wait for
-  /// look-ups: a name server that hangs must not slow down reconnections; what it answers later is for the next race.
+  /// look-ups: a name server that hangs must not slow down reconnections. Its late answer serves the next race.
   bool is_lost() const;
-  /// Result of each address that was tried, and of the look-ups, for people.
+  /// Readable result of each tried address and of the look-ups.
   std::string report() const;
   bool has_addresses() const { return !candidates_.empty(); }
-  /// Why the only address failed; empty: there are several, or it did not fail.
+  /// Reason why the only address failed; empty: there are several, or it did not fail.
   std::optional<AttemptFailure> only_failure() const;
 
  private:
@@ -96,9 +96,9 @@ class AddressRace {
   std::vector<Candidate> candidates_;
   bool has_known_;
   std::vector<std::string> lookup_problems_;
-  int lookups_;                           ///< outstanding
-  bool awaits_v6_;                        ///< the IPv6 answer is one of them
-  std::optional<LocalTime> v4_answered_;  ///< while the IPv6 answer is outstanding
+  int lookups_;                           ///< number outstanding
+  bool awaits_v6_;                        ///< the IPv6 answer is outstanding
+  std::optional<LocalTime> v4_answered_;  ///< time of the IPv4 answer, while the IPv6 answer is outstanding
   bool is_v6_next_;                       ///< family that the next attempt prefers
   std::optional<Address> last_tried_;     ///< empty: no attempt has started
   std::optional<LocalTime> last_start_;   ///< empty: the next attempt may start at once

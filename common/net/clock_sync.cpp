@@ -51,7 +51,7 @@ void ClockSync::slew(LocalTime now) {
   const double error_s = std::abs(to_seconds(error));
   const double rate = std::clamp(error_s / kSlewTimeConstantS, kSlowestSlew, kFastestSlew);
   const Duration step = std::min(from_seconds(rate * elapsed_s), std::chrono::abs(error));
-  // Asked again within less than a nanosecond of slew: let the time add up instead of losing it.
+  // Less than a nanosecond of slew since the last call: let the time accumulate instead of losing it.
   if (step == Duration{0} && error != Duration{0}) return;
   slewed_at_ = now;
   current_ += error < Duration{0} ? -step : step;

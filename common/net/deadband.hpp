@@ -1,4 +1,4 @@
-// Leaves out messages that nobody would notice: what has changed by less than a hand can tell need not be sent at once.
+// Perceptual deadband: suppresses messages whose change is too small to be felt.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -6,21 +6,21 @@
 
 namespace tandem::net {
 
-/// However little changes, and however little a link carries, a message is sent this often, so that a lost one does no
-/// harm for long: 100 Hz.
+/// Maximum interval between messages, however small the change and the capacity of the link: 100 Hz. It limits the
+/// effect of a lost message.
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
-/// What is noticed, as a share of what there is (Weber).
+/// Detects changes that a user would feel, as a share of the present value (Weber's law).
 ///
-/// Model   A force is noticed to be another one when it differs by more than w · max(|F|, kForceFloor_n) from the one
-///         that the receiver has; a velocity likewise. A place, when it differs from where the receiver believes it by
-///         more than would be noticed as force, |F| the present one and the coupling's stiffness. Rotation alike.
+/// Model   A force counts as changed if it differs from the receiver's by more than w · max(|F|, kForceFloor_n); a
+///         velocity likewise. A position counts as changed if the deviation from the receiver's estimate, times the
+///         coupling stiffness, exceeds the threshold of the present force. Torque and rotation follow the same rules.
 /// Source  Hinterseer, Hirche, Chaudhuri, Steinbach, Buss, "Perception-based data reduction and transmission of haptic
 ///         data in telepresence and teleaction systems", IEEE Trans. Signal Processing 56(2), 2008: Weber's deadband on
-///         forces and velocities. Places and the floors of small values are ours: without floors noise at rest would be
-///         sent; they are where the share of force that hands tell apart begins to rise.
-/// In      weber_fraction  w, 0..kMaxDeadband; 0: everything is noticed. About 0.1 for hands
+///         forces and velocities. Positions and the floors of small values are ours. Without floors, noise at rest
+///         would be sent; below them the just-noticeable share of a force rises.
+/// In      weber_fraction  w, 0..kMaxDeadband; 0: every change is significant. About 0.1 for hands
 /// Thread  any, one at a time
 class Deadband {
  public:
@@ -33,9 +33,9 @@ class Deadband {
 
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& told) const;
-  /// In      X_believed  where the receiver has it now: where it was told, or on from there with the told velocity
-  ///         felt  what the hand feels now
-  ///         stiffness_…  of the coupling that makes a force of a way, so that places are compared by what is felt
+  /// In      X_believed  the receiver's estimate now: the last sent pose, possibly extrapolated with the sent velocity
+  ///         felt        force at the hand now
+  ///         stiffness_…  of the coupling; converts displacements to forces, so that thresholds are in felt force
   bool notices(const RigidState& now, const Twist& told, const Pose& X_believed, const Wrench& felt,
                double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 

@@ -6,17 +6,17 @@
 namespace tandem::net {
 namespace {
 
-/// That one piece of a pair takes of a line at the rate.
+/// Time that one piece of a pair occupies the line at the current rate.
 constexpr double kPiece_s = 1.75e-3;
-/// As much of the rate as a caller that looks late makes up for.
+/// Credit limit, as time at the current rate: a caller that polls late can catch up by this much.
 constexpr double kMadeUp_s = 5e-3;
-/// Before it is seen what a fall has done: by then the queue has gone, and kShort is full of newer delays.
+/// Pause after a rate reduction before its effect is evaluated: the queue has drained, and kShort holds newer delays.
 constexpr Duration kAfterFall = std::chrono::milliseconds(100);
-/// A delay of another cause is allowed with this much beyond it.
+/// Factor by which the allowance exceeds a delay of another cause.
 constexpr double kLeave = 1.25;
-/// Over which state's share of the line is counted.
+/// Interval over which the rate of state is measured.
 constexpr Duration kStateWindow = std::chrono::milliseconds(50);
-/// No state for so long: none takes anything.
+/// Without any state for this long, the rate of state counts as zero.
 constexpr Duration kWithoutState = std::chrono::milliseconds(200);
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace tandem::net {
 namespace {
 
-/// Of a name; "/" ends the server in an invitation.
+/// Characters that a host must not contain; "/" ends the server in an invitation.
 bool has_forbidden(const std::string& host) {
   return host.find_first_of("[]/ \t\r\n") != std::string::npos;
 }

@@ -1,4 +1,4 @@
-// Where a host is, as text: "HOST", "HOST:PORT", "[IPv6]" or "[IPv6]:PORT" (RFC 3986, section 3.2.2).
+// Address of a host as text: "HOST", "HOST:PORT", "[IPv6]" or "[IPv6]:PORT" (RFC 3986, section 3.2.2).
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
@@ -14,12 +14,13 @@ struct HostPort {
   std::optional<std::uint16_t> port;
 };
 
-/// Fails   std::invalid_argument: no host, no port from 1 to 65535 after the colon, or an IPv6 address without brackets,
-///         whose last group would be mistaken for a port
+/// Parses a host with an optional port.
+/// Fails   std::invalid_argument: no host, no port from 1 to 65535 after the colon, or an IPv6 address without
+///         brackets, whose last group would be mistaken for a port
 HostPort host_port_of(const std::string& text);
 
 /// The host of an option that takes no port; brackets around an IPv6 address are removed.
-/// Fails   std::invalid_argument: `option` and the value, what is wrong and what would do
+/// Fails   std::invalid_argument: names `option`, the value, the error and the remedy
 std::string host_without_port(const std::string& option, const std::string& text);
 
 /// "HOST:PORT", with brackets around an IPv6 address.

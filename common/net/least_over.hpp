@@ -1,4 +1,4 @@
-// The least of the values of a recent span, without keeping them.
+// Minimum over a recent span, without storing the values.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace tandem::net {
 
-/// Least of what was added within the last one to two halves of a span.
+/// Least value added within the last half to whole span.
 ///
 /// Thread  any, one at a time; no allocation
 class LeastOver {

@@ -11,16 +11,16 @@ namespace tandem::net {
 namespace {
 
 constexpr Duration kMaxDelay = std::chrono::seconds(10);
-// Shorter bad periods than a packet's spacing would make the loss independent, and cost a draw each.
+// Bad periods shorter than a packet's spacing would make losses independent, and each costs a draw.
 constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
-// Three years: for every trial the same as never, and sums of a few stay far inside a Duration.
+// Three years: for every trial the same as never, and sums of a few fit into a Duration.
 constexpr double kMaxPeriod_s = 1e8;
-// Above the streams of all links.
+// Offsets above the stream numbers of all links.
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
-// Pareto's shape: the smallest whole one with a finite standard deviation, so the tail is as heavy as can be
-// while `jitter` still means one. Ours.
+// Pareto's shape: the smallest integer with a finite standard deviation. The tail is thus as heavy as possible while
+// `jitter` remains a standard deviation. Ours.
 constexpr double kParetoShape = 3.0;
 // σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
 const double kParetoUnitSigma = std::sqrt(kParetoShape / (std::pow(kParetoShape - 1, 2) * (kParetoShape - 2)));
@@ -68,7 +68,7 @@ Duration DelayPath::at(Duration time) const {
   const Duration here = time % length();
   const auto next = std::upper_bound(points.begin(), points.end(), here,
                                      [](Duration value, const Point& point) { return value < point.at; });
-  const Point& to = *next;  // there is one, for `here` is before the last
+  const Point& to = *next;  // exists, because `here` is before the last point
   const Point& from = *(next - 1);
   const double share = to_seconds(here - from.at) / to_seconds(to.at - from.at);
   return from.delay + from_seconds(share * to_seconds(to.delay - from.delay));
@@ -128,7 +128,7 @@ void SimulatedLink::set_parameters(LinkParameters parameters) {
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   ++counters_.sent;
-  // A stream's sender is slowed down by its peer instead of losing bytes; that is outside of this model.
+  // A stream's sender is slowed down by its peer instead of losing bytes; this model excludes that.
   if (!is_reliable_ && in_flight_.size() >= parameters_.queue_limit) {
     ++counters_.queue_full;
     return;
@@ -139,7 +139,7 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
     *line_free_ = std::max(*line_free_, now) + from_seconds(seconds);
     on_wire = *line_free_;
   }
-  // Drawn for every packet, so that changing the loss leaves the delays as they were; copies have draws of their own.
+  // Drawn for every packet, so that the delays do not depend on the loss; copies have draws of their own.
   const Duration delay = draw_delay(delays_, on_wire);
   if (is_lost(on_wire)) {
     ++counters_.lost;
@@ -169,8 +169,8 @@ std::optional<LocalTime> SimulatedLink::next_due() const {
   return in_flight_.begin()->first;
 }
 
-// Good and bad periods with exponential lengths (a two-state Markov chain in continuous time): the fraction
-// lost is bad / (bad + good), whatever the packet rate.
+// Good and bad periods have exponential lengths (a two-state Markov chain in continuous time). The lost fraction is
+// bad / (bad + good) at any packet rate.
 bool SimulatedLink::is_lost(LocalTime now) {
   if (parameters_.loss <= 0) return false;
   const double bad_s = to_seconds(parameters_.mean_bad_period);
@@ -179,7 +179,7 @@ bool SimulatedLink::is_lost(LocalTime now) {
     return from_seconds(std::min(kMaxPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
   };
   if (!has_period_) {
-    // An exponential period has no memory: the rest of one that is under way is distributed like a whole one.
+    // An exponential distribution has no memory: the rest of a period under way is distributed like a whole one.
     has_period_ = true;
     in_bad_period_ = loss_random_.uniform() < parameters_.loss;
     period_end_ = now + draw();
@@ -216,7 +216,7 @@ Duration SimulatedLink::variable_delay(DelaySource& source, LocalTime now) const
   return from_seconds(sigma_s / kParetoUnitSigma * (std::pow(beyond, -1.0 / kParetoShape) - 1.0));
 }
 
-// Of an Ornstein–Uhlenbeck process, as it is after any time.
+// Samples an Ornstein–Uhlenbeck process, exactly for any time step.
 double SimulatedLink::draw_deviate(DelaySource& source, LocalTime now) const {
   const double fresh = source.random.normal();
   if (parameters_.jitter_correlation <= Duration(0)) return fresh;

@@ -8,20 +8,20 @@ namespace {
 
 constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
-/// A gap counts with at most this length, so that a long silence does not fill the window.
+/// Maximum counted length of a gap, so that a long silence does not fill the window.
 constexpr Duration kMaxCountedGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
   return static_cast<std::uint32_t>(duration / std::chrono::microseconds(1));
 }
 
-/// Cubic Hermite: positions and velocities at both ends, u from 0 to 1 over `gap_s`.
+/// Cubic Hermite interpolation: positions and velocities at both ends, u from 0 to 1 over `gap_s`.
 Vec3 hermite(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3& v1, double u, double gap_s) {
   const double u2 = u * u, u3 = u2 * u;
   return (2 * u3 - 3 * u2 + 1) * p0 + (u3 - 2 * u2 + u) * gap_s * v0 + (3 * u2 - 2 * u3) * p1 + (u3 - u2) * gap_s * v1;
 }
 
-/// After the last news: the twist fades linearly, so the way is that of an even braking.
+/// Extrapolation after the newest sample: the twist fades linearly to zero (constant deceleration).
 RigidState run_out(const RigidState& last, Duration since) {
   const double whole_s = to_seconds(RigidTrack::kRunOut);
   const double t_s = std::min(to_seconds(since), whole_s);
@@ -88,7 +88,7 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  // Stamps that ran back by hours lower the base before the next play_at() follows it.
+  // A sender's clock that jumps back by hours lowers the base before play_at() follows it.
   return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 

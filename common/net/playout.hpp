@@ -1,6 +1,6 @@
-// Playing at a constant delay what came over a network with a varying one: jitter and short losses then change neither
-// what is played nor its energy. For what drives a simulation or is shown; never for a force on its way to a hand,
-// which would only get older.
+// Playout buffer: replays received data at a constant delay, so that jitter and short losses change neither the data
+// nor its energy. For inputs of a simulation and for display. Never for a force on its way to a hand, which would only
+// get older.
 #pragma once
 
 #include <array>
@@ -13,19 +13,20 @@
 namespace tandem::net {
 
 struct PlayoutSettings {
-  double quantile = 0.98;                    ///< share of the time for which the next sample is there when needed
-  Duration window{std::chrono::seconds(2)};  ///< that the quantile is of
-  Duration longest{std::chrono::milliseconds(60)};  ///< what comes later than this is not waited for
-  double slew = 0.05;                               ///< time is played at most by so much faster or slower
+  double quantile = 0.98;                    ///< share of the time for which the next sample has arrived when needed
+  Duration window{std::chrono::seconds(2)};  ///< over which the quantile is taken
+  Duration longest{std::chrono::milliseconds(60)};  ///< limit of the delay; samples that are later are not waited for
+  double slew = 0.05;                               ///< maximum relative change of the playing speed
 };
 
-/// Chooses the delay, and turns own time into the sender's time to play.
+/// Chooses the delay, and converts local time to the sender's time to play.
 ///
-/// Model   A sample i stamped s_i that arrives at a_i makes all times from s_{i−1} to s_i playable at a_i, so those
-///         wait up to a_i − s_{i−1} − base, base the least a − s. The delay is the quantile of that waiting, over the
-///         window, each gap with its length as weight: it covers jitter and the gaps that losses leave alike.
-///         Between 1 and 2 windows are looked at (two halves, the older dropped as a whole); resolution 0.5 ms.
-/// Settle  in the first half second, and when the clocks moved by more than 200 ms, the delay is taken at once
+/// Model   A sample i with stamp s_i that arrives at a_i makes all times from s_{i−1} to s_i playable at a_i. These
+///         times wait up to a_i − s_{i−1} − base, where base is the least a − s. The delay is the quantile of this
+///         waiting time over the window, each gap weighted by its length. It covers jitter as well as gaps left by
+///         losses. The effective window is 1 to 2 windows (two halves, the older discarded as a whole); resolution 0.5
+///         ms.
+/// Settle  in the first half second, and after clock jumps of more than 200 ms, the delay changes in one step
 /// Source  Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications in
 ///         wide-area networks", INFOCOM 1994, for the idea; the bracketing gap and the slew are ours
 /// Thread  one; no allocation
@@ -33,12 +34,13 @@ class PlayoutDelay {
  public:
   explicit PlayoutDelay(const PlayoutSettings& settings = {}) : settings_(settings) {}
 
-  /// In      sampled  on the sender's clock, increasing; others are ignored. arrived  on the own clock
+  /// In      sampled  on the sender's clock, increasing; other samples are ignored
+  ///         arrived  on the local clock
   void add(Duration sampled, Duration arrived) noexcept;
-  /// The sender's time to play at own time `now`, which must not decrease. Only after the first add().
+  /// The sender's time to play at local time `now`, which must not decrease. Call it only after the first add().
   Duration play_at(Duration now) noexcept;
   bool has_started() const { return has_started_; }
-  /// What is played waits this long beyond the least delayed sample.
+  /// Time by which playing lags behind the least delayed sample.
   Duration delay() const noexcept;
   void reset() noexcept { *this = PlayoutDelay(settings_); }
 
@@ -46,7 +48,7 @@ class PlayoutDelay {
   static constexpr std::size_t kBins = 400;
   static constexpr Duration kBin{std::chrono::microseconds(500)};
   struct Half {
-    std::array<std::uint32_t, kBins> weight_us{};  ///< of gaps that wait so long
+    std::array<std::uint32_t, kBins> weight_us{};  ///< weight of the gaps with this waiting time
     std::uint64_t sum_us = 0;
     Duration base{0};
     bool is_used = false;
@@ -60,25 +62,25 @@ class PlayoutDelay {
   Duration half_began_{0};
   Duration started_{0};
   Duration last_sampled_{0};
-  Duration offset_{0};  ///< own time − played time
+  Duration offset_{0};  ///< local time − played time
   Duration played_at_{0};
   bool has_started_ = false;
   bool has_played_ = false;
 };
 
-/// The last states of one rigid thing, by the sender's time.
+/// The newest states of one rigid body, by the sender's time.
 ///
-/// Model   between two samples: cubic Hermite for the position, with the samples' velocities; shortest turn for the
-///         rotation; linear for the twist. After the newest: on with its twist, which fades to zero within kRunOut.
-///         A gap longer than kMaxGap is not interpolated: the samples before it are discarded. So no stamp moves a
-///         thing farther than its speed does in kMaxGap.
+/// Model   Between two samples: cubic Hermite for the position, with the samples' velocities; the shorter rotation;
+///         linear for the twist. After the newest sample: extrapolated with its twist, which fades to zero within
+///         kRunOut. A gap longer than kMaxGap is not interpolated: the samples before it are discarded. Thus no time
+///         stamp moves a body farther than its speed does in kMaxGap.
 /// Thread  one; no allocation
 class RigidTrack {
  public:
   static constexpr std::size_t kSamples = 128;
-  /// What a thing may run on without news.
+  /// Extrapolation time without new samples.
   static constexpr Duration kRunOut{std::chrono::milliseconds(20)};
-  /// Of what one sender samples; thinned items come within 0.4 s (proto/WIRE.md, Thinning).
+  /// Longest gap between samples of one sender; thinned items arrive within 0.4 s (proto/WIRE.md, Thinning).
   static constexpr Duration kMaxGap{std::chrono::seconds(1)};
 
   /// A sample that is not newer than the newest is ignored.
@@ -94,9 +96,9 @@ class RigidTrack {
     Duration time{0};
     RigidState state;
   };
-  /// 0 is the oldest kept.
+  /// Sample by age: 0 is the oldest kept.
   const Sample& sample(std::size_t index) const { return samples_[(first_ + index) % kSamples]; }
-  /// Index of the sample after `time`; count_: none.
+  /// Index of the first sample after `time`; count_ if there is none.
   std::size_t after(Duration time) const noexcept;
 
   std::array<Sample, kSamples> samples_{};

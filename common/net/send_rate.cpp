@@ -15,7 +15,7 @@ void SendRate::sent(Duration now) noexcept {
     usual_interval_s_ += weight * (since_s - usual_interval_s_);
   }
   last_sent_ = now;
-  // What came late by less than an interval is made up for, so that the mean rate is kept on a coarse clock.
+  // Makes up for a delay below one interval, so that a coarse clock keeps the mean rate.
   const Duration interval = this->interval();
   due_ = due_ == Duration::min() ? now + interval : std::max(due_ + interval, now);
 }
@@ -43,7 +43,7 @@ void SendRate::fall(Duration sent, Duration queue) noexcept {
   is_draining_ = true;
   least_draining_ = Duration::max();
   most_draining_ = Duration::min();
-  // What is on its way was sent before.
+  // Messages in flight were sent before the change.
   changed_at_ = std::max(sent, last_sent_);
   due_ = std::max(due_, last_sent_ + floor_);
 }

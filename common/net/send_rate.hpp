@@ -1,4 +1,4 @@
-// How often state is sent over a link that cannot carry every tick: less often, before it waits in queues.
+// Send rate of state over a link that cannot carry every tick: reduces the rate before messages queue.
 #pragma once
 
 #include <algorithm>
@@ -9,22 +9,21 @@
 
 namespace tandem::net {
 
-/// One direction's. The sender asks may_send(), and hears how long what it sent has taken.
+/// Congestion control of one direction. The sender polls may_send() and receives the delay of its messages.
 ///
-/// Model   A link that is given more than it carries queues: the least delay of a short time rises above the least of a
-///         long one, which the jitter of single messages does not do. Of a queue that has grown by q while messages of
-///         a time t were sent, the link carries 1 / (1 + q/t) of their rate. At kQueue the sender falls to the floor
-///         rate until the queue is gone, and goes on with kMargin of what the link carries. A queue that neither
-///         shrinks nor grows by 2 kGone within kWatch of that is a longer way, and nothing was too much. Without a
-///         queue the rate is raised again, evenly, after kPatience; that doubles with each time that it was too much,
-///         up to kMaxPatience. Delays are differences of two clocks: only their changes count, so the clocks need
-///         not agree.
-/// Limits  A queue of less than kQueue, and what a link with a short queue drops, are not noticed. A delay that stays
-///         for longer than kShort though nothing of ours queues (a radio link's pause, somebody else's traffic) is
-///         taken for one: that costs rate, which comes back within a minute, and no force.
-/// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from what arrives: Cardwell et al., "BBR:
-///         congestion-based congestion control", ACM Queue 14(5), 2016. States instead of a window, for messages that
-///         are not repeated, and the figures are ours
+/// Model   A link that receives more than its capacity queues: the least delay over a short time then exceeds the least
+///         over a long time. Jitter of single messages does not do this. If a queue grew by q while messages of a time
+///         t were sent, the link carries 1 / (1 + q/t) of their rate. At a queue of kQueue the sender falls to the
+///         floor rate until the queue is gone, and then resumes at kMargin of the capacity. If the queue changes by
+///         less than 2 kGone within kWatch, it is a longer route, not congestion, and the limit stays. Without a queue
+///         the rate rises evenly after kPatience; that time doubles with each further congestion, up to kMaxPatience.
+///         Delays are differences of two clocks; only their changes count, so the clocks need not agree.
+/// Limits  A queue below kQueue, and drops by a link with a short queue, are not detected. A delay that lasts longer
+///         than kShort without own queueing (a pause of a radio link, other traffic) counts as a queue. This costs
+///         rate, which recovers within a minute, and no force.
+/// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from arrivals: Cardwell et al., "BBR: congestion-based
+///         congestion control", ACM Queue 14(5), 2016. A rate of states instead of a window, for messages that are not
+///         repeated, and the figures are ours
 /// Thread  any, one at a time; no allocation
 class SendRate {
  public:
@@ -38,14 +37,15 @@ class SendRate {
   static constexpr double kMargin = 0.85;
   static constexpr double kRise_per_s = 0.05;
 
-  /// In      floor    longest time between two messages, however little the link carries
-  ///         most_hz  as often as the sender would like to; at the floor rate or less it is never held back
+  /// In      floor    longest time between two messages, however small the capacity
+  ///         most_hz  desired rate; at the floor rate or below there is no limit
   SendRate(Duration floor, double most_hz) : floor_(floor), most_hz_(most_hz) {}
 
-  /// Whether a message may go now; the caller says so with sent() when it goes.
+  /// Returns whether to send a message now; the caller confirms each message with sent().
   bool may_send(Duration now) const noexcept { return now >= due_; }
   void sent(Duration now) noexcept;
-  /// What was sent at `sent` has taken `delay`, by clocks that differ by a constant. Older than heard of: ignored.
+  /// The message sent at `sent` took `delay`, by clocks that differ by a constant. Older messages than the newest are
+  /// ignored.
   void delivered(Duration sent, Duration delay) noexcept;
 
   bool is_limited() const noexcept { return limit_hz_ < kUnlimited || is_draining_; }
@@ -66,11 +66,11 @@ class SendRate {
   bool is_draining_ = false;
   Duration due_ = Duration::min();
   Duration last_sent_ = Duration::min();
-  double usual_interval_s_ = 0;         ///< of late; 0: not known
-  Duration newest_ = Duration::min();   ///< sent, of what was heard of
-  Duration calm_at_ = Duration::min();  ///< sent, of the last without a queue
+  double usual_interval_s_ = 0;         ///< recent mean; 0: unknown
+  Duration newest_ = Duration::min();   ///< send time of the newest reported message
+  Duration calm_at_ = Duration::min();  ///< send time of the last message without a queue
   Duration changed_at_ = Duration::min();
-  Duration least_draining_{0};  ///< queue since it is drained
+  Duration least_draining_{0};  ///< range of the queue while draining
   Duration most_draining_{0};
   Duration patience_ = kPatience;
   LeastOver recent_{kShort};

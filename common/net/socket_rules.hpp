@@ -1,4 +1,4 @@
-// What the sockets of both ends have in common: which addresses they may use, and how little the kernel may hold back.
+// Rules for the sockets of both ends: permitted addresses, and a limit of unsent bytes in the kernel.
 #pragma once
 
 #include <netinet/tcp.h>
@@ -15,21 +15,21 @@
 
 namespace tandem::net {
 
-/// Bytes that the kernel may hold unsent before it takes no more. Small, so that state over TCP stays fresh: what is
-/// in the kernel cannot be replaced by something newer.
+/// Limit of unsent bytes in the kernel. Small, so that state over TCP stays fresh: bytes in the kernel cannot be
+/// replaced by newer ones.
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 
-/// Several sockets of one user of the system on one port; a connected one gets what its peer sends.
+/// Allows several sockets of one system user on one port; a connected socket receives the datagrams of its peer.
 using SharedPort = boost::asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
 
-/// A system's message as part of a sentence: "Connection refused" becomes "connection refused".
+/// A system message as part of a sentence: "Connection refused" becomes "connection refused".
 inline std::string lower_first(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
 }
 
-/// A port in digits and nothing else, 0 included.
+/// Parses a port that consists of digits only, 0 included.
 inline std::optional<std::uint16_t> port_of(std::string_view text) {
   std::uint16_t port = 0;
   const char* const end = text.data() + text.size();
@@ -37,8 +37,8 @@ inline std::optional<std::uint16_t> port_of(std::string_view text) {
   return problem == std::errc() && next == end ? std::optional(port) : std::nullopt;
 }
 
-/// The address that `text` names; `purpose` begins the message, e.g. "cannot listen on". Without encryption only this
-/// machine's own: who can read and write what passes on a network could move hands.
+/// Parses the address in `text`; `purpose` begins the message, e.g. "cannot listen on". Without encryption only
+/// loopback is allowed: anyone who can read and write the traffic could move hands.
 /// Fails   std::invalid_argument: not a numeric address (or localhost), or one that needs encryption
 inline boost::asio::ip::address numeric_address(const std::string& purpose, const std::string& text,
                                                 bool is_encrypted) {

@@ -1,4 +1,4 @@
-// Text that came over the network: UTF-8 that a terminal and a reader can bear.
+// Text received over the network: validates UTF-8 and makes it safe for terminals and readers.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,14 @@
 
 namespace tandem::net {
 
-/// Takes one code point off the front of a text that is not empty; nothing, and takes nothing, for overlong forms,
-/// surrogates and all else that is not UTF-8.
+/// Removes one code point from the front of a non-empty text. Returns nothing and removes nothing for overlong forms,
+/// surrogates and any other invalid UTF-8.
 std::optional<std::uint32_t> take_code_point(std::string_view& text);
 
-/// Neither commands a terminal, nor breaks the line, nor turns the direction in which what follows is read.
+/// Returns whether the code is no control character, no line break and no change of text direction.
 bool is_harmless(std::uint32_t code);
 
-/// In one line, at most `most_bytes`; "?" for each character that is not harmless, and each byte that is none.
+/// Text in one line, at most `most_bytes`; "?" replaces each harmful character and each invalid byte.
 std::string printable(std::string_view text, std::size_t most_bytes = 400);
 
 }  // namespace tandem::net

@@ -1,4 +1,4 @@
-// How much of something may be asked for, on average and at once.
+// Rate limit: average rate and burst size.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +12,18 @@ struct Rate {
   double at_once = 0;
 };
 
-/// A bucket of `at_once` tokens that starts full and fills by `per_second`. As much may be owed, or what one
-/// thing costs, and no more: whoever stops asking has something again after at_once / per_second.
+/// Token bucket of `at_once` tokens that starts full and fills by `per_second`. The balance may become negative, down
+/// to the larger of at_once and the cost of one item. A caller that pauses has tokens again after at_once / per_second.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
  public:
   explicit TokenBucket(Rate rate) : rate_(rate), tokens_(rate.at_once) {}
 
-  /// True while anything is left; what is then taken may cost more than that, and is owed.
+  /// True while the balance is positive; the next item may cost more than the balance.
   bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
-  /// Says whether there was as much.
+  /// Takes `cost` tokens; returns whether the balance covered them.
   bool take(double cost, LocalTime now) {
     const double left = tokens_at(now) - cost;
     tokens_ = std::max(left, -std::max(rate_.at_once, cost));
@@ -39,7 +39,7 @@ class TokenBucket {
 
   Rate rate_;
   double tokens_;
-  LocalTime at_{};  ///< of `tokens_`
+  LocalTime at_{};  ///< time of `tokens_`
 };
 
 }  // namespace tandem::net

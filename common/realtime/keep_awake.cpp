@@ -1,4 +1,3 @@
-// See keep_awake.hpp.
 #include "common/realtime/keep_awake.hpp"
 
 #include <fcntl.h>
@@ -24,26 +23,26 @@ namespace tandem::realtime {
 namespace {
 
 constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
-/// It is judged over so many such times, and stops for so many when others had the processor for more than this share.
+/// Evaluated over kJudgeTimes periods; pauses for kStopTimes periods when others used more than kMaxOthers of the time.
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
 constexpr double kMaxOthers = 0.5;
 
-std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};  // processors
+std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};  // one flag per processor; set: a thread keeps it awake
 
-/// -1: there is no such thread any more. `stat` is its file in /proc.
+/// Processor that the thread with this /proc stat file ran on last; −1: the thread has ended.
 int processor_of(int stat) {
   std::array<char, 1024> bytes{};
   const ssize_t count = pread(stat, bytes.data(), bytes.size(), 0);
   if (count <= 0) return -1;
   std::string_view text(bytes.data(), static_cast<std::size_t>(count));
-  // After the name, which may hold anything, comes the third value; the processor is the 39th (man 5 proc).
+  // After the name, which may contain anything, follows the third value; the processor is the 39th (man 5 proc).
   text.remove_prefix(std::min(text.size(), text.rfind(')') + 1));
   for (int value = 3; value <= 39; ++value) text.remove_prefix(std::min(text.size(), text.find(' ') + 1));
   return text.empty() ? -1 : std::atoi(text.data());
 }
 
-/// Of a thread's schedstat in /proc, in this order how long it ran, and how long it was ready while others ran, 0 where the
-/// kernel does not count that. What a host takes is not in it.
+/// Times from a thread's /proc schedstat file: running time, and time ready while others ran (0 if the kernel does not
+/// count it). Time that a host takes is not included.
 std::array<Duration, 2> times_of(int schedstat) {
   std::array<char, 128> bytes{};
   if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return {};
@@ -52,7 +51,7 @@ std::array<Duration, 2> times_of(int schedstat) {
   return {running, Duration(std::strtoll(after_running, nullptr, 10))};
 }
 
-/// False: another thread keeps it awake.
+/// Pins the calling thread to the processor. False: another thread already keeps it awake.
 bool take(int processor) {
   const auto index = static_cast<std::size_t>(processor);
   if (processor >= CPU_SETSIZE || kept_awake[index].test_and_set()) return false;
@@ -63,7 +62,7 @@ bool take(int processor) {
   return true;
 }
 
-/// `stat`, `schedstat`: of the thread that it runs beside.
+/// Loop of the helper thread. `stat` and `schedstat` are files of the thread that it keeps awake.
 void run_beside(int stat, int schedstat, int own_schedstat, const std::weak_ptr<const void>& is_wanted) {
   const SteadyClock clock;
   const auto others_so_far = [=] { return times_of(own_schedstat)[1] - times_of(schedstat)[0]; };
@@ -128,7 +127,7 @@ bool gives_idle_to_host(const std::filesystem::path& root) {
 bool has_processor_quota(const std::filesystem::path& root) {
   std::ifstream own(root / "proc/self/cgroup");
   for (std::string line; std::getline(own, line);) {
-    // Number, controllers, path; version 2 names no controllers. Groups above one's own count as well.
+    // Number, controllers, path; version 2 lists no controllers. Quotas of parent groups count as well.
     const std::size_t colon = line.find(':'), slash = line.find(":/");
     if (slash == std::string::npos) continue;
     const std::string controllers = ',' + line.substr(colon + 1, std::max(colon + 1, slash) - colon - 1) + ',';
@@ -159,7 +158,7 @@ std::shared_ptr<const void> keep_awake() {
   const auto wanted = std::make_shared<const char>();
   try {
     if (stat < 0) throw std::system_error(errno, std::generic_category());
-    // Nobody waits for it to end: beside busy threads it may get the processor again after a second only.
+    // Detached, never joined: beside busy threads it may get the processor only after a second.
     std::thread([stat, schedstat, close_files, is_wanted = std::weak_ptr<const void>(wanted)] {
       const sched_param parameters{};
       const int own_schedstat = opened("/proc/thread-self/schedstat");

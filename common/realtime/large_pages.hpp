@@ -1,4 +1,4 @@
-// Memory that is read all over the place, in pages of 2 MiB.
+// Pages of 2 MiB for memory with random access.
 #pragma once
 
 #include <cstddef>
@@ -6,11 +6,11 @@
 
 namespace tandem::realtime {
 
-/// Has the kernel move what fills whole pages of 2 MiB into such pages, where it can: reads that are far from each other
-/// else wait for the addresses as long as for the data, in a virtual machine longer.
+/// Moves the whole 2 MiB pages within `memory` to large pages, where the kernel can. Otherwise distant reads wait for
+/// address translation as long as for the data, in a virtual machine longer.
 ///
-/// Out   false: nothing was moved, as it is too little, or the kernel has no such pages (/sys/kernel/mm/transparent_hugepage)
-/// Cost  a copy of the memory; of its contents nothing changes
+/// Out     false: nothing was moved; too little memory, or no support (/sys/kernel/mm/transparent_hugepage)
+/// Cost    a copy of the memory; its contents do not change
 bool use_large_pages(std::span<const std::byte> memory) noexcept;
 
 }  // namespace tandem::realtime

@@ -1,10 +1,10 @@
-// Newest-wins hand-over of a value from one thread to another, without a lock and without waiting.
+// Newest-wins exchange of a value between two threads, without locks and without waiting.
 //
 //   writer owns slot A      middle slot      reader owns slot B
 //        publish(): A ⇄ middle (mark fresh)      poll(): if fresh, middle ⇄ B
 //
-// Three slots, so the writer can always write and the reader can always read a whole value. State is
-// absolute in this project (design: freshest-only), so a value that nobody read in time is only counted.
+// With three slots the writer can always write and the reader can always read a whole value. State is absolute in this
+// project (freshest-only), so a value that was never read is only counted.
 #pragma once
 
 #include <array>
@@ -21,13 +21,13 @@ template <class T>
 class Mailbox {
  public:
   Mailbox() = default;
-  /// With that in all its slots: what needs memory has it from the start.
+  /// Fills all slots with `initial`, so that they own their memory from the start.
   explicit Mailbox(const T& initial) { slots_.fill(initial); }
 
-  /// The slot that the next publish() hands over. Holds an arbitrary older value: assign all of it.
+  /// The slot that the next publish() hands over. It holds an arbitrary older value: assign all of it.
   T& back() { return slots_[back_]; }
 
-  /// Makes back() the newest value. True when the value it replaces had never been read.
+  /// Makes back() the newest value. True when the value it replaces was never read.
   bool publish() {
     const std::uint8_t previous = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel);
     back_ = previous & kIndex;
@@ -38,7 +38,7 @@ class Mailbox {
     return publish();
   }
 
-  /// Takes the newest value, if one came since the last poll. front() is unchanged otherwise.
+  /// Takes the newest value if there is one since the last poll; otherwise front() is unchanged.
   bool poll() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;

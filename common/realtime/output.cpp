@@ -1,4 +1,3 @@
-// See output.hpp.
 #include "common/realtime/output.hpp"
 
 #include <poll.h>
@@ -20,17 +19,17 @@ namespace tandem::realtime {
 namespace {
 
 constexpr std::size_t kMaxQueuedLines = 1024;
-// Far longer than a reader that is there takes; with the second that goodbyes may take, a server ends within two.
+// Far longer than an active reader needs. With the second that goodbyes may take, a server ends within two.
 constexpr Duration kMaxFinish{std::chrono::milliseconds(500)};
 
-/// How many flushes have come through, for whoever waits for them.
+/// Counts completed flushes, for threads that wait for them.
 struct Flushes {
   std::mutex mutex;
   std::condition_variable changed;
   int count = 0;
 };
 
-/// Writes to a descriptor, on the thread of the pool. What it is told while nobody reads waits here.
+/// Writes to a descriptor on the thread of the pool. While nobody reads, the thread blocks here.
 class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   DescriptorSink(int descriptor, spdlog::details::thread_pool& pool, Flushes& flushes)
@@ -62,7 +61,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
       if (written >= 0) {
         text.remove_prefix(static_cast<std::size_t>(written));
       } else if (errno == EAGAIN) {
-        // Another process that has the same terminal may have made it non-blocking.
+        // Another process with the same terminal may have made it non-blocking.
         pollfd ready{descriptor_, POLLOUT, 0};
         ::poll(&ready, 1, -1);
       } else if (errno != EINTR) {
@@ -77,7 +76,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   std::size_t told_lost_ = 0;
 };
 
-/// One standard output: a thread, its queue, and what writes into it.
+/// One standard output: a thread, its queue and the loggers that write to it.
 class Stream {
  public:
   Stream(const std::string& program, int descriptor, Flushes& flushes)

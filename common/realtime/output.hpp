@@ -1,8 +1,8 @@
-// What a program writes on its standard outputs. A program that moves a hand, or serves those who do, must never wait for
-// whoever reads what it says: a terminal can stand still (Ctrl-S), a pipe can be full, its reader can be gone.
+// Non-blocking output of a program. A program that moves a hand, or serves such programs, must never wait for the
+// reader of its output: a terminal can be stopped (Ctrl-S), a pipe can be full, its reader may have ended.
 //
 //   any thread: out(), err(), log() ──▶ queue of 1024 lines ──▶ a thread for each output: write(2), may hang
-//                                       full: the oldest is dropped, and counted
+//                                       full: the oldest line is dropped and counted
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@
 
 namespace tandem::realtime {
 
-/// So many lines of a kind in a minute; what is left out is counted and said. Whoever can make a program write a line can
-/// then not fill its log.
+/// Limits the lines of a kind per minute; suppressed lines are counted and reported. A peer that triggers lines thus
+/// cannot fill the log.
 ///
 /// Thread  one at a time
 class LineLimit {
@@ -24,11 +24,11 @@ class LineLimit {
   static constexpr std::size_t kMaxLines = 60;
   static constexpr Duration kWindow{std::chrono::minutes(1)};
 
-  /// What to write for this line: it, or that others of its kind are left out, or nothing; before it what was left out
-  /// in windows that have ended.
-  /// In      kind  chosen by the program, never by a peer: there are few
+  /// Lines to write for this line: the line itself, a notice that further ones are suppressed, or nothing. Before them
+  /// the counts of suppressed lines in windows that have ended.
+  /// In      kind  chosen by the program, never by a peer: there are few kinds
   std::vector<std::string> admitted(std::string_view kind, const std::string& line, LocalTime now);
-  /// What was left out and not said yet.
+  /// Counts of suppressed lines that have not been reported yet.
   std::vector<std::string> left_out();
 
  private:
@@ -41,24 +41,24 @@ class LineLimit {
   std::map<std::string, Window, std::less<>> windows_;
 };
 
-/// One a program, made first of all in main() and there till the end. It owns threads that may hang, so nothing waits for
-/// them at the end of the process: what it holds is never freed.
+/// One per program, constructed first in main() and used until the end. It owns threads that may block, so the process
+/// does not wait for them: its memory is never freed.
 ///
 /// Thread  any
 class Output {
  public:
-  /// Ignores SIGPIPE, for a reader who goes away must not end the program.
+  /// Ignores SIGPIPE, so that a reader that ends does not end the program.
   explicit Output(const std::string& program);
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Text for the standard output, and for the standard error output, as it is.
+  /// Writes text unchanged to the standard output (out) or the standard error output (err).
   void out(const std::string& text);
   void err(const std::string& text);
-  /// A line for the standard error output, with the time before it, bounded by LineLimit.
+  /// Writes a line with the time to the standard error output, limited by LineLimit.
   void log(std::string_view kind, const std::string& line);
 
-  /// Says what the log left out, and waits until all is written, at most half a second: what nobody has read then is lost.
+  /// Reports the suppressed lines and waits until all is written, at most half a second; text unread by then is lost.
   void finish();
 
  private:

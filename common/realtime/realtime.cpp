@@ -1,4 +1,4 @@
-// See realtime.hpp. Linux only: SCHED_FIFO, mlockall and absolute sleeps are what the loops are built on.
+// Linux only: the loops are built on SCHED_FIFO, mlockall and absolute sleeps.
 #include "common/realtime/realtime.hpp"
 
 #include <fcntl.h>
@@ -25,11 +25,11 @@ namespace {
 
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
 constexpr std::size_t kPageBytes = 4096;
-// The kernel's throttling takes 50 ms of each second by default (sched_rt_runtime_us 950000 of 1000000); half of
-// that is told apart from a busy machine well enough.
+// The kernel's throttling takes 50 ms of each second by default (sched_rt_runtime_us 950000 of 1000000). Half of that
+// is a clear distinction from a busy machine.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 
-/// Wake-ups of a mean.
+/// Time constant of the mean wake-up delay, in wake-ups.
 constexpr int kWakingMean = 64;
 
 std::string not_granted(const std::string& what, int error, const std::string& remedy) {
@@ -52,7 +52,7 @@ void request_priority(int priority, std::vector<std::string>& missing) {
   }
 }
 
-// Writes one byte a page below the current frame, so that the loop's stack is resident before it is needed.
+// Writes one byte per page below the current frame, so that the loop's stack is resident before use.
 [[gnu::noinline]] void prefault_stack() {
   std::byte pages[kPrefaultedStackBytes];
   volatile std::byte* const touched = pages;
@@ -69,8 +69,8 @@ bool may_lock_all_memory() {
 }
 
 void request_locked_memory(std::vector<std::string>& missing) {
-  // Under a limit, what is allocated later must not be locked: at the limit an allocation fails, and with it the program,
-  // with a force on.
+  // Under a limit, later allocations must not be locked: at the limit an allocation fails and ends the program, with a
+  // force on.
   const bool may_lock_all = may_lock_all_memory();
   const int result = mlockall(may_lock_all ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT);
   if (result != 0 || !may_lock_all) {
@@ -82,7 +82,7 @@ void request_locked_memory(std::vector<std::string>& missing) {
   prefault_stack();
 }
 
-/// Whether the kernel lets processors sleep so deeply that waking takes long.
+/// Returns whether processors may sleep so deeply that waking takes long.
 bool has_deep_sleep() {
   std::string driver;
   std::ifstream("/sys/devices/system/cpu/cpuidle/current_driver") >> driver;
@@ -90,7 +90,7 @@ bool has_deep_sleep() {
 }
 
 void request_light_sleep(std::vector<std::string>& missing) {
-  // As long as it is open, so to the program's end; a second thread that asks gets the same.
+  // Effective while the file is open, thus until the program ends; further threads get the same result.
   static const int error = [] {
     const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
     if (file < 0) return errno;

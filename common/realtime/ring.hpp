@@ -1,6 +1,6 @@
-// Ordered hand-over of commands and events from one thread to another: nothing is overwritten, a full ring refuses.
-// For state, where only the newest counts, use mailbox.hpp; for objects that own memory, handover.hpp. These three are
-// the only ways in which threads of this project exchange data.
+// Ordered exchange of commands and events between two threads: nothing is overwritten, a full ring refuses. For state,
+// of which only the newest counts, use mailbox.hpp; for objects that own memory, handover.hpp. Threads of this project
+// exchange data only in these three ways.
 #pragma once
 
 #include <boost/lockfree/spsc_queue.hpp>
@@ -14,11 +14,11 @@ class Ring {
  public:
   explicit Ring(std::size_t capacity) : queue_(capacity) {}
 
-  /// False when full: the caller counts or reports it, the value is not stored.
+  /// False when full: the value is not stored, and the caller counts or reports it.
   bool push(const T& value) { return queue_.push(value); }
   /// False when empty.
   bool pop(T& value) { return queue_.pop(value); }
-  /// Thread  the reader's
+  /// Thread  reader
   bool is_empty() const { return queue_.read_available() == 0; }
 
  private:

@@ -44,7 +44,7 @@ std::optional<Message> McapReader::stop(End end, std::string why) {
   return std::nullopt;
 }
 
-/// Takes memory as the bytes come, not as a length says.
+/// Allocates memory as the bytes arrive; a declared length alone allocates none.
 bool McapReader::read_exactly(std::size_t size, Bytes& out) {
   out.clear();
   while (out.size() < size) {
@@ -69,7 +69,7 @@ bool McapReader::open() {
   return end_ == End::kNotYet;
 }
 
-/// Into op_ and content_.
+/// Reads the next record into op_ and content_.
 bool McapReader::read_record() {
   record_at_ = position_;
   if (!read_exactly(sizeof(std::uint8_t) + sizeof(std::uint64_t), head_)) {
@@ -96,7 +96,7 @@ bool McapReader::take_schema(std::span<const std::uint8_t> rest) {
   const auto id = reader.number<std::uint16_t>();
   Channel schema;
   schema.type = take_text(reader, rest);
-  take_text(reader, rest);  // the encoding: who decodes knows the type
+  take_text(reader, rest);  // the encoding; the decoder knows the type
   const auto data = take_bytes(reader, rest, reader.u32());
   schema.descriptors.assign(data.begin(), data.end());
   if (!reader.ok() || !rest.empty() || id == 0 || schemas_.size() >= kMaxChannels) return false;
@@ -111,9 +111,9 @@ bool McapReader::take_channel(std::span<const std::uint8_t> rest) {
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
   channel.topic = take_text(reader, rest);
   take_text(reader, rest);                 // the encoding
-  take_bytes(reader, rest, reader.u32());  // its metadata
+  take_bytes(reader, rest, reader.u32());  // the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
-  // The summary has each again, under a sum: another topic there means that the messages were read as those of a wrong one.
+  // The summary repeats each channel under a checksum. Another topic there means that messages were assigned wrongly.
   const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
   if (before != nullptr && before->topic != channel.topic) return false;
   channels_.insert_or_assign(id, std::move(channel));
@@ -163,7 +163,7 @@ std::optional<Message> McapReader::message_of(std::span<const std::uint8_t> cont
   return message;
 }
 
-/// All but messages and what ends a file.
+/// Handles schemas and channels; ignores all other records.
 bool McapReader::take_record(Op op, std::span<const std::uint8_t> content) {
   if (op == Op::kSchema) return take_schema(content);
   if (op == Op::kChannel) return take_channel(content);
@@ -183,7 +183,7 @@ std::optional<Message> McapReader::next_in_chunk() {
   return std::nullopt;
 }
 
-/// What a damaged length of it would hide.
+/// Detects a damaged length of the header, which would hide other records.
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
@@ -192,7 +192,7 @@ std::string McapReader::damage_of_header() const {
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
-/// Of a MessageIndex, which stands behind its chunk: a chunk that was made another record is noticed by it.
+/// Checks a MessageIndex, which follows its chunk. This also detects a chunk whose type byte was altered.
 std::string McapReader::damage_of_index() const {
   if (!follows_chunk_) return "an index follows no chunk: a chunk before it is damaged";
   std::span<const std::uint8_t> rest(content_);
@@ -202,7 +202,7 @@ std::string McapReader::damage_of_index() const {
   return reader.ok() && rest.empty() && channel(id) != nullptr ? "" : "the index of a chunk is damaged";
 }
 
-/// By the Footer's own fields before its sum, too.
+/// The checksum also covers the Footer's fields before it.
 bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   Bytes summed = summary_;
   summed.insert(summed.end(), head_.begin(), head_.end());
@@ -210,7 +210,7 @@ bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   return sum == crc32(summed);
 }
 
-/// What was read against what the writer counted.
+/// Compares the counts of the reader with the writer's.
 std::string McapReader::damage_of_footer() {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
@@ -253,7 +253,7 @@ std::string McapReader::damage_of_record() {
       counts_ = content_;
       return "";
     default:
-      // 0 is no record of MCAP, and what zeroed pages are; from 0x80 on records are private.
+      // 0 is no MCAP record, but the content of zeroed pages; types from 0x80 on are private.
       const bool is_known = op_ >= Op::kHeader && op_ <= Op::kDataEnd;
       return is_known || static_cast<std::uint8_t>(op_) >= 0x80 ? "" : "there is no record where one should begin";
   }

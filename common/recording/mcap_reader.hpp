@@ -1,5 +1,5 @@
-// The messages of an MCAP file, in the order in which they were written. The bytes are trusted in nothing: a record that is
-// longer than the limits, has a wrong sum or does not fit the others ends the reading there, and is named with its place.
+// Reads the messages of an MCAP file in the order of writing. The bytes are not trusted. Reading ends at a record that
+// exceeds the limits, has a wrong checksum or does not fit the others; the reader reports its position.
 #pragma once
 
 #include <istream>
@@ -10,31 +10,31 @@
 
 namespace tandem::recording {
 
-/// Reads records one after the other, without the index: so a file that ends anywhere is read to its last whole chunk.
+/// Reads records in sequence, without the index: a file that is cut anywhere is readable up to its last whole chunk.
 ///
-/// Limits  a record and an unpacked chunk of 64 MiB, 1024 channels; messages in chunks with a sum, as they are or of zstd;
-///         no attachments
+/// Limits  64 MiB for a record and for an unpacked chunk, 1024 channels; messages in chunks with a checksum,
+///         uncompressed or zstd; no attachments
 /// Thread  one at a time
 class McapReader {
  public:
-  /// How a file ended.
+  /// State of the file's end.
   enum class End : std::uint8_t { kNotYet, kWhole, kCut, kDamaged };
 
-  /// In      in  binary, from its start; outlives this
+  /// In      in  binary stream at the start of the file; outlives this
   explicit McapReader(std::istream& in);
 
-  /// The next message; nothing: there is no more, see end(). Its data stay until the next call.
+  /// The next message; empty at the end, see end(). Its data remain valid until the next call.
   std::optional<Message> next();
-  /// Channels are those that came so far, by the number that messages have; null: there is none of it.
+  /// The channel of a message, among those read so far; null if there is none.
   const Channel* channel(std::uint16_t id) const;
   End end() const { return end_; }
-  /// For people: what ended the reading; empty of a whole file.
+  /// Readable reason why reading ended; empty for a whole file.
   const std::string& why() const { return why_; }
-  /// Bytes of the file before the record that was read last: where it is cut or damaged.
+  /// Position in the file of the last record, where the file is cut or damaged.
   std::uint64_t offset() const { return record_at_; }
-  /// That next() returned.
+  /// Number of messages that next() returned.
   std::uint64_t messages() const { return messages_; }
-  /// A file that is cut ends behind a whole record, as that of a program that was stopped.
+  /// True for a cut file that ends after a whole record, as when its program was stopped.
   bool ends_behind_a_record() const { return end_ == End::kCut && position_ == record_at_; }
 
  private:
@@ -58,18 +58,18 @@ class McapReader {
   End end_ = End::kNotYet;
   std::string why_;
   bool is_open_ = false;
-  std::uint64_t position_ = 0;  ///< bytes that were read
+  std::uint64_t position_ = 0;  ///< bytes read so far
   std::uint64_t record_at_ = 0;
   std::uint64_t messages_ = 0, chunks_ = 0;
-  bool follows_chunk_ = false;  ///< the record before is a chunk or one of its indexes
-  bool is_in_summary_ = false;  ///< DataEnd has come
+  bool follows_chunk_ = false;  ///< the previous record is a chunk or one of its indexes
+  bool is_in_summary_ = false;  ///< DataEnd was read
   Op op_ = Op::kHeader;
-  Bytes head_;  ///< of the record: its kind and length
+  Bytes head_;  ///< type and length of the record
   Bytes content_;
-  Bytes summary_;                ///< records behind DataEnd, for their sum
-  std::optional<Bytes> counts_;  ///< the content of Statistics
+  Bytes summary_;                ///< records after DataEnd, for their checksum
+  std::optional<Bytes> counts_;  ///< content of the Statistics record
   Bytes chunk_;
-  std::span<const std::uint8_t> rest_;  ///< of the chunk
+  std::span<const std::uint8_t> rest_;  ///< unread part of the chunk
   std::map<std::uint16_t, Channel> schemas_;
   std::map<std::uint16_t, Channel> channels_;
 };

@@ -12,16 +12,16 @@
 namespace tandem::recording {
 namespace {
 
-/// What a core compresses some 500 MB/s with, measured on recordings of rooms to a third of their size.
+/// A core compresses about 500 MB/s at this level, measured on recordings of rooms, to a third of their size.
 constexpr int kCompression = 1;
-constexpr std::size_t kRecordHead = 9;  ///< its kind and length
+constexpr std::size_t kRecordHead = 9;  ///< type and length
 
 void put_text(ByteWriter& out, std::string_view text) {
   out.u32(static_cast<std::uint32_t>(text.size()));
   out.array(std::span(text.data(), text.size()));
 }
 
-/// `fill` appends the content.
+/// Appends a record; `fill` appends its content.
 template <class Fill>
 void put_record(Bytes& out, Op op, const Fill& fill) {
   ByteWriter writer(out);
@@ -197,7 +197,7 @@ void McapWriter::add_statistics(Bytes& out) const {
 
 Bytes McapWriter::finish() {
   Bytes out;
-  put_record(out, Op::kDataEnd, [](ByteWriter& content) { content.u32(0); });  // no sum of the whole file
+  put_record(out, Op::kDataEnd, [](ByteWriter& content) { content.u32(0); });  // no checksum of the whole file
   const std::size_t summary_at = out.size();
   describe_channels(out);
   add_statistics(out);
@@ -206,7 +206,7 @@ Bytes McapWriter::finish() {
   put_record(out, Op::kFooter, [&](ByteWriter& content) {
     content.number(file_bytes_ + summary_at);
     content.number(std::uint64_t{0});  // no offsets into the summary
-    // Of the summary and of this record so far, whose length is known.
+    // Covers the summary and this record up to the checksum; the record's length is known.
     Bytes summed(out.begin() + static_cast<std::ptrdiff_t>(summary_at), out.end());
     constexpr std::uint64_t kLength = 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
     Bytes length;

@@ -1,10 +1,10 @@
-// Messages to the bytes of an MCAP file, append-only: what has been taken stays as it is.
+// Converts messages to the bytes of an MCAP file, append-only: bytes once returned do not change.
 //
 //   magic, Header, Schema and Channel records   begin()
 //   Chunk of messages, a MessageIndex a channel  take_chunk(), each time
 //   DataEnd, summary, Footer, magic              finish()
 //
-// A file that ends behind any chunk can be read to there: schemas and channels stand before all chunks.
+// A file that ends after any chunk is readable up to there: schemas and channels precede all chunks.
 #pragma once
 
 #include <array>
@@ -15,23 +15,25 @@
 
 namespace tandem::recording {
 
+/// Writer of one file at a time.
+///
 /// Thread  one at a time
 class McapWriter {
  public:
-  /// In      library  which program writes
+  /// In      library  name of the writing program
   McapWriter(std::vector<Channel> channels, std::string library);
 
-  /// The beginning of a file; forgets what was written of another.
+  /// The beginning of a file; discards the state of the previous file.
   Bytes begin();
-  /// Adds a message to the chunk that is open; at most 65,535 channels.
+  /// Adds a message to the open chunk; at most 65,535 channels.
   void add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data);
-  /// Of messages that wait for take_chunk(), before compression.
+  /// Bytes of the messages that wait for take_chunk(), before compression.
   std::size_t waiting_bytes() const { return chunk_.size(); }
   std::uint64_t waiting_messages() const { return chunk_messages_; }
-  /// What was added since the last call, compressed; empty: nothing was. It must be written where the file ends: the
-  /// index that finish() makes says so.
+  /// The messages added since the last call, compressed; empty if there are none. Append the bytes at the end of the
+  /// file: the index of finish() relies on this.
   Bytes take_chunk();
-  /// The chunk of the last take_chunk() did not get into the file: as if it had not been.
+  /// Undoes the last take_chunk(), whose bytes could not be written.
   void drop_chunk();
   /// The end of the file.
   Bytes finish();
@@ -45,13 +47,13 @@ class McapWriter {
   std::string library_;
   std::uint64_t file_bytes_ = 0;
   Bytes chunk_;
-  Index index_;  ///< of the open chunk: time, and where in it
+  Index index_;  ///< times and offsets in the open chunk
   std::uint64_t chunk_messages_ = 0;
   std::vector<std::uint32_t> sequences_;
-  Bytes chunk_indexes_;  ///< records
+  Bytes chunk_indexes_;  ///< ChunkIndex records of the file
   std::vector<std::uint64_t> counts_;
   std::uint64_t chunks_ = 0, begin_ns_ = 0, end_ns_ = 0;
-  // Before the last take_chunk().
+  // State before the last take_chunk().
   std::size_t last_indexes_ = 0;
   std::uint64_t last_file_bytes_ = 0, last_begin_ns_ = 0, last_end_ns_ = 0;
   std::vector<std::uint64_t> last_counts_;

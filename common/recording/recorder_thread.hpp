@@ -1,4 +1,4 @@
-// The thread that writes a recording, so that who is recorded waits for no disk.
+// Writer thread of a recording, so that the recorded thread does not wait for a disk.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,7 @@ class RecorderThread {
  public:
   /// In      work  must not throw
   RecorderThread(Duration period, std::function<void()> work);
-  /// As stop().
+  /// Calls stop().
   ~RecorderThread();
   RecorderThread(const RecorderThread&) = delete;
   RecorderThread& operator=(const RecorderThread&) = delete;

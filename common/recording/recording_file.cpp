@@ -12,7 +12,8 @@
 namespace tandem::recording {
 namespace {
 
-/// After the last failure, until a disk is said to take again: one that is nearly full takes a small chunk now and then.
+/// Time after the last failure until the disk counts as usable again: a nearly full disk accepts a small chunk now and
+/// then.
 constexpr std::uint64_t kTrustAfterNs = 5'000'000'000;
 
 }  // namespace
@@ -30,7 +31,7 @@ RecordingFile::~RecordingFile() {
   finish();
 }
 
-/// Into descriptor_ and path_. Another recording's parts may be there.
+/// Creates the next file; sets descriptor_ and path_. Skips files of another recording.
 bool RecordingFile::open_new_file() {
   constexpr int kTries = 1000;
   for (int i = 0; i < kTries; ++i) {
@@ -45,7 +46,7 @@ bool RecordingFile::open_new_file() {
   return descriptor_ >= 0;
 }
 
-/// The next part. Where it cannot be made, what is added is lost until it can.
+/// Begins the next part. If it cannot be created, messages are lost until it can.
 void RecordingFile::open(std::uint64_t now_ns) {
   begun_ns_ = now_ns;
   size_ = 0;
@@ -64,7 +65,7 @@ void RecordingFile::close() {
   ::close(std::exchange(descriptor_, -1));
 }
 
-/// All or nothing: what is half written is taken off again, so that the file can go on.
+/// Appends all bytes or none: a partial write is truncated, so that the file can continue.
 bool RecordingFile::append(std::span<const std::uint8_t> bytes) {
   std::size_t done = 0;
   while (descriptor_ >= 0 && done < bytes.size()) {

@@ -1,4 +1,4 @@
-// X.509 certificates of servers: one that carries a key to be pinned, and a private authority for a house of its own.
+// X.509 certificates of servers: self-signed for key pinning, or issued by a private authority.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 
 namespace tandem::secure {
 
-/// A certificate that says nothing but the key: for clients that pin it. PEM.
+/// A self-signed certificate that carries only the key, for clients that pin it. PEM.
 std::string self_signed_certificate(const KeyPair& key);
 
-/// Makes a certificate authority and a server's certificate signed by it: ca.pem, ca-key.pem, server.pem, server-key.pem.
+/// Makes a certificate authority and a server certificate signed by it: ca.pem, ca-key.pem, server.pem, server-key.pem.
 ///
-/// In      names  numeric addresses and host names by which clients reach the server; at least one
-/// Fails   std::invalid_argument: the folder cannot be written, or holds one of these files already
+/// In      names  numeric addresses and host names at which clients reach the server; at least one
+/// Fails   std::invalid_argument: the folder cannot be written, or contains one of these files already
 void write_dev_certificates(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 }  // namespace tandem::secure

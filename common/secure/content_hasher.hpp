@@ -1,4 +1,4 @@
-// The hash of content that comes in pieces.
+// Incremental hash of content that arrives in pieces.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@ struct evp_md_ctx_st;
 
 namespace tandem::secure {
 
-/// SHA-256 over pieces: the work of each call is bounded by its piece, however large the whole is.
-/// Fails   std::runtime_error when OpenSSL has no SHA-256 (a broken installation)
+/// SHA-256 over pieces: the cost of each call is bounded by its piece, however large the content is.
+/// Fails   std::runtime_error: OpenSSL has no SHA-256 (a broken installation)
 class ContentHasher {
  public:
   ContentHasher();
   void add(std::span<const std::byte> piece);
-  /// Of all pieces so far; nothing can be added afterwards.
+  /// Hash of all pieces so far; nothing can be added afterwards.
   std::array<std::byte, 32> finish();
 
  private:

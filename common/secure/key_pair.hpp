@@ -1,4 +1,4 @@
-// Keys of servers, of who issues join tokens, and of a client that comes back.
+// Keys of servers, of issuers of join tokens, and of clients that rejoin.
 #pragma once
 
 #include <array>
@@ -13,31 +13,32 @@ struct evp_pkey_st;
 
 namespace tandem::secure {
 
-/// Ed25519.
+/// Key of an Ed25519 signature.
 using PublicKey = std::array<std::byte, 32>;
 using Signature = std::array<std::byte, 64>;
 
-/// A private key with its public one; copies share it, and the last one wipes it.
+/// A private key with its public key. Copies share it; the last copy wipes it.
 ///
 /// Thread  any, one at a time
 class KeyPair {
  public:
   enum class Kind : std::uint8_t { kEd25519, kP256 };
 
-  /// Fails   std::runtime_error: the system gives no random bytes
+  /// Generates a key.
+  /// Fails   std::runtime_error: the system supplies no random bytes
   static KeyPair make(Kind kind);
-  /// From a PEM file.
-  /// Fails   std::invalid_argument: it cannot be read, or holds no private key; the message names it
+  /// Reads a key from a PEM file.
+  /// Fails   std::invalid_argument: the file cannot be read or contains no private key; the message names the file
   static KeyPair load(const std::filesystem::path& file);
-  /// Makes key and file where there is none.
-  /// Fails   std::invalid_argument as load() and save()
+  /// Reads a key; generates the key and the file if there is none.
+  /// Fails   std::invalid_argument, see load() and save()
   static KeyPair load_or_make(const std::filesystem::path& file, Kind kind);
-  /// As PEM, readable by its owner only (0600); makes the folder (0700).
-  /// Fails   std::invalid_argument: it cannot be written
+  /// Writes PEM, readable by its owner only (0600); creates the folder (0700).
+  /// Fails   std::invalid_argument: the file cannot be written
   void save(const std::filesystem::path& file) const;
 
   KeyId id() const;
-  /// Ed25519 only.
+  /// The raw public key; Ed25519 only.
   /// Fails   std::invalid_argument: a key of another kind
   PublicKey public_key() const;
   Signature sign(std::span<const std::byte> message) const;
@@ -49,11 +50,11 @@ class KeyPair {
   std::shared_ptr<evp_pkey_st> key_;
 };
 
-/// Whether the Ed25519 key has signed the message.
+/// Returns whether the Ed25519 key has signed the message.
 bool has_signed(const PublicKey& key, std::span<const std::byte> message, const Signature& signature);
 
-/// Writes `text` to a file that only its owner can read when `is_private`; whole or not at all.
-/// Fails   std::invalid_argument: it cannot be written, or is there already
+/// Writes `text` to a file as a whole or not at all. Only its owner can read it if `is_private`.
+/// Fails   std::invalid_argument: the file cannot be written, or exists already
 void write_key_file(const std::filesystem::path& file, const std::string& text, bool is_private);
 
 }  // namespace tandem::secure

@@ -1,4 +1,4 @@
-// Private to this folder: OpenSSL's objects with owners.
+// Private to this folder: owning pointers to OpenSSL objects.
 #pragma once
 
 #include <openssl/bio.h>
@@ -38,7 +38,7 @@ inline unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Whether it is an IP address, as a certificate names it.
+/// Returns whether `name` is an IP address in the notation of certificates.
 inline bool is_address(const std::string& name) {
   ASN1_OCTET_STRING* const address = a2i_IPADDRESS(name.c_str());
   ASN1_OCTET_STRING_free(address);

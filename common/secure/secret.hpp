@@ -1,4 +1,4 @@
-// Bytes that nobody else may learn, random bytes, and text for bytes that people paste.
+// Secret bytes, random bytes, and text encoding of bytes that people paste.
 #pragma once
 
 #include <array>
@@ -13,23 +13,23 @@
 namespace tandem::secure {
 
 using Bytes = std::vector<std::byte>;
-/// SHA-256 of a public key (SubjectPublicKeyInfo, DER): how a server's key is named and pinned.
+/// SHA-256 of a public key (SubjectPublicKeyInfo, DER): names and pins a server's key.
 using KeyId = std::array<std::byte, 32>;
 
-/// Overwrites in a way that no compiler leaves out.
+/// Overwrites memory; no compiler optimises this away.
 void wipe(std::span<std::byte> bytes) noexcept;
-/// In a time that does not depend on where they differ.
+/// Compares in a time that does not depend on the position of a difference.
 bool is_equal(std::span<const std::byte> a, std::span<const std::byte> b) noexcept;
-/// Fails   std::runtime_error: the system gives none
+/// Fails   std::runtime_error: the system supplies none
 void fill_random(std::span<std::byte> bytes);
 std::uint64_t random_u64();
 
 /// Base64 with - and _ (RFC 4648 §5), without padding.
 std::string text_of(std::span<const std::byte> bytes);
-/// Nothing: it has other characters, or is no whole number of bytes.
+/// Decodes text_of(); empty: invalid characters, or no whole number of bytes.
 std::optional<Bytes> bytes_of_text(std::string_view text);
 
-/// 32 bytes that are wiped when they go.
+/// A key of 32 bytes, wiped on destruction.
 class Secret {
  public:
   Secret() = default;

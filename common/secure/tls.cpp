@@ -15,11 +15,11 @@ namespace {
 
 constexpr const char* kSuites = "TLS_AES_256_GCM_SHA384:TLS_CHACHA20_POLY1305_SHA256";
 constexpr const char* kSuitesWithoutAes = "TLS_CHACHA20_POLY1305_SHA256:TLS_AES_256_GCM_SHA384";
-/// No others: of the larger ones a stranger's few hundred bytes cost a server up to a tenth of a second.
+/// No other groups: with larger ones, a few hundred bytes from a stranger cost a server up to a tenth of a second.
 constexpr std::array<int, 2> kGroups{NID_X25519, NID_X9_62_prime256v1};
-/// A session has no need of any; a peer who asks for more costs a derivation of keys for each few bytes.
+/// A session needs no key updates. A peer that requests more costs a key derivation for each few bytes.
 constexpr std::uintptr_t kMaxKeyUpdates = 32;
-/// Bytes given to OpenSSL before key updates are looked at again: each is one of 22 bytes at least.
+/// Bytes passed to OpenSSL between checks of the number of key updates; each update has at least 22 bytes.
 constexpr std::size_t kReceivedAtOnce = 512;
 
 bool has_fast_aes() {
@@ -30,12 +30,12 @@ bool has_fast_aes() {
 #endif
 }
 
-/// ALPN has a length before each name.
+/// ALPN places a length before each name.
 std::string alpn_list() {
   return static_cast<char>(kAlpn.size()) + std::string(kAlpn);
 }
 
-/// As a stream may be moved, its connection keeps the number itself.
+/// The connection stores the number itself, because a stream may be moved.
 std::uintptr_t key_updates_of(const SSL* connection) {
   return reinterpret_cast<std::uintptr_t>(SSL_get_app_data(connection));
 }
@@ -76,7 +76,7 @@ int choose_alpn(SSL*, const unsigned char** chosen, unsigned char* size, const u
   return result == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
-/// In place of all other checks: the key is the one that was named, whatever the certificate says of itself.
+/// Replaces all other checks: the key must be the pinned one; the certificate's statements do not count.
 int check_pin(X509_STORE_CTX* store, void* trust) {
   const X509* const certificate = X509_STORE_CTX_get0_cert(store);
   KeyId id{};
@@ -178,7 +178,7 @@ bool TlsStream::start(Bytes& to_peer) {
   return is_good;
 }
 
-/// True also while more of the peer's is needed.
+/// Advances the handshake. Also true while it needs more data from the peer.
 bool TlsStream::shake_hands() {
   ERR_clear_error();
   const int result = SSL_do_handshake(ssl_.get());
@@ -234,7 +234,7 @@ bool TlsStream::receive(std::span<const std::byte> from_peer, Bytes& plain, Byte
   return is_good;
 }
 
-/// What has come whole.
+/// Decrypts all complete records.
 bool TlsStream::read(Bytes& plain) {
   bool is_good = true;
   std::array<std::byte, 4096> piece;
@@ -243,7 +243,7 @@ bool TlsStream::read(Bytes& plain) {
     const int size = SSL_read(ssl_.get(), piece.data(), static_cast<int>(piece.size()));
     if (size <= 0) {
       const int error = SSL_get_error(ssl_.get(), size);
-      // The end of the peer's words is the end of the socket too, which the transport sees.
+      // The peer's close message is followed by the end of the socket, which the transport detects.
       is_good = error == SSL_ERROR_WANT_READ || error == SSL_ERROR_ZERO_RETURN || fail();
       break;
     }

@@ -1,12 +1,12 @@
-// TLS 1.3 between bytes and bytes: no socket, no clock, no thread. The transports of both ends put what they read
-// through it, and send what comes out.
+// TLS 1.3 without socket, clock or thread. The transports of both ends pass received bytes through it and send its
+// output.
 //
 //   socket ──▶ receive() ──▶ plain ──▶ session         without a context (--insecure, virtual time): the same calls,
-//   socket ◀── to_peer ◀── send() ◀── session          and the bytes go through as they are
+//   socket ◀── to_peer ◀── send() ◀── session          and bytes pass unchanged
 //
-// TLS 1.3 only, without early data, tickets or resumption, by AES-256-GCM or ChaCha20-Poly1305; the application is
-// named by ALPN, so that a server of something else is not taken for one of ours. A peer can make the other end derive
-// keys 32 times, and only by X25519 or P-256.
+// Only TLS 1.3, without early data, tickets or resumption, with AES-256-GCM or ChaCha20-Poly1305. ALPN names the
+// application, so that another kind of server is not accepted. A peer can trigger at most 32 key updates, and key
+// exchange uses only X25519 or P-256.
 #pragma once
 
 #include <filesystem>
@@ -25,35 +25,34 @@ namespace tandem::secure {
 
 inline constexpr std::string_view kAlpn = "tandem/2";
 
-/// How datagrams beside a TLS connection are sealed: by the cipher that it negotiated.
+/// Cipher of the datagrams beside a TLS connection: the one that TLS negotiated.
 enum class Aead : std::uint8_t { kAes256Gcm, kChaCha20Poly1305 };
 
-/// 32 bytes that only the two ends of one TLS connection know (RFC 8446 §7.5).
+/// 32 bytes of key material, secret to the two ends of one TLS connection (RFC 8446 §7.5).
 struct Exported {
   Aead aead = Aead::kAes256Gcm;
   Secret secret;
 };
-/// What the exports are for.
+/// Labels of the exports.
 inline constexpr std::string_view kDatagramExport = "EXPORTER-tandem-datagram-v1";
 inline constexpr std::string_view kResumeExport = "EXPORTER-tandem-resume-v1";
 
-/// By what a client knows its server: `pin`, else a certificate for `host` under the authorities of `ca_file`.
+/// How a client authenticates its server: `pin`, else a certificate for `host` from an authority in `ca_file`.
 struct Trust {
   std::optional<KeyId> pin{};
   std::filesystem::path ca_file{};
   std::string host{};
 };
 
-/// Shared by the connections of one end.
+/// Settings shared by the connections of one end.
 ///
-/// Thread  made once, then read by one thread
+/// Thread  constructed once, then read by one thread
 class TlsContext {
  public:
-  /// In      certificate_pem  the server's, then those between it and the authority
-  /// Fails   std::invalid_argument: no certificate, or not that of the key; a key that is neither of P-256 nor of
-  ///         Ed25519
+  /// In      certificate_pem  the server's certificate, then those between it and the authority
+  /// Fails   std::invalid_argument: no certificate, or one of another key; a key that is neither P-256 nor Ed25519
   static TlsContext server(const KeyPair& key, const std::string& certificate_pem);
-  /// Fails   std::invalid_argument: neither pin nor authority, or a file that holds none
+  /// Fails   std::invalid_argument: neither pin nor authority, or a file without an authority
   static TlsContext client(const Trust& trust);
 
   ssl_ctx_st* handle() const { return context_.get(); }
@@ -63,36 +62,37 @@ class TlsContext {
  private:
   TlsContext() = default;
   std::shared_ptr<ssl_ctx_st> context_;
-  std::shared_ptr<const Trust> trust_;  ///< of a client; not moved, for OpenSSL points to it
+  std::shared_ptr<const Trust> trust_;  ///< clients only; not moved, because OpenSSL points to it
 };
 
-/// One connection. Never throws and never asserts for what a peer sends.
+/// One connection. Input from a peer never causes an exception or an assertion.
 class TlsStream {
  public:
-  /// In      context  null: bytes go through as they are
+  /// In      context  null: bytes pass unchanged
   explicit TlsStream(const TlsContext* context);
   ~TlsStream();
   TlsStream(TlsStream&&) noexcept;
   TlsStream& operator=(TlsStream&&) noexcept;
 
   bool is_plain() const { return ssl_ == nullptr; }
-  /// Both ends know each other: from now on bytes are delivered.
+  /// The handshake is complete: bytes are delivered from now on.
   bool is_established() const { return is_established_; }
-  /// Something was appended to `to_peer`: of a server, what a whole greeting is answered with, a signature mostly.
+  /// Bytes were appended to `to_peer`. At a server this means a reply to a complete ClientHello, which usually costs a
+  /// signature.
   bool has_answered() const { return has_answered_; }
-  /// A client's first words; nothing of a server.
+  /// Begins a client's handshake; does nothing at a server.
   bool start(Bytes& to_peer);
-  /// Takes what came from the peer; appends what it said, and what the peer has to be sent.
-  /// Out     false: this connection cannot go on, for problem(); what is in `to_peer` tells the peer
+  /// Processes bytes from the peer; appends the decrypted bytes, and the reply to the peer.
+  /// Out     false: this connection has failed, see problem(); `to_peer` then holds the alert for the peer
   bool receive(std::span<const std::byte> from_peer, Bytes& plain, Bytes& to_peer);
-  /// Before the connection is established nothing is sent.
+  /// Encrypts bytes. Sends nothing before the connection is established.
   void send(std::span<const std::byte> plain, Bytes& to_peer);
-  /// The last words: the peer then knows that nothing was cut off.
+  /// Appends the close message, from which the peer detects that nothing was truncated.
   void close(Bytes& to_peer);
-  /// In words for people.
+  /// Readable reason of a failure.
   const std::string& problem() const { return problem_; }
 
-  /// Nothing: the bytes go through as they are, or the handshake is not done.
+  /// Exports key material; empty: no TLS, or the handshake is incomplete.
   std::optional<Exported> exported(std::string_view label, std::span<const std::byte> context) const;
 
  private:

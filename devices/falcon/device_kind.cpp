@@ -1,4 +1,4 @@
-// The device "falcon" as the registry knows it.
+// Registry entry of the device "falcon".
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -9,7 +9,7 @@
 namespace tandem::devices {
 namespace {
 
-constexpr std::size_t kMaxFirmware = 65536;  // those that are known have some 8000 bytes
+constexpr std::size_t kMaxFirmware = 65536;  // known firmware files have about 8000 bytes
 
 std::vector<std::uint8_t> firmware_of(const std::filesystem::path& path) {
   if (path.empty()) return {};

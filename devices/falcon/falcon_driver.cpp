@@ -1,4 +1,3 @@
-// See falcon_driver.hpp.
 #include "devices/falcon/falcon_driver.hpp"
 
 #include <algorithm>
@@ -47,7 +46,7 @@ constexpr std::string_view kNowhere =
 constexpr std::string_view kStandsStill =
     "its encoders do not move by a step although a force is shown; move the grip, or plug it in again";
 
-// The device's own frame: x right, y up, z out towards the user.
+// Converts from the device's own frame: x right, y up, z out towards the user.
 Vec3 in_D(const Vec3& p) {
   return {p.x(), kOrigin_m - p.z(), p.y()};
 }
@@ -117,7 +116,7 @@ bool FalconDriver::set_line(std::uint16_t baud, std::uint16_t latency_ms) {
          port_->control(FtdiRequest::kBaud, baud);
 }
 
-// The purge comes after the change of speed, for what arrives in between is noise.
+// Purges after the change of speed, because bytes that arrive in between are noise.
 void FalconDriver::begin_probing() {
   phase_ = Phase::kProbing;
   tries_ = 0;
@@ -140,7 +139,7 @@ void FalconDriver::probe(LocalTime now) {
   if (!port_) return lose(now, kUnplugged);
   if (++tries_ < kMaxProbes) return;
   if (!settings_.firmware.empty()) return begin_loader();
-  phase_ = Phase::kClosed;  // the port stays, and is asked again
+  phase_ = Phase::kClosed;  // the port stays open for the next attempt
   absence_.say(kNoFirmware);
 }
 
@@ -163,7 +162,7 @@ void FalconDriver::greet_loader(LocalTime now) {
   const int length = port_->read(bytes_, kLoaderWait);
   if (length < 0) return lose(now, kUnplugged);
   const std::span read = std::span(bytes_).first(static_cast<std::size_t>(length));
-  // A zero may come before it.
+  // A zero byte may precede the answer.
   if (read.size() < kGreetingBack.size() || !std::ranges::equal(read.last(kGreetingBack.size()), kGreetingBack)) {
     if (++tries_ >= kMaxGreetings) fail(now, kLoadAgain);
     return;
@@ -212,7 +211,7 @@ void FalconDriver::lose(LocalTime now, std::string_view reason) {
   velocity_.reset();
 }
 
-/// False: no reply; the port is gone when the line failed.
+/// Sends motor commands and receives a reply. False: no reply; the port is closed if the line failed.
 bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_home, FalconReply& reply) {
   may_be_on_ = may_be_on_ || !motors.isZero();
   if (!port_->write(falcon_request(motors, lights_and_home))) {
@@ -220,7 +219,7 @@ bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_
     return false;
   }
   const bool has_reply = receive(reply);
-  // The reply may answer a packet before: zero counts once its own transfer is done, too.
+  // The reply may answer an earlier packet: zero counts only once its own transfer is complete, too.
   if (has_reply && motors.isZero() && port_->is_written()) may_be_on_ = false;
   return has_reply;
 }
@@ -229,7 +228,7 @@ bool FalconDriver::receive(FalconReply& reply) {
   const LocalTime end = SteadyClock().now() + 2 * kReplyWait;
   bool has_reply = false;
   int length = port_->read(bytes_, kReplyWait);
-  // The newest counts; what is cut off in the middle is ended by the next read.
+  // The newest packet counts; the next read completes a truncated one.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
       if (const auto one = parser_.take(byte)) {
@@ -237,7 +236,7 @@ bool FalconDriver::receive(FalconReply& reply) {
         has_reply = true;
       }
     }
-    // Bytes without end that are no packet keep nobody here: the next command is due.
+    // Limits the time spent on a stream without packets, because the next command is due.
     if (has_reply || SteadyClock().now() >= end) return has_reply;
   }
   if (length < 0) port_.reset();
@@ -264,7 +263,7 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
     lose(now, kSilent);
     return absence_.sample(now);
   }
-  // The last one, with its time: it grows too old, and the force goes.
+  // Repeats the last sample with its time: it becomes too old, and the force is dropped.
   return is_homed_ && !is_in_ ? last_ : homing_sample(now);
 }
 

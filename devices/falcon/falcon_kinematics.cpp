@@ -1,4 +1,3 @@
-// See falcon_kinematics.hpp.
 #include "devices/falcon/falcon_kinematics.hpp"
 
 #include <Eigen/LU>
@@ -10,7 +9,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-// In metres: thigh, shin, and the offsets of the parallelogram's and the grip's joints.
+// Lengths in metres: thigh, shin, and the offsets of the parallelogram's and the grip's joints.
 constexpr double kThigh = 0.060, kShin = 0.1025, kC = 0.01443, kD = 0.01125, kE = 0.01125, kF = -0.025;
 constexpr double kMotorRadius = 0.0400, kMotorOffset = -0.02309;
 constexpr std::array<double, 3> kLegs_rad{105 * kDegree, -15 * kDegree, -135 * kDegree};
@@ -21,14 +20,14 @@ constexpr int kMaxCommand = 4095;
 constexpr int kMaxNewtonSteps = 30;
 constexpr double kAngleError_rad = 1e-12;
 constexpr double kMaxNewtonStep_m = 0.03;
-// Of a column of J: 1 m of the grip is some 15 rad of a motor; far below that the legs are stretched.
+// Limit of |det J| [rad³/m³]: 1 m of the grip is about 15 rad of a motor. Far below the limit the legs are stretched.
 constexpr double kMinDeterminant = 1.0;
 
 struct LegAngles {
   double theta1, theta2, theta3;
 };
 
-/// NaN where a leg does not reach.
+/// Joint angles of a leg; NaN if it does not reach p.
 LegAngles leg_angles(const Vec3& p, double phi) {
   const double px = std::cos(phi) * p.x() + std::sin(phi) * p.y() - kMotorRadius;
   const double py = -std::sin(phi) * p.x() + std::cos(phi) * p.y() - kMotorOffset;

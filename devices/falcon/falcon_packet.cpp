@@ -1,4 +1,3 @@
-// See falcon_packet.hpp.
 #include "devices/falcon/falcon_packet.hpp"
 
 #include <algorithm>
@@ -10,7 +9,7 @@ constexpr std::uint8_t kStart = '<', kEnd = '>', kZero = 'A';
 constexpr int kMaxNumber = 4095;
 constexpr std::size_t kBits = 13;
 
-// Four nibbles, the lowest first, two's complement.
+// Four nibbles, lowest first, in two's complement.
 void write_number(int number, std::span<std::uint8_t, 4> bytes) {
   auto rest = static_cast<std::uint16_t>(std::clamp(number, -kMaxNumber, kMaxNumber));
   for (std::uint8_t& byte : bytes) {
@@ -49,7 +48,7 @@ std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFal
   const auto second = read_number(bytes.subspan<5, 4>());
   const auto third = read_number(bytes.subspan<9, 4>());
   if (!first || !second || !third) return std::nullopt;
-  // Not limited to a nibble: buttons and homed arms share it.
+  // Not limited to a nibble: buttons and homed arms share the byte.
   return FalconReply{{*first, *second, *third}, static_cast<std::uint8_t>(bytes[kBits] - kZero)};
 }
 

@@ -1,4 +1,4 @@
-// The serial line to a Falcon, as its FTDI bridge gives it: the seam between the driver and libusb.
+// The serial line to a Falcon through its FTDI bridge: interface between the driver and libusb.
 #pragma once
 
 #include <cstdint>
@@ -22,26 +22,27 @@ inline constexpr std::uint16_t kFtdiDtrHigh = 0x0101, kFtdiDtrLow = 0x0100, kFtd
 inline constexpr std::uint16_t kFtdiBaudLoader = 0x4138, kFtdiBaudUpload = 0x0015, kFtdiBaudRun = 0x0002;
 inline constexpr std::uint16_t kFtdi8N1 = 0x0008, kFtdiNoFlow = 0;
 
-/// An open device. Closed by its destructor.
+/// An open line; its destructor closes it.
 class FalconPort {
  public:
   virtual ~FalconPort() = default;
-  /// False: not done.
+  /// Executes a vendor request. False: it failed.
   virtual bool control(FtdiRequest request, std::uint16_t value) = 0;
-  /// Starts to send; waits for what is under way before. At most 64 bytes. False: not sent, or the device is gone.
+  /// Starts to send; waits for the previous transfer. At most 64 bytes. False: not sent, or the device is disconnected.
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
-  /// The device has taken the bytes of the last write().
+  /// The device has accepted the bytes of the last write().
   virtual bool is_written() const = 0;
-  /// Out   bytes, without the bridge's status; 0: none came within `longest`; below 0: the device is gone
+  /// Out     number of bytes, without the bridge's status; 0: none within `longest`; negative: the device is
+  ///         disconnected
   virtual int read(std::span<std::uint8_t> bytes, Duration longest) = 0;
 };
 
-/// Opens the first device that there is. Null: none; `reason` says why, and what would help.
+/// Opens the first available device. Null: none; `reason` has the cause and the remedy.
 using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
 
-/// By libusb; until it is closed the watchdog, if there is one, watches over it.
+/// Opens a device through libusb; the watchdog, if any, covers it until it is closed.
 std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog = nullptr);
-/// What makes the device that this process has open let go; none: it has none open.
+/// Zero command of the device that this process has open; empty: it has none open.
 std::optional<ZeroCommand> falcon_zero();
 std::vector<FoundDevice> find_falcons();
 

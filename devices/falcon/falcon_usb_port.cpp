@@ -1,5 +1,5 @@
-// See falcon_port.hpp. Two transfers wait for data all the time and are allocated once, so that a reply is taken as soon
-// as the bridge has it; every transfer that is cancelled is waited for before its memory goes.
+// Two transfers, allocated once, wait for data all the time, so that a reply is received as soon as the bridge has it.
+// Every cancelled transfer is awaited before its memory is freed.
 #include <libusb-1.0/libusb.h>
 
 #include <algorithm>
@@ -43,9 +43,9 @@ timeval timeval_of(Duration duration) {
   return {us / 1000000, us % 1000000};
 }
 
-/// libusb's context; each port has one of its own, for what one thread waits for in a context may be done by another's.
+/// libusb context, one per port: in a shared context one thread may handle the events that another waits for.
 using Usb = std::shared_ptr<libusb_context>;
-/// Null: USB cannot be used.
+/// Opens a context; null: USB cannot be used.
 Usb open_usb() {
   libusb_context* made = nullptr;
   return libusb_init(&made) == LIBUSB_SUCCESS ? Usb(made, libusb_exit) : nullptr;
@@ -57,7 +57,7 @@ bool is_falcon(libusb_device* device) {
          descriptor.idProduct == kProduct;
 }
 
-/// All that are plugged in, held until the list goes.
+/// All plugged-in Falcons, referenced while the list exists.
 class FalconList {
  public:
   explicit FalconList(Usb usb) : usb_(std::move(usb)) {
@@ -109,14 +109,14 @@ class FalconUsbPort final : public FalconPort {
   void prepare(Transfer& transfer, unsigned char endpoint, libusb_transfer_cb_fn done);
   bool submit(Transfer& transfer, std::size_t length);
   void note(const libusb_transfer& transfer);
-  /// Lets libusb work until `is_done` or for `longest`.
+  /// Handles libusb events until `is_done` or for `longest`.
   template <class Done>
   void work(Duration longest, Done is_done);
   bool is_anything_under_way() const;
 
   Usb usb_;
   libusb_device_handle* handle_;
-  Watchdog* watchdog_;  ///< null: none
+  Watchdog* watchdog_;  ///< may be null
   std::array<Transfer, 2> in_;
   Transfer out_;
   std::vector<std::uint8_t> received_;
@@ -144,7 +144,7 @@ FalconUsbPort::~FalconUsbPort() {
   if (watchdog_ != nullptr) watchdog_->release();
   libusb_release_interface(handle_, kInterface);
   libusb_close(handle_);
-  // One that libusb has not given back by now was given back by closing the device.
+  // Closing the device has returned any transfer that libusb still held.
   for (Transfer* one : {in_.data(), &in_[1], &out_}) libusb_free_transfer(one->transfer);
 }
 
@@ -201,7 +201,7 @@ void FalconUsbPort::work(Duration longest, Done is_done) {
 }
 
 bool FalconUsbPort::control(FtdiRequest request, std::uint16_t value) {
-  constexpr std::uint8_t kVendorOut = 0x40;  // vendor's request to the device, towards it
+  constexpr std::uint8_t kVendorOut = 0x40;  // vendor request, host to device, recipient device
   const int sent = libusb_control_transfer(handle_, kVendorOut, static_cast<std::uint8_t>(request), value, 0, nullptr,
                                            0, kControlTimeout_ms);
   if (sent == LIBUSB_ERROR_NO_DEVICE) is_gone_ = true;
@@ -225,7 +225,7 @@ int FalconUsbPort::read(std::span<std::uint8_t> bytes, Duration longest) {
   return static_cast<int>(count);
 }
 
-/// Null: `reason` says why.
+/// Opens a device and claims its interface. Null: `reason` has the cause.
 libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   libusb_device_handle* handle = nullptr;
   if (const int error = libusb_open(device, &handle); error != LIBUSB_SUCCESS) {
@@ -239,7 +239,7 @@ libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   return nullptr;
 }
 
-/// Of one that this process has open; libusb keeps the descriptor to itself.
+/// Zero command of a device that this process has open; found in /proc because libusb hides the descriptor.
 std::optional<ZeroCommand> zero_of(libusb_device* device) {
   const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
   std::array<char, 32> node{};

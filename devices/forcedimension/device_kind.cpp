@@ -1,4 +1,4 @@
-// The device "forcedimension" as the registry knows it.
+// Registry entry of the device "forcedimension".
 #include "devices/forcedimension/force_dimension.hpp"
 #include "devices/registry.hpp"
 

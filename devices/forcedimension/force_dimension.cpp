@@ -1,4 +1,3 @@
-// See force_dimension.hpp.
 #include "devices/forcedimension/force_dimension.hpp"
 
 #include <utility>
@@ -15,10 +14,10 @@ constexpr std::string_view kRefused =
     "its maker's SDK opens it, but refuses its watchdog or its force; start it by its maker's program, then start "
     "again";
 
-/// Of 125 µs, as many as there can be: without a new force for 32 ms the device lets go by itself, says its maker.
+/// Units of 125 µs, the maximum: without a new force for 32 ms the device releases its force, according to its maker.
 constexpr unsigned char kWatchdogUnits = 255;
 
-// The SDK's axes in D, and the other way.
+// Conversions between the SDK's axes and D.
 Vec3 in_D_from_dhd(const Vec3& v) {
   return {v.y(), -v.x(), v.z()};
 }
@@ -26,7 +25,7 @@ Vec3 dhd_from_D(const Vec3& v) {
   return {-v.y(), v.x(), v.z()};
 }
 
-/// A rotation of the handle, told in the SDK's axes by its rows.
+/// Orientation of the handle in D, from the rows of its rotation matrix in the SDK's axes.
 Quat orientation_D(const double (&rows)[3][3]) {
   Eigen::Matrix3d R, to_D;
   for (int i = 0; i < 3; ++i) {
@@ -47,7 +46,7 @@ DhdFunctions dhd_functions(const std::filesystem::path& library) {
   dhd.find(found.get_pose, "dhdGetPositionAndOrientationFrame");
   dhd.find(found.set_force, "dhdSetForceAndTorque");
   dhd.find(found.get_button, "dhdGetButton");
-  dhd.find(found.set_watchdog, "dhdSetWatchdog");  // from 3.3.2 on; without it a program that dies leaves its force
+  dhd.find(found.set_watchdog, "dhdSetWatchdog");  // since 3.3.2; without it the force stays on when the program dies
   dhd.require_all();
   return found;
 }
@@ -59,7 +58,7 @@ ForceDimensionDriver::~ForceDimensionDriver() {
   if (id_ >= 0) close();
 }
 
-/// Whatever still reaches it: without a force.
+/// Closes the device, first setting its force to zero if it still responds.
 void ForceDimensionDriver::close() {
   show({});
   dhd_.enable_force(0, static_cast<char>(id_));

@@ -1,5 +1,5 @@
-// Devices of Force Dimension (omega, delta, sigma) by their maker's SDK. Written after its public documentation; no
-// hardware was here.
+// Devices of Force Dimension (omega, delta, sigma) through their maker's SDK. Written from its public documentation,
+// not tested on hardware.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace tandem::devices {
 
-/// What is used of the SDK; a result below 0 is a failure. Metres, radians, newtons, newton metres. The last argument is
-/// the device, -1 the one opened last.
+/// Functions of the SDK in use; a negative result is a failure. Units: metres, radians, newtons, newton metres. The
+/// last argument is the device; -1 is the one opened last.
 struct DhdFunctions {
   int (*open)() = nullptr;
   int (*close)(char) = nullptr;
@@ -21,11 +21,11 @@ struct DhdFunctions {
   int (*get_button)(int, char) = nullptr;
   int (*set_watchdog)(unsigned char, char) = nullptr;
 };
-/// Fails   std::runtime_error: as VendorLibrary
+/// Fails   std::runtime_error: see VendorLibrary
 DhdFunctions dhd_functions(const std::filesystem::path& library);
 
-/// Base frame D: x right, y away from the user, z up. The SDK's: x towards the user, y right, z up.
-/// First button grab, second clutch. The device must have been initialised by its maker's program (autoinit).
+/// Base frame D: x right, y away from the user, z up. The SDK has x towards the user, y right, z up.
+/// First button: grab; second: clutch. The maker's program must have initialised the device (autoinit).
 ///
 /// Thread  the device's
 class ForceDimensionDriver final : public DeviceDriver {
@@ -47,7 +47,7 @@ class ForceDimensionDriver final : public DeviceDriver {
   DeviceSpec spec_;
   DhdFunctions dhd_;
   Absence absence_;
-  int id_ = -1;  ///< below 0: not open
+  int id_ = -1;  ///< negative: not open
   bool may_be_on_ = false;
   haptics::VelocityEstimator velocity_;
 };

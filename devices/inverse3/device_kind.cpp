@@ -1,4 +1,4 @@
-// The device "inverse3" as the registry knows it.
+// Registry entry of the device "inverse3".
 #include <chrono>
 #include <stdexcept>
 #include <utility>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Duration kLook = std::chrono::milliseconds(300);
 
-/// What a service says within a moment.
+/// First decisive state of the service within kLook.
 DeviceSample look_at(Inverse3Driver& driver) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kLook;

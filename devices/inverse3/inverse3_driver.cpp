@@ -1,4 +1,3 @@
-// See inverse3_driver.hpp.
 #include "devices/inverse3/inverse3_driver.hpp"
 
 #include <boost/asio/ip/address.hpp>
@@ -39,7 +38,7 @@ constexpr std::string_view kWatchdogEnded =
 constexpr std::string_view kWatchdogMissing =
     "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
 
-/// A whole message from a client: final, text, of 126 to 65535 bytes, masked by zero, which leaves it as it is.
+/// A whole client message: final, text, 126 to 65535 bytes, masked by zero, which leaves it unchanged.
 std::vector<std::uint8_t> websocket_message(std::string text) {
   constexpr std::size_t kLeast = 126;
   if (text.size() < kLeast) text.resize(kLeast, ' ');
@@ -53,7 +52,7 @@ std::vector<std::uint8_t> websocket_message(std::string text) {
 
 }  // namespace
 
-/// The connection's socket as Beast uses it: each write is one whole frame, and goes to the watchdog where there is one.
+/// The connection's socket for Beast: each write is one whole frame, passed to the watchdog if there is one.
 class ServiceSocket {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
@@ -65,10 +64,10 @@ class ServiceSocket {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// From now on the watchdog writes. A write of this socket's own must not be under way.
+  /// From now on the watchdog writes. No write of this socket may be pending.
   void write_through(Watchdog& watchdog) { watchdog_ = &watchdog; }
   bool is_writing() const { return is_writing_; }
-  /// Of the command that is written next.
+  /// Declares whether the next command has a force.
   void set_force_on(bool is_force_on) { is_force_on_ = is_force_on; }
 
   template <class Buffers, class Handler>
@@ -105,7 +104,7 @@ class ServiceSocket {
   bool is_force_on_ = false;
 };
 
-/// The driver closes a connection at once; Beast calls these only after it has failed.
+/// The driver closes a connection immediately; Beast calls these functions only after it has failed.
 void teardown(beast::role_type, ServiceSocket& socket, error_code& error) {
   socket.close();
   error = {};
@@ -120,7 +119,7 @@ void beast_close_socket(ServiceSocket& socket) {
   socket.close();
 }
 
-/// One connection. Handlers hold it, so that what was abandoned ends by itself.
+/// One connection. Its handlers own it, so that an abandoned connection ends by itself.
 struct Inverse3Driver::Link {
   explicit Link(asio::io_context& io) : stream(io) {}
 
@@ -163,7 +162,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   now_ = now;
   if (!link_) connect(now);
   if (link_ && state_ && !link_->socket().is_writing()) watch_over();
-  // One command a state; but zero waits for none.
+  // One command per state; but zero is sent immediately.
   const bool must_let_go = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
   if (may_send && (is_new_ || must_let_go)) send(wrench_on_hand_D);
@@ -173,7 +172,8 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   return sample(now);
 }
 
-/// Over this connection and its device: another device has a connection of its own, as this one's frames are not at an end.
+/// Lets the watchdog cover this connection and its device. Another device needs a new connection, because the frames of
+/// this one may be incomplete.
 void Inverse3Driver::watch_over() {
   if (!watchdog_) return;
   if (watchdog_->has_ended()) return fail(kWatchdogEnded);
@@ -224,7 +224,7 @@ void Inverse3Driver::take(std::string_view text) {
   is_new_ = true;
   is_taken_ = is_taken_ || state->cursor_m.has_value();
   if (state_ && !state->cursor_m) state->cursor_m = state_->cursor_m;
-  // A grip need not be told of each time.
+  // A message need not include the grip.
   if (state_ && !state->grip) {
     state->grip = state_->grip;
     state->buttons = state_->buttons;
@@ -249,13 +249,13 @@ void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   });
 }
 
-/// A watched connection's zero counts once the watchdog has written it.
+/// Zero on a watched connection counts once the watchdog has written it.
 bool Inverse3Driver::may_be_on() const noexcept {
   const bool is_zero_out = watchdog_ && !watched_id_.empty() && shown_n_.isZero(0) && watchdog_->is_written();
   return may_be_on_ && !is_zero_out;
 }
 
-/// Until a state comes, or for some milliseconds.
+/// Handles events until a state arrives, or for kWait.
 void Inverse3Driver::work() {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kWait;
@@ -265,7 +265,7 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  // What was there stays lost for a second, so that it is told of and not only done.
+  // Keeps the reason of a loss for a second, so that it is reported.
   if (has_last_)
     absence_.begin(now_, reason);
   else

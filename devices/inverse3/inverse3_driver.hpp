@@ -1,9 +1,9 @@
-// A Haply Inverse3 by its maker's service, which runs on the same machine: JSON over a WebSocket.
+// Driver of a Haply Inverse3 through its maker's service on the same machine: JSON over a WebSocket.
 //
-// The service answers each command with the next state, so there is one command for each state, zero when there is nothing
-// to feel. Without a command it sends no state. It is not known what the service does with the last force of a program that is
-// stopped or dies. So a watchdog has the connection too, and writes zero to it. From the first command on the watchdog is the only
-// writer: a stream of WebSocket frames would be lost with a part of a frame, which a killed or stopped program can leave.
+// The service answers each command with the next state and sends no state without a command. The driver therefore sends
+// one command per state, zero without a force. The service's behaviour for the last force of a stopped or dead program
+// is unknown, so a watchdog shares the connection and writes zero to it. From the first command on the watchdog is the
+// only writer: a killed or stopped program could leave part of a WebSocket frame, which would corrupt the stream.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -19,16 +19,16 @@
 
 namespace tandem::devices {
 
-/// "127.0.0.1:10001" as an endpoint.
+/// Parses an endpoint such as "127.0.0.1:10001".
 /// Fails   std::invalid_argument: not an address and a port, or not of this machine
 boost::asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service);
 
-/// Base frame D: the axes of the service, its origin where the cursor was first seen.
+/// Base frame D: the axes of the service; its origin is the first position of the cursor.
 ///
 /// Thread  the device's
 class Inverse3Driver final : public DeviceDriver {
  public:
-  /// In      watchdog  told of each connection; null: none
+  /// In      watchdog  covers each connection; null: none
   Inverse3Driver(DeviceSpec spec, boost::asio::ip::tcp::endpoint service, std::shared_ptr<Watchdog> watchdog = nullptr);
   ~Inverse3Driver() override;
   Inverse3Driver(const Inverse3Driver&) = delete;
@@ -53,20 +53,20 @@ class Inverse3Driver final : public DeviceDriver {
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
   std::shared_ptr<Watchdog> watchdog_;
-  std::string watched_id_;  ///< the device whose zero the watchdog has; empty: none
+  std::string watched_id_;  ///< device of the watchdog's zero; empty: none
   boost::asio::io_context io_;
-  std::shared_ptr<Link> link_;  ///< null: none
+  std::shared_ptr<Link> link_;  ///< null: not connected
   Absence absence_;
-  LocalTime now_{};  ///< of this step
+  LocalTime now_{};  ///< time of the current step
   LocalTime heard_{};
-  Vec3 shown_n_ = Vec3::Zero();  ///< sent last
-  bool may_be_on_ = false;       ///< a force was sent, and zero has not gone out since
-  bool is_new_ = false;          ///< a state came that no command answers yet
-  bool is_taken_ = false;        ///< … and that no sample tells yet
+  Vec3 shown_n_ = Vec3::Zero();  ///< last force sent
+  bool may_be_on_ = false;       ///< a force was sent, and zero has not been sent completely since
+  bool is_new_ = false;          ///< the newest state has no command in answer yet
+  bool is_taken_ = false;        ///< the newest state is in no sample yet
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;
-  bool has_last_ = false;  ///< of this connection
+  bool has_last_ = false;  ///< last_ belongs to this connection
 };
 
 }  // namespace tandem::devices

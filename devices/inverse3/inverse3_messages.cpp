@@ -1,4 +1,3 @@
-// See inverse3_messages.hpp.
 #include "devices/inverse3/inverse3_messages.hpp"
 
 #include "common/base/buttons.hpp"

@@ -1,4 +1,4 @@
-// What the Inverse3's service says, and what it is told: JSON.
+// Messages of the Inverse3's service in both directions: JSON.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace tandem::devices {
 
-/// Of the first Inverse3 of a message, and the first grip.
+/// State of the first Inverse3 and of the first grip in a message.
 struct Inverse3State {
-  std::string device_id;  ///< as JSON: "\"0417\"" or "3"
+  std::string device_id;  ///< JSON text: "\"0417\"" or "3"
   std::optional<Vec3> cursor_m;
   Vec3 cursor_m_per_s = Vec3::Zero();
-  std::optional<Quat> grip;   ///< its orientation
+  std::optional<Quat> grip;   ///< orientation of the grip
   std::uint32_t buttons = 0;  ///< bits of Button: a is grab, b and c are clutch
 };
 
-/// None: no JSON, or without an Inverse3 that has an id. What else is missing or no number is left out.
+/// Parses a message. Empty: no JSON, or no Inverse3 with an id. Other missing or invalid fields stay empty.
 std::optional<Inverse3State> read_inverse3_state(std::string_view text);
 
-/// A force on the hand [N], in the axes of the service.
+/// Command of a force on the hand [N], in the axes of the service.
 std::string inverse3_command(std::string_view device_id, const Vec3& force_n);
 
 }  // namespace tandem::devices

@@ -1,4 +1,4 @@
-// The device "mouse" as the registry knows it.
+// Registry entry of the device "mouse".
 #include "devices/mouse/mouse_device.hpp"
 #include "devices/registry.hpp"
 

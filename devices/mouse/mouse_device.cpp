@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-/// A reader that comes back later than this finds the hand where it was then; bounds the work of one read().
+/// Longest simulated interval per read(), which bounds its work; a longer pause counts as this long.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 bool is_usable(const PointerTarget& target) {
@@ -68,7 +68,7 @@ void MouseDevice::advance(double dt_s) noexcept {
 }
 
 bool MouseDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  // The hand moves under the old force until now, whoever calls first.
+  // The hand first moves under the old force until now, whichever of read() and write() is called first.
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   on_hand_D_ = wrench_on_hand_D;

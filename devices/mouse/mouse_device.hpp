@@ -1,4 +1,4 @@
-// A mouse as a device of six directions: a window says where the hand should be, a simulated hand goes there and feels.
+// A mouse as a six-axis device: a window sets a target, which a simulated hand follows under the force.
 #pragma once
 
 #include <memory>
@@ -10,11 +10,11 @@
 
 namespace tandem::devices {
 
-/// A hand that follows a pointer. Pointers jump, 60 times a second; so what the hand intends is smoothed, and the force
-/// acts on a hand with mass, damping and a spring, as of a person.
+/// A hand that follows a pointer. Pointers jump, 60 times a second. The intended pose is therefore smoothed, and the
+/// force acts on a simulated hand with mass, damping and a spring.
 ///
-/// Model   ẍ = ω² (target − x) − 2 ω ẋ, speed at most kMaxSpeed_m_per_s, likewise in rotation; the hand of HandDynamics
-///         intends to be at x. ω and the bounds are ours: an answer within 0.1 s, and below what a device allows
+/// Model   ẍ = ω² (target − x) − 2 ω ẋ, speed at most kMaxSpeed_m_per_s, likewise in rotation; x is the intended pose
+///         of HandDynamics. ω and the bounds are ours: a response within 0.1 s, and below the limits of a device
 /// Thread  haptic
 class MouseDevice final : public Device {
  public:
@@ -23,10 +23,12 @@ class MouseDevice final : public Device {
   static constexpr double kMaxTurn_rad_per_s = 6;
   static constexpr double kReach_m = kPointerReach_m;
 
-  /// In      pointer  not null; rumble  null: none, else shows the force as a share of the device's limit
+  /// In      pointer  not null
+  ///         rumble   displays the force as a share of the device's limit; may be null
   MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
               std::unique_ptr<Rumble> rumble = nullptr);
-  /// A hand on a mouse: damped more than one in the air (ratio 0.8), so that what is displayed does not swing.
+  /// A hand on a mouse: its damping ratio is 0.8, higher than in the air, so that the displayed hand does not
+  /// oscillate.
   static HandParameters default_hand();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

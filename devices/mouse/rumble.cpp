@@ -1,4 +1,3 @@
-// See rumble.hpp.
 #include "devices/mouse/rumble.hpp"
 
 #include <fcntl.h>
@@ -21,11 +20,11 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
-constexpr int kMaxSilentPeriods = 5;  // a haptic loop that has shown nothing for 0.1 s hangs
+constexpr int kMaxSilentPeriods = 5;  // no call of show() for 0.1 s: the haptic loop hangs
 constexpr std::uint16_t kLength_ms = 200;
-constexpr double kSmallest = 1.0 / 64;  // a change that is not sent
+constexpr double kSmallest = 1.0 / 64;  // smaller changes are not sent
 
-/// Below 0: not there, or without a rumble; errno says why.
+/// Opens a game pad. Negative: not present, or without rumble; errno has the reason.
 int opened(const std::string& node) {
   const int pad = open(node.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
   if (pad < 0) return pad;
@@ -81,7 +80,7 @@ void Rumble::run() {
   }
 }
 
-/// False: it is gone.
+/// Sends a strength. False: the pad is disconnected.
 bool Rumble::send(double share) {
   ff_effect effect{};
   effect.type = FF_RUMBLE;

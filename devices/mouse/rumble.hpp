@@ -1,4 +1,4 @@
-// A game pad's motors as a sign of force, for somebody whose mouse shows none: Linux' evdev, FF_RUMBLE.
+// Rumble of a game pad as a display of force, for users of a mouse: Linux evdev, FF_RUMBLE.
 #pragma once
 
 #include <atomic>
@@ -9,19 +9,19 @@
 
 namespace tandem::devices {
 
-/// Sends how strong it is to the pad, 50 times a second at most, from a thread of its own, for the pad may take its time.
-/// An effect lasts 0.2 s, and is repeated while show() is called: neither a program that dies or is stopped nor a haptic loop that
-/// hangs leaves a pad rumbling. A pad that is unplugged is opened again.
+/// Sends the strength to the pad at most 50 times a second, from its own thread, because the pad may be slow. An effect
+/// lasts 0.2 s and is repeated while show() is called. The rumble thus ends when the program dies or is stopped, or
+/// when the haptic loop hangs. An unplugged pad is opened again.
 class Rumble {
  public:
-  /// Fails   std::runtime_error: it cannot be opened, or does not rumble
+  /// Fails   std::runtime_error: the node cannot be opened, or has no rumble
   explicit Rumble(std::string node);
-  /// The motors stand still.
+  /// Stops the motors.
   ~Rumble();
   Rumble(const Rumble&) = delete;
   Rumble& operator=(const Rumble&) = delete;
 
-  /// In      share  of what the motors can, 0 to 1; anything else counts as the nearest, and NaN as 0
+  /// In      share  share of the motors' maximum, clamped to 0 to 1; NaN counts as 0
   /// Thread  haptic: one atomic store
   void show(double share) noexcept;
 
@@ -30,16 +30,17 @@ class Rumble {
   bool send(double share);
 
   std::string node_;
-  int pad_ = -1;     ///< below 0: not there
-  int effect_ = -1;  ///< the pad's number of it; below 0: none yet
+  int pad_ = -1;     ///< negative: not connected
+  int effect_ = -1;  ///< the pad's number of the effect; negative: none yet
   std::atomic<float> share_{0};
-  std::atomic<std::uint32_t> shows_{0};  ///< calls of show()
+  std::atomic<std::uint32_t> shows_{0};  ///< number of calls of show()
   std::atomic<bool> should_stop_{false};
   std::thread thread_;
 };
 
-/// In      wish  "off": null. "auto": the first pad that can be opened, else null. Else a node, /dev/input/eventN
-/// Fails   std::runtime_error, of a node: as Rumble
+/// Opens the pad of an option.
+/// In      wish  "off": null. "auto": the first usable pad, else null. Otherwise a node, /dev/input/eventN
+/// Fails   std::runtime_error for a node, see Rumble
 std::unique_ptr<Rumble> open_rumble(const std::string& wish);
 
 }  // namespace tandem::devices

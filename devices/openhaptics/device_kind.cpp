@@ -1,10 +1,10 @@
-// The device "openhaptics" as the registry knows it.
+// Registry entry of the device "openhaptics".
 #include "devices/openhaptics/open_haptics.hpp"
 #include "devices/registry.hpp"
 
 namespace tandem::devices {
 
-// Where its workspace lies about the SDK's origin is not known for all of them: no border.
+// No workspace limits: the position of the workspace relative to the SDK's origin is not known for all models.
 DeviceKind openhaptics_device() {
   return {"openhaptics", "Touch or Phantom by its maker's OpenHaptics, untested on hardware; --library, --profile",
           "touch",

@@ -1,4 +1,3 @@
-// See open_haptics.hpp.
 #include "devices/openhaptics/open_haptics.hpp"
 
 #include <utility>
@@ -80,7 +79,7 @@ bool OpenHapticsDriver::open(LocalTime now) {
   return true;
 }
 
-/// Whatever still reaches it: without a force.
+/// Closes the device, first setting its force to zero if it still responds.
 void OpenHapticsDriver::close() {
   run(Vec3::Zero());
   hd_.stop_scheduler();

@@ -1,4 +1,4 @@
-// The device "replay" as the registry knows it.
+// Registry entry of the device "replay".
 #include <stdexcept>
 
 #include "devices/registry.hpp"

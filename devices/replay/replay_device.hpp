@@ -1,4 +1,4 @@
-// A hand that was recorded moves again.
+// Playback of a recorded hand.
 #pragma once
 
 #include <memory>
@@ -9,17 +9,17 @@
 
 namespace tandem::devices {
 
-/// Goes where the recorded hand went, in its time, whatever force it is shown.
+/// Follows the recorded motion of a hand in its original time, regardless of the force.
 ///
-/// Model   between two samples of which both are valid, at most kMaxGap apart, position and twist go evenly and the
-///         rotation by slerp; else the earlier one is held. Buttons are those of the earlier
-/// Limits  behind the last sample the device is lost: nothing moves any more, and the force is let go
+/// Model   between two valid samples at most kMaxGap apart, position and twist are interpolated linearly and the
+///         rotation by slerp; else the earlier sample is held. Buttons are those of the earlier sample
+/// Limits  after the last sample the device is lost: the hand rests without force
 class ReplayDevice final : public Device {
  public:
   static constexpr Duration kMaxGap = std::chrono::milliseconds(50);
 
-  /// In      samples  at least one; `taken` grows, and counts from any instant. The reason of the last one, a literal, is why
-  ///                  nothing follows; empty: the recording is over
+  /// In      samples  at least one; `taken` increases, from any origin. The reason of the last one, a literal, states
+  ///         why the recording ends there; empty: it is complete
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
@@ -32,7 +32,7 @@ class ReplayDevice final : public Device {
   DeviceSpec spec_;
   std::shared_ptr<const std::vector<DeviceSample>> samples_;
   std::string_view ending_ = "the recording is over";
-  std::size_t at_ = 0;  ///< the last that was due
+  std::size_t at_ = 0;  ///< index of the last due sample
   bool is_start_set_ = false;
   LocalTime started_{};
 };

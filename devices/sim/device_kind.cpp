@@ -1,4 +1,4 @@
-// The device "sim" as the registry knows it.
+// Registry entry of the device "sim".
 #include "devices/registry.hpp"
 #include "devices/sim/sim_device.hpp"
 #include "devices/sim/told_motors.hpp"

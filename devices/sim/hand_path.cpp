@@ -15,7 +15,7 @@ constexpr double kMaxPath_s = 86400;
 constexpr double kFarthest_m = 10;
 constexpr std::size_t kMaxPoints = 10000;
 constexpr std::size_t kMaxComponents = 64;
-// A hand does not follow more, and a device is sampled at 1 kHz.
+// Maximum that a hand follows; a device is sampled at 1 kHz.
 constexpr double kMaxFrequency_hz = 50;
 constexpr double kMaxAmplitude_m = 1;
 
@@ -112,7 +112,7 @@ void check_multisine(const Multisine& multisine) {
   }
 }
 
-/// Displacement and its rate.
+/// Displacement and velocity.
 struct Sway {
   Vec3 p = Vec3::Zero();
   Vec3 v = Vec3::Zero();
@@ -129,7 +129,7 @@ Sway sway_of(const std::vector<SineComponent>& components, double t_s) {
   return sway;
 }
 
-/// Share of the multisine that is there, and its rate in 1/s: 0 at both ends, 1 between the fades.
+/// Envelope of the multisine and its rate [1/s]: 0 at both ends, 1 between the fades.
 UnitMove envelope_of(const Multisine& multisine, Duration time) {
   const Duration inside = std::min(time - multisine.from, multisine.to - time);
   if (inside >= multisine.fade) return {1, 0};

@@ -12,25 +12,25 @@
 
 namespace tandem::devices {
 
-/// The hand of HandParameters, on a device that is always ready. read(now) advances the hand to `now` under the force
-/// last written. Where DeviceSpec::workspace_m is set the device has stops there.
+/// The hand of HandParameters on a device that is always ready. read(now) advances the hand to `now` under the last
+/// written force. DeviceSpec::workspace_m, if set, defines mechanical stops.
 class SimDevice final : public Device {
  public:
-  /// The hand starts at rest at the path's first pose; path time starts at the first read, unless begin_path_at() has
+  /// The hand starts at rest at the path's first pose. Path time starts at the first read, unless begin_path_at() has
   /// set another time.
   SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path, std::uint64_t seed);
-  /// The spec of `sim`: 6 axes, limits of a mid-range desktop device, sources named; that of the profile of this name.
+  /// The spec of `sim`: 6 axes, limits of a mid-range desktop device with sources; equal to the profile of this name.
   static DeviceSpec default_spec();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }
   DeviceSample read(LocalTime now) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
 
-  /// The person looks at what moves with the hand, once a tick, and wants that along the path: the hand intends
-  /// path / scale − offset, as far as the device reaches, and what the eye sees missing is made up for within 0.2 s, by at
-  /// most 10 mm.
+  /// Simulates a user who watches an object that moves with the hand and guides it along the path. Called once a tick.
+  /// The intended pose is path / scale − offset, within the device's reach. The remaining visible error is corrected
+  /// with a time constant of 0.2 s, by at most 10 mm.
   void steer(const Vec3& offset_m, double scale) noexcept;
-  /// LocalTime::max(): the hand rests until it is called again.
+  /// In      start  LocalTime::max(): the hand rests until the next call
   void begin_path_at(LocalTime start) noexcept override;
 
   const HandPath& path() const { return path_; }
@@ -45,7 +45,7 @@ class SimDevice final : public Device {
   RigidState intended(double dt_s) const noexcept;
   Vec3 stop_force() const noexcept;
   Duration path_time_at(LocalTime time) const noexcept { return time - started_; }
-  /// Where the path is evaluated: before its start, at its beginning.
+  /// Path time for evaluation; the beginning of the path before its start.
   Duration place_on_path() const noexcept { return std::max(path_time_, Duration(0)); }
   Vec3 tremor_force(double dt_s) noexcept;
   Twist reported_twist(LocalTime now, const Pose& reported) noexcept;
@@ -63,7 +63,7 @@ class SimDevice final : public Device {
   Duration path_time_{0};
   HandDynamics hand_motion_;
   Wrench force_on_hand_D_;
-  Vec3 offset_m_ = Vec3::Zero();  ///< steer()
+  Vec3 offset_m_ = Vec3::Zero();  ///< see steer()
   Vec3 offset_rate_m_per_s_ = Vec3::Zero();
   Vec3 made_up_m_ = Vec3::Zero();
   double scale_ = 1;

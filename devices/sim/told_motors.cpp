@@ -1,4 +1,3 @@
-// See told_motors.hpp.
 #include "devices/sim/told_motors.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-// A simulated device whose commands also go where a real one's go: out of the program, with a watchdog.
+// A simulated device that also writes its commands to a file or pipe, with a watchdog like a real device.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 
 namespace tandem::devices {
 
-/// Shows what the motors of a device receive, also from the watchdog, without hardware. Each command is three doubles of this
-/// machine, the force on the hand [N]. It is written at once and whole (a pipe takes up to PIPE_BUF bytes so), or it is lost: then
-/// the motors keep the command before.
+/// Makes the commands for a device's motors observable without hardware, including those of the watchdog. Each command
+/// is three doubles in native format, the force on the hand [N]. It is written immediately and whole (up to PIPE_BUF
+/// bytes in a pipe), or it is lost: then the motors keep the previous command.
 class ToldMotors final : public Device {
  public:
-  /// In      file  a pipe with a reader, or a file, to which is added
-  /// Fails   std::runtime_error: the file cannot be written; as Watchdog
+  /// In      file  a pipe with a reader, or a file to append to
+  /// Fails   std::runtime_error: the file cannot be written; see also Watchdog
   ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority);
   ~ToldMotors() override;
   ToldMotors(const ToldMotors&) = delete;
@@ -32,7 +32,7 @@ class ToldMotors final : public Device {
   std::unique_ptr<Device> device_;
   int file_;
   Watchdog watchdog_;
-  bool may_be_on_ = false;  ///< a force was given, and zero was not delivered since
+  bool may_be_on_ = false;  ///< a force was written, and zero was not written since
 };
 
 }  // namespace tandem::devices

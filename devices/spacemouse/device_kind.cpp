@@ -1,4 +1,4 @@
-// The device "spacemouse" as the registry knows it.
+// Registry entry of the device "spacemouse".
 #include <stdexcept>
 
 #include "devices/registry.hpp"
@@ -24,7 +24,7 @@ std::unique_ptr<Device> open_space_mouse(const DeviceOptions& options) {
 
 }  // namespace
 
-// Its tool is coupled as that of the simulated device, for nothing of it is felt.
+// The profile "sim" supplies the coupling of its tool, because the device shows no force.
 DeviceKind spacemouse_device() {
   return {"spacemouse", "a 3Dconnexion SpaceMouse or SpaceNavigator: six axes, no force", "sim", open_space_mouse,
           find_space_mice};

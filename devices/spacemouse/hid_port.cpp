@@ -1,5 +1,5 @@
-// See hid_port.hpp. hidapi's hidraw backend lists devices from sysfs without opening them, so that one without rights is
-// seen too.
+// hidapi's hidraw backend lists devices from sysfs without opening them, so that a device without access rights is
+// listed too.
 #include "devices/spacemouse/hid_port.hpp"
 
 #include <hidapi/hidapi.h>
@@ -14,7 +14,7 @@
 namespace tandem::devices {
 namespace {
 
-// 3Dconnexion has sold under both. Mice and keyboards of theirs are no multi-axis controllers.
+// Both vendor ids of 3Dconnexion. Its mice and keyboards are no multi-axis controllers.
 constexpr std::array<unsigned short, 2> kVendors{0x256f, 0x046d};
 constexpr unsigned short kGenericDesktop = 1, kMultiAxisController = 8;
 

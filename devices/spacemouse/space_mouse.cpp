@@ -1,4 +1,3 @@
-// See space_mouse.hpp.
 #include "devices/spacemouse/space_mouse.hpp"
 
 #include <array>
@@ -9,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-// A step of the driver, and so of the filter.
+// Time step of the driver and of its filter.
 constexpr Duration kStep = std::chrono::milliseconds(1);
 constexpr Duration kReleased = std::chrono::milliseconds(150);
 constexpr int kMaxReportsAStep = 16;
@@ -61,7 +60,7 @@ DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_han
   return sample;
 }
 
-// The handle stays where it is; buttons and deflection are nobody's any more.
+// The handle keeps its pose; buttons and deflection are cleared.
 DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   reports_ = {};
   cap_.setZero();
@@ -76,14 +75,14 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   return absence_.sample(now);
 }
 
-// Some take the first command only when it is "on".
+// Some models accept the first command only if it is "on".
 void SpaceMouseDriver::light(bool is_on) {
   const std::array<std::uint8_t, 2> on{kLightReport, 1}, off{kLightReport, 0};
   const bool is_taken = port_->write(on);
   if (!is_on && is_taken) port_->write(off);
 }
 
-/// Takes all that wait, and waits a step for the first. False: the device is gone.
+/// Reads all waiting reports; waits a step for the first one. False: the device is disconnected.
 bool SpaceMouseDriver::take_report(LocalTime now) {
   std::array<std::uint8_t, 64> report{};
   for (int i = 0; i < kMaxReportsAStep; ++i) {

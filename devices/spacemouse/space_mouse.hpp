@@ -1,4 +1,4 @@
-// A SpaceMouse as a device: it shows no force, and its cap, which is deflected by a few millimetres, moves a handle.
+// A SpaceMouse as a device without force: the deflection of its cap, a few millimetres, moves a handle.
 #pragma once
 
 #include <memory>
@@ -10,22 +10,24 @@
 
 namespace tandem::devices {
 
-/// What the deflection of the cap is.
+/// Effect of the cap's deflection.
 enum class CapControl : std::uint8_t {
-  kRate,  ///< the handle's velocity: up to 0.15 m/s and 1 rad/s, within ±0.2 m
-  kPose   ///< the handle's place: up to 0.04 m and 0.5 rad from the middle
+  kRate,  ///< velocity of the handle: up to 0.15 m/s and 1 rad/s, within ±0.2 m
+  kPose   ///< pose of the handle: up to 0.04 m and 0.5 rad from the centre
 };
 
-/// Model   reports come at 62 to 125 Hz; the deflection u that they tell goes through a critically damped filter,
-///         ẍ = ω² (u − x) − 2ω ẋ, ω = 60 rad/s, each millisecond, exact for u held: the handle's velocity has no step.
-///         No report is rest, for a cap that is let go soon falls silent. One that is deflected reports all the time: after
-///         150 ms without a report the last one, of the release, was lost, and the cap is at rest.
+/// Driver of a SpaceMouse.
+///
+/// Model   reports arrive at 62 to 125 Hz. Their deflection u passes a critically damped filter, ẍ = ω² (u − x) − 2ω ẋ,
+///         ω = 60 rad/s, each millisecond, exact for constant u: the handle's velocity has no step. Absence of
+///         reports means rest: a deflected cap reports continuously, a released one stops. After 150 ms without a
+///         report, that of the release was lost, and the cap counts as at rest.
 /// Thread  the device's
 class SpaceMouseDriver final : public DeviceDriver {
  public:
-  /// The port may be null: then it is opened with the steps, as after it was unplugged.
+  /// In      port  may be null; then step() opens it, as after an unplugging
   SpaceMouseDriver(CapControl control, OpenHid open, std::unique_ptr<HidPort> port);
-  /// The light goes out.
+  /// Switches the light off.
   ~SpaceMouseDriver() override;
   SpaceMouseDriver(const SpaceMouseDriver&) = delete;
   SpaceMouseDriver& operator=(const SpaceMouseDriver&) = delete;
@@ -50,8 +52,8 @@ class SpaceMouseDriver final : public DeviceDriver {
   LocalTime reported_{};
   LocalTime moved_{};
   bool has_moved_ = false;
-  Vec6 cap_ = Vec6::Zero();       ///< deflection, filtered
-  Vec6 cap_rate_ = Vec6::Zero();  ///< per second
+  Vec6 cap_ = Vec6::Zero();       ///< filtered deflection
+  Vec6 cap_rate_ = Vec6::Zero();  ///< derivative of cap_, per second
   Pose X_DH_;
   Twist V_DH_;
 };

@@ -1,4 +1,3 @@
-// See space_mouse_reports.hpp.
 #include "devices/spacemouse/space_mouse_reports.hpp"
 
 #include <algorithm>
@@ -12,9 +11,9 @@ namespace {
 
 constexpr std::uint8_t kTranslation = 1, kRotation = 2, kButtonsId = 3;
 constexpr std::size_t kSplitLength = 7, kJoinedLength = 13, kMinButtonsLength = 2;
-/// The logical range that all of them declare.
+/// Logical range that all models declare.
 constexpr double kFull = 350;
-/// Ours: counts that are rest.
+/// Dead zone in counts; ours.
 constexpr double kRest = 8;
 
 double part_of_full(std::uint8_t low, std::uint8_t high) {

@@ -1,4 +1,4 @@
-// What a SpaceMouse says, byte by byte.
+// Decoder of a SpaceMouse's reports.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace tandem::devices {
 
-/// Puts reports together to the newest deflection of the cap. The layout is told by id and received length: joined
-/// (id 1, 13 bytes: six numbers) or split (ids 1 and 2, 7 bytes: three each); numbers are int16, little-endian.
+/// Combines reports to the newest deflection of the cap. Id and received length determine the layout: joined (id 1, 13
+/// bytes: six numbers) or split (ids 1 and 2, 7 bytes: three each); numbers are int16, little-endian.
 ///
 /// Model   from the device's axes (x right, y towards the user, z down) to D's (x right, y away, z up): a half turn
 ///         about x, for translations and for rotation vectors alike
@@ -17,11 +17,11 @@ class SpaceMouseReports {
  public:
   enum class Kind : std::uint8_t { kMotion, kButtons, kOther, kBad };
 
-  /// Anything else than motion and buttons changes nothing.
+  /// Decodes a report; reports other than motion and buttons change nothing.
   Kind take(std::span<const std::uint8_t> report) noexcept;
-  /// As after a release that nobody reported.
+  /// Sets the deflection to zero, after a release without a report.
   void rest() noexcept { deflection_.setZero(); }
-  /// (translation, rotation) in D, each −1 to 1; small ones are 0, for caps do not return exactly.
+  /// (translation, rotation) in D, each −1 to 1; small values are 0, because caps do not return exactly.
   const Vec6& deflection() const { return deflection_; }
   /// Bits of Button: left is grab, right is clutch.
   std::uint32_t buttons() const { return buttons_; }
