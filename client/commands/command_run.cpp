@@ -453,7 +453,8 @@ void CommandRun::poll(const ClientIoSnapshot& io, const View* view, LocalTime no
 }
 
 bool CommandRun::is_over() const {
-  return impl_->has_quit || (!impl_->step && impl_->pipe.is_over());
+  // An empty input, too, ends the program only after the room was joined: its exit code then says whether that worked.
+  return impl_->has_quit || (impl_->is_ready && !impl_->step && impl_->pipe.is_over());
 }
 
 void CommandRun::finish() {

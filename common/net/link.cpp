@@ -124,6 +124,8 @@ void SimulatedLink::set_parameters(LinkParameters parameters) {
     throw std::invalid_argument("link: " + problem);
   }
   parameters_ = is_reliable_ ? for_a_stream(std::move(parameters)) : std::move(parameters);
+  // Positions in the former trace may lie beyond the end of the new one.
+  delays_.trace_position = duplicate_delays_.trace_position = 0;
 }
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {

@@ -223,7 +223,10 @@ void UntouchedBodies::follow_impacts(double step_s) {
 
 void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s) {
   if (restitution(a, b) <= 0) return;
-  const auto is_its = [a, b](const Impact& impact) { return impact.a == a && impact.b == b; };
+  // A pair's order changes when one of its bodies wakes.
+  const auto is_its = [a, b](const Impact& impact) {
+    return (impact.a == a && impact.b == b) || (impact.a == b && impact.b == a);
+  };
   auto impact = std::ranges::find_if(impacts_, is_its);
   if (impact == impacts_.end()) {
     if (impacts_.size() == impacts_.capacity()) return;
@@ -233,7 +236,8 @@ void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchRe
     impact = std::prev(impacts_.end());
   }
   impact->is_pressing = true;
-  if (!impact->is_over) impact->impulse_on_a_W += result.on_a_W * step_s;
+  const double sign = impact->a == a ? 1 : -1;
+  if (!impact->is_over) impact->impulse_on_a_W += result.on_a_W * (sign * step_s);
 }
 
 /// Applies the impulse, which acts in the next step.

@@ -322,5 +322,35 @@ TEST(RestingBodies, ASleepingBodyTakesTheMomentumOfWhatRunsIntoIt) {
   }
 }
 
+/// A body that wakes in the impact changes its place in the pair of bodies that are in contact.
+TEST(RestingBodies, AnImpactWakesASleepingBodyWithTheSameBounceInEitherOrder) {
+  for (const double restitution : {0.5, 0.9}) {
+    for (const double other_kg : {0.1, 3.0}) {
+      std::array<double, 2> parting{};
+      for (const bool comes_first : {true, false}) {
+        WorldDescription description = dropped_ball(restitution, 0);
+        description.gravity_m_per_s2.setZero();
+        description.bodies.erase(description.bodies.begin());
+        BodyDescription other = description.bodies[0];
+        other.mass = mass_of(other_kg, 0.02 * std::sqrt(0.4));
+        other.X_WB.p.x() += 0.06;
+        const Vec3 start = description.bodies[0].X_WB.p;
+        description.bodies.insert(comes_first ? description.bodies.end() : description.bodies.begin(), other);
+        World world = server_world(description);
+        run(world, 1000);
+        const BodyId moving{comes_first ? 1U : 2U}, struck{comes_first ? 2U : 1U};
+        world.set_body(moving, at(start, {1, 0, 0}));
+        run(world, 80);
+        const double a = world.body(moving).V.v.x(), b = world.body(struck).V.v.x();
+        EXPECT_NEAR(0.1 * a + other_kg * b, 0.1, 1e-6);
+        EXPECT_NEAR(b - a, restitution, 0.06)
+            << restitution << ", " << other_kg << " kg, moving first: " << comes_first;
+        parting[comes_first ? 0 : 1] = b - a;
+      }
+      EXPECT_NEAR(parting[0], parting[1], 0.01) << restitution << ", " << other_kg << " kg";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tandem::physics
