@@ -6,8 +6,7 @@
 namespace tandem::haptics {
 
 /// Smoothest path that the reported poses allow. Work along the jumps of the report would be an artefact of the
-/// encoder: a spring k whose end is reported in steps δ seems to give k δ²/2 with each step, whatever path the hand
-/// took.
+/// encoder: a spring k whose end is reported in steps δ seems to give k δ²/2 with each step, for any path of the hand.
 ///
 /// Model   p̂_k = q_k + e. Each component of e = p̂_{k−1} + v T − q_k is clamped to half a step, the interval of the
 ///         true place; q the report, v the estimated velocity. The path is at rest where a report alternates between

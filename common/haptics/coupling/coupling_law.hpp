@@ -25,16 +25,14 @@ CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_
 
 /// Coefficients shared by the laws; limits act on the whole wrench, on hand and tool alike.
 struct CouplingParameters {
-  double stiffness_n_per_m =
-      300.0;  ///< k_t: stiffness of the linear laws; scale of the curved ones, d_max = F_max / k_t
+  double stiffness_n_per_m = 300.0;  ///< k_t: stiffness of linear laws; scale of curved ones, d_max = F_max / k_t
   double damping_n_s_per_m = 3.0;
   double stiffness_n_m_per_rad = 0.3;
   double damping_n_m_s_per_rad = 0.003;
-  double force_limit_n = 6.5;     ///< F_max: upper bound of the coupling force's magnitude
-  double torque_limit_n_m = 0.3;  ///< T_max: the same for the torque
-  double saturation_softness =
-      0.2;                       ///< ε of saturated(): share of the limit in which the curve bends, 0 (a corner) to 1
-  double curve_sharpness = 1.0;  ///< c of the stable dynamic curve, 0.1 to 10
+  double force_limit_n = 6.5;        ///< F_max: upper bound of the coupling force's magnitude
+  double torque_limit_n_m = 0.3;     ///< T_max: the same for the torque
+  double saturation_softness = 0.2;  ///< ε of saturated(): share of the limit in which it bends, 0 (a corner) to 1
+  double curve_sharpness = 1.0;      ///< c of the stable dynamic curve, 0.1 to 10
 
   bool operator==(const CouplingParameters&) const = default;
 };

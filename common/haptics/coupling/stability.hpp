@@ -30,8 +30,8 @@ std::span<const CheckedHand> checked_hands() noexcept;
 
 /// Physical side of the loop, from a device profile.
 struct LoopDevice {
-  double mass_kg =
-      0.1;  ///< 0: the hand's mass includes the device's; the device alone is then not checked, and its damping is unknown
+  /// 0: the hand's mass includes the device's. The device alone is then not checked, and its damping is unknown.
+  double mass_kg = 0.1;
   double damping_n_s_per_m = 0;
   bool is_verified = true;  ///< whether mass and damping are verified; a finding that rests on unverified ones says so
   bool has_torque = false;
@@ -40,7 +40,7 @@ struct LoopDevice {
   bool is_rotation_verified = true;
   double period_s = 0.001;
   int velocity_window = 1;             ///< periods over which the handle's velocity is taken
-  int rotational_velocity_window = 1;  ///< the resolution of the angle differs from that of the position
+  int rotational_velocity_window = 1;  ///< for rotation, whose resolution differs
   int delay_periods = 0;
   /// Scale of stiffness for a handle that moves and pushes in other units than the world's metres and newtons
   /// (WorkspaceMapping): N/m at the device for each N/m in the world; N·m/rad alike.
