@@ -104,7 +104,7 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const double since_s = advance_time(now);
   const bool is_late = since_s > kTick_s + to_seconds(settings_.late_tick);
   const double elapsed_s = is_late ? kTick_s : since_s;
-  const double rise_s = std::min(elapsed_s, kTick_s);  // no increase in one jump
+  const double rise_s = std::min(elapsed_s, kTick_s);  // a late tick may rise by one period only
   const bool is_slow = rate_.is_slow(now) || input.is_room_slow;
   faults_ =
       present_faults(input) | (is_late ? SafetyFaults{kSafetyLate} : 0) | (is_slow ? SafetyFaults{kSafetySlow} : 0);

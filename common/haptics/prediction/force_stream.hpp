@@ -82,7 +82,8 @@ class ForceStream {
   ForceStream(ForceStream&&) noexcept;
   ForceStream& operator=(ForceStream&&) noexcept;
 
-  /// In      sampled_at  time at which the wrench was valid, in the clock of at(); its age is measured from here. Must increase from sample to sample
+  /// In      sampled_at  time at which the wrench was valid, in the clock of at(); its age is measured from here. Must
+  ///                     increase from sample to sample
   ///         contact_changed  contacts appeared or vanished since the previous sample
   void push(LocalTime sampled_at, const Wrench& wrench, bool contact_changed = false) noexcept;
   /// Returns the wrench at `now`. Not const: the spline continues from the last displayed point.

@@ -29,8 +29,7 @@ struct GodObjectSettings {
 /// Bit mask of faults in an update.
 enum ProxyFault : std::uint8_t {
   kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last good pose is kept; no force for a bad goal
-  kProxyHeldBack =
-      2,  ///< not yet at its place: squeezed between bodies, or too far for one update; later updates continue
+  kProxyHeldBack = 2,  ///< not yet at its place: squeezed by bodies, or too far for one update; continued in later ones
   kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stays. Use a coarser mesh or a smaller ball
 };
 
