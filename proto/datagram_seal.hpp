@@ -1,9 +1,9 @@
 // Seals or opens the datagrams of one direction of one connection.
 //
-//   TLS connection ──exporter(connection id)──▶ secret ──HKDF──▶ up, down          one chain a direction, so that no two
-//                                                  epoch 0: key, IV                counters ever share a key
-//                                                  epoch 1: key, IV  …             each from the chain of the one before,
-//                                                                                  which is then wiped
+//   TLS connection ──exporter(connection id)──▶ secret ──HKDF──▶ up, down          one chain a direction, so that no
+//                                                  epoch 0: key, IV                two counters ever share a key
+//                                                  epoch 1: key, IV  …             each from the previous chain, which
+//                                                                                  is then wiped
 //   nonce = IV xor sequence · associated data = the header up to the tag · the tag is the end of the header
 //
 // The sequence continues across epochs, and with it freshness check and replay window. Without a secret (--insecure,

@@ -84,10 +84,9 @@ struct SafetyInput {
 ///         While the loop is stopped (a stopped process, a suspended machine) the device holds the last force. A late
 ///         tick is therefore a fault and counts as one tick in time: the force decays from there in steps, for any
 ///         new wrench and age of the state.
-///         For 0.5 s after a silence, or after a gap at most 15 ms shorter, the force changes by at most 0.28 N/ms and
-///         the
-///         torque by the same share of its slew limit. A decrease to zero still takes at most 15 ms. A gain that still
-///         falls takes at most 0.25 N/ms.
+///         For 0.5 s after a silence, or after a gap at most 15 ms shorter, the force changes by at most 0.28 N/ms,
+///         the torque by the same share of its slew limit. A decrease to zero still takes at most 15 ms. A falling gain
+///         reduces the force by at most 0.25 N/ms.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
