@@ -29,9 +29,14 @@ DropReason parse_client_update(std::span<const std::byte> payload, ClientUpdate&
 
 /// Encodes one user's server updates within kMaxPayloadBytes, thinning the rest.
 ///
-/// Priority, highest first: 1 own tool, wrench, time stamps, energies: always sent; 2 the body this user holds; 3 other
-/// users' tools; 4 bodies held by others; 5 moving bodies, and those that have stopped since they were last sent; 6
-/// resting bodies. Within 3–6 the item not sent for longest is first. Up to kOverduePerMessage items not sent for
+/// Priority, highest first:
+///   1 own tool, wrench, time stamps, energies: always sent
+///   2 the body that this user holds
+///   3 other users' tools
+///   4 bodies held by others
+///   5 moving bodies, and those that have stopped since they were last sent
+///   6 resting bodies
+/// Within 3–6 the item not sent for longest is first. Up to kOverduePerMessage items not sent for
 /// kOverdueMessages precede class 3, so that a full class does not starve those below it: every item is sent at least
 /// once in kMaxWaitMessages.
 ///

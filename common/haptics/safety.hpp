@@ -41,10 +41,11 @@ std::vector<std::string> safety_fault_names(SafetyFaults faults);
 std::string describe_safety_faults(SafetyFaults faults);
 
 struct SafetySettings {
-  Duration start_ramp{from_seconds(0.5)};       ///< 0 → full force after start, a new connection, silence or a fault
+  Duration start_ramp{
+      from_seconds(0.5)};  ///< time from 0 to full force after start, a new connection, silence or a fault
   Duration silence_start{from_seconds(0.115)};  ///< time since the last arrival up to which the force is full …
   Duration silence_zero{from_seconds(0.148)};   ///< … and from which it is zero (promise: zero within 150 ms)
-  Duration fault_decay{from_seconds(0.015)};    ///< to zero after a fault (promise: within 20 ms)
+  Duration fault_decay{from_seconds(0.015)};    ///< decay time to zero after a fault (promise: within 20 ms)
   Duration late_tick{from_seconds(0.020)};      ///< delay of a tick beyond which it is a fault
   Duration tick{from_seconds(0.001)};           ///< period of the loop
   double slew_n_per_s = 4000.0;                 ///< set from DeviceSpec
@@ -84,9 +85,9 @@ struct SafetyInput {
 ///         While the loop is stopped (a stopped process, a suspended machine) the device holds the last force. A late
 ///         tick is therefore a fault and counts as one tick in time: the force decays from there in steps, for any
 ///         new wrench and age of the state.
-///         For 0.5 s after a silence, or after a gap at most 15 ms shorter, the force changes by at most 0.28 N/ms,
-///         the torque by the same share of its slew limit. A decrease to zero still takes at most 15 ms. A falling gain
-///         reduces the force by at most 0.25 N/ms.
+///         For 0.5 s after a silence, or after a gap at most 15 ms shorter, the force changes by at most 0.28 N/ms.
+///         The torque is limited to the same share of its slew limit. A decrease to zero still takes at most 15 ms. A
+///         falling gain reduces the force by at most 0.25 N/ms.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:

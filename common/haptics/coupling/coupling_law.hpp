@@ -48,7 +48,7 @@ struct CouplingGradient {
 /// Dynamics of the tool that a law assumes.
 enum class ToolDynamics : std::uint8_t {
   kWithMass,  ///< a body: mass, weight, velocity
-  kMassless,  ///< no mass and no weight: each step it rests where coupling and contact balance
+  kMassless,  ///< no mass and no weight: at each step the tool rests where coupling and contact balance
   kAtHandle,  ///< the tool is at the handle; the contact wrench is displayed directly
 };
 
@@ -85,8 +85,8 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 /// Model   on tool (f, τ) about T, on hand (−f, −τ + d × f) about H. The power of both,
 ///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
 ///         is −f·v − τ·ω with CouplingState's v, ω: exactly the power that a spring and damper store and dissipate
-/// Source  our derivation. The lever is on the hand's side: only the coupling's torque turns the tool, wherever the
-///         handle is.
+/// Source  our derivation. The lever is on the hand's side: only the coupling's torque turns the tool, for any
+///         place of the handle.
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
 

@@ -13,8 +13,8 @@ inline constexpr double kCouplingRamp_s = 0.1;
 
 /// Coefficients that follow a target linearly in time.
 ///
-/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A stretched spring that gets stiffer is given ½ Δk d²:
-///         the energy comes from the change of coefficients, not from the law
+/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A rise Δk under a stretch d adds the energy ½ Δk d²: it
+///         comes from the change of coefficients, not from the law
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:

@@ -104,7 +104,7 @@ struct Slopes {
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
-/// Law of the form f = S(e(|d|) d̂ + b v), τ alike of θ and ω.
+/// Law of the form f = S(e(|d|) d̂ + b v), τ alike as a function of θ and ω.
 ///
 /// Model   e  the law's non-decreasing curve; S  saturated() with F_max, ε; v the velocity relative to the tool. S is
 ///         the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper dissipates also where the limit

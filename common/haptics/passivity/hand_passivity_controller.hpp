@@ -1,6 +1,6 @@
-// Passivity controller of the hand's port, in the client's haptic tick. The hand may receive the energy that it put in
-// itself, that the server drew from the world for this user, and that the client's local model gave. This holds for any
-// delay and any source of the wrench. A safety net: it should seldom act, and it reports the withheld energy.
+// Passivity controller of the hand's port, in the client's haptic tick. The hand may receive its own
+// energy input, the energy that the server drew from the world for this user, and the local model's output. This holds
+// for any delay and any source of the wrench. A safety net: it should seldom act, and it reports the withheld energy.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ namespace tandem::haptics {
 ///         kMinBalance_j.
 ///         Liveness: at rest and against the force m ≤ 0, so a hand that presses receives the force for which it does
 ///         work. A negative balance has recovered after at most −kMinBalance_j / kLeakRate_w = 1 s.
-///         Passivity: beyond its own input the hand never receives more than the output of the world and the local
-///         model plus the initial credit, the leaked energy and −kMinBalance_j. A negative balance comes from motion
-///         that turned within a period, and from energy that the world took before its report arrived.
+///         Passivity: the hand never receives more than the sum of five terms: its own input, the output of the world
+///         and the local model, the initial credit, the leaked energy, and −kMinBalance_j. A negative balance comes
+///         from motion that turned within a period, and from energy that the world took before its report arrived.
 ///         World, wire and local model report sums, so a lost report delays the balance and does no other harm.
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002; theirs uses the
 ///         past and adds damping, ours predicts one period and scales. Two-port energies over a delay: Ryu, Artigas,

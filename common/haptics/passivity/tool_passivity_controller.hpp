@@ -1,5 +1,5 @@
-// Passivity controller of a tool's port, at the server. The tool may put into the world only the energy that the client
-// reports as its hand's input, and energy that it took from the world before. A stage whose tool merely follows a late
+// Passivity controller of a tool's port, at the server. The tool may put into the world only the reported
+// energy input of its hand and the energy that it took from the world before. A stage whose tool merely follows a late
 // pose reports no energy of its hand.
 #pragma once
 
@@ -52,8 +52,9 @@ class ToolPassivityController {
   /// In      could_do_j  upper bound of the hand's work since then along the path of its handle
   void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s,
                      double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
-  /// Ends a step: the tool's pose, the wrench of the coupling with its brake on it, and the world's running sum of this
-  /// user's net input (computed by the server, so trusted).
+  /// Ends a step.
+  /// In      on_tool_W  wrench of the coupling and its brake on the tool
+  ///         net_into_world_j  running sum of this user's net input; computed by the server, so trusted
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// Returns the brake of the coming step [N·s/m], 0 … kFirmBrake_n_s_per_m.
   /// In      acts  the tool touches or holds something. Otherwise the tool gives the world no energy: a brake would

@@ -7,7 +7,7 @@
 //     (  o  )     proxy               convex and free, and so is the straight way there.
 //                                  3. The proxy moves to the point of this region nearest to the goal: no root
 //                                     finding, no sweep, no tunnelling.
-//                                  4. Again from there, until it moves no farther: round an edge, down a curve.
+//                                  4. Steps 2 and 3 repeat until the proxy stops: around an edge, down a curve.
 #pragma once
 
 #include <array>

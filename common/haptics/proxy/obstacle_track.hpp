@@ -14,8 +14,8 @@ namespace tandem::haptics {
 
 /// Obstacle that a proxy can touch: a mesh, or a convex primitive with an exact distance.
 struct ProxyObstacle {
-  std::shared_ptr<const ProxyMesh> mesh;                 ///< this …
-  std::shared_ptr<const contact::ExactField> primitive;  ///< … or this
+  std::shared_ptr<const ProxyMesh> mesh;                 ///< or null
+  std::shared_ptr<const contact::ExactField> primitive;  ///< or null; exactly one of both is set
   double static_friction = 0;                            ///< Coulomb's coefficient μ_s, at least dynamic_friction
   double dynamic_friction = 0;                           ///< μ_d ≥ 0
   Pose X_WB;                                             ///< pose until the first motion arrives
@@ -28,7 +28,7 @@ struct NearPiece {
   bool has_face = false;
   int obstacle = 0;
   int candidate = -1;     ///< index in the obstacle's list of triangles; −1: a primitive
-  double distance_m = 0;  ///< from the proxy's centre
+  double distance_m = 0;  ///< distance from the proxy's centre
 
   bool is_clear(const Vec3& p, double slack_m) const {
     return closest.height_m(p) >= -slack_m || (has_face && face.height_m(p) >= -slack_m);

@@ -26,9 +26,9 @@ class WaveAccount {
 
 /// The hand's end of the line. Called once a tick.
 ///
-/// Model   on the hand √(2b) v − b V: the newest wave from the tool, and the line's own impedance. Towards the tool u =
-///         √(2b) V − v of the period that just ended, with V its mean velocity, scaled by WaveAccount with the work
-///         that the displayed wrench did on the hand in it
+/// Model   on the hand √(2b) v − b V: the newest wave from the tool, and the line's own impedance. Towards the tool
+///         u = √(2b) V − v of the last period, with V its mean velocity. WaveAccount scales u by the work of the
+///         displayed wrench on the hand in that period
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class WaveHandPort {
  public:
