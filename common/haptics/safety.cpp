@@ -22,8 +22,8 @@ constexpr double kTick_s = 0.001;
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
-// Limits after a silence, while the new states may contain changes that nobody could feel coming. The force rises and a
-// strong force falls more slowly than a perceptible step (0.3 N/ms). A force that has vanished in the meantime decays
+// Limits after a silence, because the first new states may differ much from the last one. The force rises, and a strong
+// force falls, more slowly than a perceptible step (0.3 N/ms). A force that has vanished in the meantime decays
 // within 15 ms. A gap that is almost a silence is treated alike.
 constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kLetGo_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
