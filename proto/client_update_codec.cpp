@@ -1,14 +1,14 @@
-// The client update, both ways.
+// Encodes and decodes the client update.
 #include "proto/state_fields.hpp"
 
 namespace tandem::proto {
 namespace {
 
-/// What belongs to the mode; absent in the others.
+/// Writes the fields of the client's mode; those of other modes stay absent.
 void write_mode_part(const ClientUpdate& update, wire::ClientUpdate& out) {
   out.set_mode(static_cast<std::uint32_t>(update.mode));
   out.set_round_trip_ns(nanoseconds_of_delay(update.round_trip));
-  // One that is out of range would make the whole message unreadable.
+  // An out-of-range wrench would make the whole message unreadable.
   const Wrench on_hand_W = is_wrench(update.on_hand_W) ? update.on_hand_W : Wrench{};
   if (update.mode == ClientMode::kLocalModel) write_six(on_hand_W, *out.mutable_on_hand());
   if (update.mode == ClientMode::kWave) write_six(update.wave, *out.mutable_wave());

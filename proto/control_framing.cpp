@@ -17,11 +17,11 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-/// True when the numbers in one field are finite and so are those in the messages it holds.
+/// Returns true when the numbers in one field and in its sub-messages are finite.
 bool is_finite_field(const Message& message, const FieldDescriptor& field);
 
-/// Control is rare (a few messages a second), so one walk over the message is worth not listing every double
-/// of a scene by hand. The parser's recursion limit bounds the depth.
+/// Walks over the message by reflection, because listing every double of a scene by hand would be error-prone. Control
+/// messages are rare (a few a second). The parser's recursion limit bounds the depth.
 bool is_finite_message(const Message& message) {
   std::vector<const FieldDescriptor*> present;
   message.GetReflection()->ListFields(message, &present);
@@ -62,7 +62,7 @@ bool is_within_limits(const wire::AssetChunk& chunk) {
 
 bool parse_bounded(std::span<const std::byte> payload, Message& out) {
   if (payload.size() > kMaxControlBytes) return false;
-  // Protobuf would print a line about every string that is not UTF-8: a peer must not write our log.
+  // Protobuf logs every string that is not UTF-8; silenced, because a peer must not write to our log.
   const google::protobuf::LogSilencer silencer;
   return out.ParseFromArray(payload.data(), static_cast<int>(payload.size())) && is_finite_message(out);
 }
@@ -87,7 +87,7 @@ std::size_t FrameReader::payload_size_at(std::size_t frame) const {
 }
 
 void FrameReader::drop_taken_bytes() {
-  // Moving the rest only when it is no longer than what is dropped keeps the cost O(1) a byte.
+  // Moves the rest only when it is no longer than the dropped part, which keeps the cost at O(1) a byte.
   if (read_ < buffer_.size() - read_) return;
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(read_));
   frame_ -= read_;

@@ -1,5 +1,5 @@
-// The coupling's coefficients by name, with the range that is accepted from the wire. The server checks
-// SetParameter against it, the client checks what the server says.
+// The coupling's coefficients by name, with the range accepted from the wire. The server checks SetParameter by it, the
+// client checks the server's values.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace tandem::proto {
 
 /// One coefficient.
 struct CouplingField {
-  std::string_view name;  ///< as in SetParameter and ParameterSet
+  std::string_view name;  ///< name in SetParameter and ParameterSet
   double haptics::CouplingParameters::*value;
   double low;
   double high;
@@ -25,10 +25,10 @@ struct CouplingField {
   bool accepts(double number) const { return std::isfinite(number) && number >= low && number <= high; }
 };
 
-/// The law, by name: SetParameter and ParameterSet have it as text.
+/// Name of the law in SetParameter and ParameterSet, whose value is text.
 inline constexpr std::string_view kLawParameter = "coupling.law";
 
-/// In the order of kCouplingRanges.
+/// All fields, in the order of kCouplingRanges.
 inline constexpr std::array<CouplingField, haptics::kCouplingRanges.size()> kCouplingFields{{
     {"coupling.stiffness_n_per_m", &haptics::CouplingParameters::stiffness_n_per_m, haptics::kCouplingRanges[0].low,
      haptics::kCouplingRanges[0].high, &wire::Coupling::stiffness_n_per_m, &wire::Coupling::set_stiffness_n_per_m,
@@ -56,7 +56,7 @@ inline constexpr std::array<CouplingField, haptics::kCouplingRanges.size()> kCou
      &wire::Coupling::has_curve_sharpness},
 }};
 
-/// Null for an unknown name.
+/// Returns null for an unknown name.
 constexpr const CouplingField* find_coupling_field(std::string_view name) {
   for (const CouplingField& field : kCouplingFields) {
     if (field.name == name) return &field;
@@ -64,13 +64,13 @@ constexpr const CouplingField* find_coupling_field(std::string_view name) {
   return nullptr;
 }
 
-/// What a device bears; what is not bounded is left out.
+/// Writes the bounds of a device; an infinite bound is left out.
 inline void write_bounds(const haptics::CouplingParameters& bounds, wire::Coupling& out) {
   for (const CouplingField& field : kCouplingFields) {
     if (std::isfinite(bounds.*field.value)) (out.*field.set)(bounds.*field.value);
   }
 }
-/// The reverse; of any number, so what it says is for the reader to check.
+/// Reads bounds; they may be any numbers, so the caller checks them.
 inline haptics::CouplingParameters read_bounds(const wire::Coupling& coupling) {
   haptics::CouplingParameters bounds = haptics::kNoCouplingBounds;
   for (const CouplingField& field : kCouplingFields) {

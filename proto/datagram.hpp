@@ -1,5 +1,5 @@
-// The 33 bytes before every state message, and the limits that hold for all datagrams. WIRE.md is the
-// normative text; tests/proto checks it against this code.
+// The 33-byte header of every state message, and the limits of all datagrams. WIRE.md is the normative text;
+// tests/proto checks it against this code.
 //
 //   offset  size  field
 //   0       1     version (3 bits, high) | type (2 bits) | epoch (3 bits, low)
@@ -23,14 +23,14 @@ namespace tandem::proto {
 inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::size_t kDatagramHeaderBytes = 33;
 inline constexpr std::size_t kTagBytes = 16;
-/// The tag is the end of the header; what is before it is authenticated as it stands.
+/// Offset of the tag at the end of the header; the bytes before it are authenticated unchanged.
 inline constexpr std::size_t kTagOffset = kDatagramHeaderBytes - kTagBytes;
-/// Fits an IPv6 path of minimum MTU with room for tunnels; never fragmented.
+/// Fits an IPv6 path of minimum MTU with a margin for tunnels; never fragmented.
 inline constexpr std::size_t kMaxDatagramBytes = 1200;
 inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kDatagramHeaderBytes;
 /// Epochs have three bits.
 inline constexpr std::uint8_t kMaxEpoch = 7;
-/// A sequence farther ahead of the newest seen than this is not a gap but damage (about 17 minutes at 1 kHz).
+/// Largest gap to the newest sequence (about 17 minutes at 1 kHz); a larger one counts as damage.
 inline constexpr std::uint64_t kMaxSequenceJump = 1U << 20U;
 
 using Bytes = std::vector<std::byte>;
@@ -38,14 +38,14 @@ using Bytes = std::vector<std::byte>;
 enum class DatagramType : std::uint8_t {
   kClientUpdate = 0,
   kServerUpdate = 1,
-  kPathResponse = 2,   ///< the client says the 8 bytes of a challenge back, from where it is
-  kPathChallenge = 3,  ///< the server asks an address whether its client is there
+  kPathResponse = 2,   ///< the client returns the 8 bytes of a challenge from its present address
+  kPathChallenge = 3,  ///< the server checks whether its client is reachable at an address
 };
-/// The path message that goes the way of that state.
+/// Returns the type of the path message in the direction of that state.
 constexpr DatagramType path_beside(DatagramType state) {
   return state == DatagramType::kClientUpdate ? DatagramType::kPathResponse : DatagramType::kPathChallenge;
 }
-/// Payload of the two path messages.
+/// Payload of a path message.
 inline constexpr std::size_t kPathBytes = 8;
 
 struct DatagramHeader {
@@ -58,8 +58,8 @@ struct DatagramHeader {
 /// Appends the header to `out`.
 void append_header(const DatagramHeader& header, Bytes& out);
 
-/// Reads and checks the header: size limits, version, type, non-zero connection and sequence. The tag is checked by who
-/// has the key (datagram_seal.hpp).
+/// Reads and checks the header: size limits, version, type, non-zero connection and sequence. DatagramSeal checks the
+/// tag (datagram_seal.hpp).
 /// Fails   with the reason; `out` is then unspecified.
 DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out);
 

@@ -18,10 +18,10 @@ DatagramChannel::DatagramChannel(const Settings& settings, ChannelCounters& coun
       send_rate_(net::kDeadbandFloor, settings.max_rate_hz),
       last_heard_(settings.opened),
       last_sent_(settings.opened) {
-  settings_.secret.reset();  // wiped: the seals have made their keys
+  settings_.secret.reset();  // wiped, because the seals have derived their keys
 }
 
-/// Steps 3 and 4.
+/// Performs steps 3 and 4.
 DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::span<const std::byte>& payload) {
   if (const DropReason reason = window_.check(header.sequence); reason != DropReason::kNone) return reason;
@@ -31,7 +31,7 @@ DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const s
 
 DropReason DatagramChannel::receive_path(const DatagramHeader& header, std::span<const std::byte> datagram,
                                          std::uint64_t& number) {
-  // Nobody has to prove anything where nothing is authentic.
+  // Without authentication an address cannot be verified.
   if (opener_.is_null()) return DropReason::kType;
   std::span<const std::byte> payload;
   if (const DropReason reason = open(header, datagram, payload); reason != DropReason::kNone) return reason;
@@ -61,8 +61,8 @@ void DatagramChannel::note_heard(Duration sent_by_peer, LocalTime now) {
   last_heard_ = now;
 }
 
-// How long what was sent has taken: from the own stamp that comes back to the peer's stamp of its arrival, by two
-// clocks. A server update has both; a client update says how long the client has had what it acknowledges.
+// Measures the transit time of a sent update: from the own stamp that is echoed to the peer's stamp of its arrival, on
+// two clocks. A server update has both; a client update has the time for which the client held the acknowledged one.
 void DatagramChannel::take_stamps(const ClientUpdate& update, LocalTime now) {
   note_heard(update.sent.time_since_epoch(), now);
   if (update.acknowledged_sent == ServerTime{}) return;

@@ -1,26 +1,26 @@
-// One end of a connection's state stream: datagrams in, datagrams out, only the freshest. Client and server use the
-// same class, each with its own message; no socket, no clock, no thread.
+// One end of a connection's state stream: sends and receives datagrams, and keeps only the newest state. Client and
+// server use the same class, each with its own message; it has no socket, clock or thread.
 //
-// Receive, in this order; the first check that fails names the drop reason (WIRE.md, "Checks on receive"):
+// Receive, in this order; the first failed check determines the drop reason (WIRE.md, "Checks on receive"):
 //
-//   1 size, version, type, ids           read_header()  nothing is known of the sender yet
-//   2 connection                         is_for()       the server also asks where the datagram comes from
-//   3 not a copy, not far ahead          receive()      by the replay window, which remembers nothing yet
-//   4 authentic                          receive()      opened (datagram_seal.hpp); here the epoch is checked too
+//   1 size, version, type, ids           read_header()  the sender is still unknown
+//   2 connection                         is_for()       the server also checks the source address
+//   3 not a copy, not far ahead          receive()      by the replay window, which is not changed yet
+//   4 authentic                          receive()      opened (datagram_seal.hpp); includes the epoch
 //   5 newer than all state before        receive()      state only: a path message may be late
 //   6 payload, ranges, role              receive()      by the owner's `read`
-//   7 window, newest, stamps             receive()      only now, so that what is damaged or forged changes nothing
+//   7 window, newest, stamps             receive()      last, so that a damaged or forged datagram changes nothing
 //
 // Send:
 //
-//   1 has it changed enough?             admits()       else suppressed (deadband)
-//   2 does the link carry it?            admits()       else paced
+//   1 has the state changed enough?      admits()       else suppressed (deadband)
+//   2 does the link have capacity?       admits()       else paced
 //   3 stamps: own time, echo             send()         the only place that stamps an update
-//   4 has a stream taken the last one?   send()         else dropped as overwritten, without using a sequence
+//   4 is the stream not blocked?         send()         else dropped as overwritten, without using a sequence
 //   5 header with the next sequence      send()
 //   6 payload                            send()         by the owner's `append`
 //   7 seal                               send()         in place
-//   8 hand over                          send()         by the owner's `deliver`; refused: dropped as send_failed
+//   8 deliver                            send()         by the owner's `deliver`; refused: dropped as send_failed
 #pragma once
 
 #include <bitset>
@@ -36,39 +36,39 @@
 
 namespace tandem::proto {
 
-/// Of all channels of a program together.
+/// Counters of all channels of a program together.
 struct ChannelCounters {
   DropCounters received_drops;
   DropCounters sent_drops;
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
-  std::uint64_t updates_suppressed = 0;  ///< not sent because unchanged, by the deadband
-  std::uint64_t updates_paced = 0;       ///< left out because the link does not carry as many
+  std::uint64_t updates_suppressed = 0;  ///< suppressed by the deadband
+  std::uint64_t updates_paced = 0;       ///< suppressed because the link has no capacity for them
 
-  /// A datagram came in; `reason` says why it was dropped, or kNone.
+  /// Counts a received datagram; `reason` is why it was dropped, or kNone.
   void count_received(DropReason reason) {
     ++datagrams_received;
     if (reason != DropReason::kNone) received_drops.add(reason);
   }
 };
 
-/// Step 1 of receiving: parse_header(), and kType for what the other end never sends.
-/// In      expected  what state it sends; its path message is let through too
+/// Step 1 of receiving: parse_header(), and kType for types that the other end never sends.
+/// In      expected  type of the other end's state; its path message is accepted too
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
 
-/// Which of the last kSize sequences have been here: whether an old datagram is a late one or a copy. Asked before a
-/// datagram is opened, told after: what is forged changes nothing.
+/// Set of the last kSize received sequences, which distinguishes late datagrams from copies. check() precedes the
+/// opening of a datagram and accept() follows it, so that a forged datagram changes nothing.
 class ReplayWindow {
  public:
   static constexpr std::size_t kSize = 4096;
 
-  /// kDuplicate: it has been here. kLate: so old that nobody knows.
+  /// Returns kDuplicate for a received sequence, kLate for one older than the window.
   DropReason check(std::uint64_t sequence) const {
     if (sequence > newest_) return DropReason::kNone;
     if (newest_ - sequence >= kSize) return DropReason::kLate;
     return seen_.test(sequence % kSize) ? DropReason::kDuplicate : DropReason::kNone;
   }
-  /// Of a sequence that check() let through.
+  /// Adds a sequence that check() accepted.
   void accept(std::uint64_t sequence) {
     if (sequence > newest_) {
       if (sequence - newest_ >= kSize) seen_.reset();
@@ -84,6 +84,8 @@ class ReplayWindow {
   std::bitset<kSize> seen_;
 };
 
+/// State stream of one connection at one end.
+///
 /// Thread  one at a time
 class DatagramChannel {
  public:
@@ -91,19 +93,19 @@ class DatagramChannel {
     DatagramType sends = DatagramType::kClientUpdate;
     ConnectionId connection;
     std::uint8_t epoch = 0;
-    double deadband = 0;                       ///< Weber fraction (common/net/deadband.hpp); 0: nothing is suppressed
-    double max_rate_hz = 0;                    ///< of the loop that makes the updates
-    bool is_stream = false;                    ///< datagrams travel inside a byte stream, which paces itself
-    LocalTime opened{};                        ///< counts as the time of the last datagram until there is one
+    double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: no suppression
+    double max_rate_hz = 0;  ///< rate of the loop that creates the updates
+    bool is_stream = false;  ///< datagrams travel inside a byte stream, which has its own flow control
+    LocalTime opened{};      ///< counts as the time of the last datagram before the first one
     std::optional<secure::Exported> secret{};  ///< for the seals; none: null cipher
   };
   /// In      counters  must outlive the channel
   DatagramChannel(const Settings& settings, ChannelCounters& counters);
 
   bool is_for(const DatagramHeader& header) const { return header.connection == settings_.connection; }
-  /// Steps 3 to 7 for a datagram of state whose header is `header`.
+  /// Performs steps 3 to 7 for a state datagram with the header `header`.
   ///
-  /// In      read(payload, update)  fills `update`, or says why it cannot be used
+  /// In      read(payload, update)  fills `update`, or returns why it is unusable
   /// Out     `update` is unspecified unless kNone
   template <class Update, class Read>
   DropReason receive(const DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now, Update& update,
@@ -120,20 +122,20 @@ class DatagramChannel {
     take_stamps(update, now);
     return DropReason::kNone;
   }
-  /// The same for a path message, which may be older than the newest state.
+  /// Receives a path message, which may be older than the newest state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_heard() const { return has_heard_; }
   LocalTime last_heard() const { return last_heard_; }
   LocalTime last_sent() const { return last_sent_; }
 
-  /// The updates that the loop makes are numbered: those between the last one and this were overwritten before they
-  /// could be sent, and are counted.
+  /// Counts overwritten updates: the loop numbers its updates, and those between the last number and this one were
+  /// replaced before they could be sent.
   void count_overwritten(std::uint64_t number);
-  /// Steps 1 and 2; what is not admitted is counted.
+  /// Performs steps 1 and 2; counts an update that is not admitted.
   ///
-  /// In      may_wait                   the link's rate may hold it back; false for what a hand has just done
-  ///         has_changed(deadband, since)  whether the other end would notice, `since` the last one was sent; not asked
-  ///                                    when the update goes anyway
+  /// In      may_wait                   the link's rate may hold the update back; false after an action of the hand
+  ///         has_changed(deadband, since)  whether the change is perceptible, `since` the last update was sent; called
+  ///         only when the update is not due anyway
   template <class HasChanged>
   bool admits(LocalTime now, bool may_wait, const HasChanged& has_changed) {
     const Duration since = now - last_sent_;
@@ -148,11 +150,11 @@ class DatagramChannel {
     }
     return true;
   }
-  /// Steps 3 to 8.
+  /// Performs steps 3 to 8.
   ///
   /// In      is_blocked               the stream still has bytes to send
-  ///         append(update, bytes)    encodes the stamped update behind what `bytes` has
-  ///         deliver(datagram)        false when it could not be sent now
+  ///         append(update, bytes)    appends the encoded, stamped update to `bytes`
+  ///         deliver(datagram)        returns false when it could not be sent now
   template <class Update, class Append, class Deliver>
   void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {
     stamp(update, now);
@@ -161,7 +163,7 @@ class DatagramChannel {
     seal_.seal(sequence_, datagram_);
     count_sent(deliver(std::span<const std::byte>(datagram_)));
   }
-  /// A path message, sealed; until the next one or the next update.
+  /// Returns a sealed path message, valid until the next one or the next update.
   std::span<const std::byte> path_message(std::uint64_t number, LocalTime now);
 
  private:
@@ -183,12 +185,12 @@ class DatagramChannel {
   ReplayWindow window_;
   net::Deadband deadband_;
   net::SendRate send_rate_;
-  std::uint64_t newest_ = 0;    ///< sequence of state received
-  std::uint64_t sequence_ = 0;  ///< sent last
-  std::uint64_t number_ = 0;    ///< of the loop's last update
+  std::uint64_t newest_ = 0;    ///< newest sequence of received state
+  std::uint64_t sequence_ = 0;  ///< last sequence sent
+  std::uint64_t number_ = 0;    ///< number of the loop's last update
   bool has_heard_ = false;
-  Step heard_step_;          ///< of the newest server update
-  Duration heard_stamp_{0};  ///< by the peer's clock, when it sent what is newest
+  Step heard_step_;          ///< step of the newest server update
+  Duration heard_stamp_{0};  ///< peer's time stamp of its newest datagram
   LocalTime last_heard_{};
   LocalTime last_sent_{};
   Bytes datagram_;

@@ -27,7 +27,7 @@ unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Fetched once: it takes longer than sealing a datagram.
+/// Returns the cipher, fetched once, because fetching takes longer than sealing a datagram.
 const EVP_CIPHER* cipher_of(secure::Aead aead) {
   static EVP_CIPHER* const kAes = EVP_CIPHER_fetch(nullptr, "AES-256-GCM", nullptr);
   static EVP_CIPHER* const kChaCha = EVP_CIPHER_fetch(nullptr, "ChaCha20-Poly1305", nullptr);
@@ -52,7 +52,7 @@ void expand(const secure::Secret& secret, std::string_view label, std::span<std:
   if (!is_good) throw std::runtime_error("OpenSSL cannot derive a key (HKDF)");
 }
 
-/// The key of one epoch, ready to be used.
+/// Cipher context of one epoch's key.
 struct EpochKey {
   void take(secure::Aead aead, const secure::Secret& chain, bool is_for_opening) {
     secure::Secret key;
@@ -99,9 +99,9 @@ struct DatagramSeal::Keys {
 
   secure::Aead aead;
   bool is_for_opening;
-  secure::Secret chain;  ///< of the newest epoch that has a key here
+  secure::Secret chain;  ///< chain secret of the newest epoch with a key here
   EpochKey current;
-  EpochKey next;  ///< of who opens: ready, so that a forged epoch costs no more than a forged datagram
+  EpochKey next;  ///< for opening: prepared in advance, so that a forged epoch costs no more than a forged datagram
   std::array<std::byte, kMaxPayloadBytes> opened{};
 };
 
@@ -152,7 +152,7 @@ void DatagramSeal::seal(std::uint64_t sequence, std::span<std::byte> datagram) {
           1 &&
       EVP_CipherFinal_ex(c, octets(payload.data()), &size) == 1 &&
       EVP_CIPHER_CTX_ctrl(c, EVP_CTRL_AEAD_GET_TAG, kTagBytes, octets(datagram.data() + kTagOffset)) == 1;
-  // A bug of ours or of the library; what must not happen is that it leaves in the clear.
+  // A bug here or in the library. The payload is wiped, so that it is never sent unencrypted.
   if (!is_sealed) secure::wipe(payload);
 }
 

@@ -1,13 +1,13 @@
-// Seals the datagrams of one direction of one connection, or opens them.
+// Seals or opens the datagrams of one direction of one connection.
 //
-//   TLS connection ──exporter(connection id)──▶ secret ──HKDF──▶ up, down          one chain a direction, so that no two
-//                                                  epoch 0: key, IV                counters ever share a key
-//                                                  epoch 1: key, IV  …             each from the chain of the one before,
-//                                                                                  which is then wiped
+//   TLS connection ──exporter(connection id)──▶ secret ──HKDF──▶ up, down          one chain a direction, so that no
+//                                                  epoch 0: key, IV                two counters ever share a key
+//                                                  epoch 1: key, IV  …             each from the previous chain, which
+//                                                                                  is then wiped
 //   nonce = IV xor sequence · associated data = the header up to the tag · the tag is the end of the header
 //
-// The sequence goes on over epochs, so freshness and replay window do too. Without a secret (--insecure, virtual time)
-// the same calls leave the payload as it is, and the tag is zero.
+// The sequence continues across epochs, and with it freshness check and replay window. Without a secret (--insecure,
+// virtual time) the same calls leave the payload unchanged, and the tag is zero.
 #pragma once
 
 #include <array>
@@ -22,14 +22,16 @@
 
 namespace tandem::proto {
 
-/// A key serves for so many datagrams, or so long; then the sender goes on to the next epoch.
+/// Limits of use of one key, by datagrams and by time; then the sender changes to the next epoch.
 inline constexpr std::uint64_t kMaxDatagramsPerEpoch = 1ULL << 32U;
 inline constexpr Duration kMaxEpochAge = std::chrono::hours(1);
 
-/// What a TLS connection exports for the datagrams of `connection`.
+/// Returns the context of the TLS exporter for the datagrams of `connection`.
 std::array<std::byte, 8> seal_context(ConnectionId connection);
 
-/// Cost    no allocation but at construction and at a new epoch
+/// Seal of one direction: encrypts or decrypts, with a new key for each epoch.
+///
+/// Cost    no allocation except at construction and at a new epoch
 /// Thread  any, one at a time
 class DatagramSeal {
  public:
@@ -44,15 +46,16 @@ class DatagramSeal {
   DatagramSeal& operator=(DatagramSeal&&) noexcept;
 
   bool is_null() const { return keys_ == nullptr; }
-  /// Of what is sealed next.
+  /// Epoch of the next sealed datagram.
   std::uint8_t epoch() const { return epoch_; }
-  /// Goes on to the next epoch when this one's key has served long enough. Before the header is written.
+  /// Changes to the next epoch when the key has reached a limit of use. Called before the header is written.
   void keep_fresh(LocalTime now);
-  /// Encrypts what is behind the header, in place, and fills in the tag.
+  /// Encrypts the payload in place and fills in the tag.
   void seal(std::uint64_t sequence, std::span<std::byte> datagram);
-  /// Authenticates the datagram and gives its payload, which stays until the next call.
+  /// Authenticates the datagram and returns its payload, valid until the next call.
   ///
-  /// Out     kTag: forged, damaged, or sealed with another key; kUnknownConnection: another epoch than this and the next
+  /// Out     kTag: forged, damaged, or sealed with another key; kUnknownConnection: an epoch that is neither the
+  ///         present nor the next one
   DropReason open(const DatagramHeader& header, std::span<const std::byte> datagram,
                   std::span<const std::byte>& payload);
 
@@ -62,7 +65,7 @@ class DatagramSeal {
   DropReason open_null(const DatagramHeader& header, std::span<const std::byte> datagram) const;
 
   std::uint8_t epoch_;
-  std::uint64_t sealed_ = 0;  ///< in this epoch
+  std::uint64_t sealed_ = 0;  ///< datagrams sealed in this epoch
   LocalTime epoch_began_{};
   std::unique_ptr<Keys> keys_;  ///< null: null cipher
 };

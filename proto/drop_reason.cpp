@@ -2,7 +2,7 @@
 
 namespace tandem::proto {
 
-// A switch without default: the compiler warns when a reason has no name.
+// No default, so that the compiler warns about a reason without a name.
 std::string_view name_of(DropReason reason) {
   switch (reason) {
     case DropReason::kNone:

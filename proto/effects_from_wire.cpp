@@ -7,7 +7,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Zero unless there are three.
+/// Returns zero unless there are three numbers.
 Vec3 vec3_of(const google::protobuf::RepeatedField<double>& values) {
   return values.size() == 3 ? Vec3(values[0], values[1], values[2]) : Vec3(0, 0, 0);
 }
@@ -34,7 +34,7 @@ physics::StickSlip model_of(const wire::StickSlip& model) {
 using Effects = google::protobuf::RepeatedPtrField<wire::Effect>;
 
 constexpr std::size_t kMaxLabelBytes = 64;
-/// Of the step rate: what a sampled sinusoid needs to be one.
+/// Largest frequency as a share of the step rate, so that a sampled sinusoid keeps its form.
 constexpr double kMaxVibrationShare = 0.4;
 
 std::string find_surface_problem(const wire::Effect& effect) {
@@ -61,7 +61,7 @@ std::string find_problem_of(const wire::Effect& effect, double step_rate_hz) {
   return problem.empty() ? problem : "." + problem;
 }
 
-/// In      owner  "" of a scene, which has no surface; "bodies[0]." of a body
+/// In      owner  "" for a scene, which has no surface; "bodies[0]." for a body
 std::string find_problem_of(const Effects& effects, double step_rate_hz, const std::string& owner) {
   for (int i = 0; i < effects.size(); ++i) {
     std::string problem = owner.empty() ? find_surface_problem(effects[i]) : "";

@@ -1,4 +1,4 @@
-// Effects of a complete scene, as the world uses them. Server and client both need it, and neither may use the other.
+// Effects of a complete scene as the world uses them, for server and client, which do not depend on each other.
 #pragma once
 
 #include <string>
@@ -9,20 +9,18 @@
 
 namespace tandem::proto {
 
-/// Of a scene and its bodies together: a local model evaluates them in the haptic tick.
+/// Largest number of effects of a scene and its bodies together: a local model evaluates them in the haptic tick.
 inline constexpr int kMaxEffects = 32;
 
-/// Numbers that are absent count as 0.
+/// Returns the settings of an effect; absent numbers count as 0.
 physics::EffectSettings settings_of(const wire::Effect& effect);
 
-/// How many effects there may be, and what the numbers of each must be together; what each number may be alone is in
-/// scene_ranges.hpp.
+/// Checks the number of effects and the combination of each effect's numbers; scene_ranges.hpp has the range of each.
 ///
-/// Out     "bodies[0].effects[1].region is given; it must be ...", of the first effect that cannot be used; empty when
-///         all can
+/// Out     "bodies[0].effects[1].region is given; it must be ...", of the first unusable effect; empty: none
 std::string find_effect_problem(const wire::Scene& scene);
 
-/// Those of the bodies first, all in the order of the scene.
+/// Returns all effects: first those of the bodies, each group in the order of the scene.
 /// In      scene  complete
 std::vector<physics::EffectSettings> effects_of(const wire::Scene& scene);
 

@@ -1,4 +1,4 @@
-// Join tokens: what lets somebody into a room, once; and the invitations in which people hand them on.
+// Join tokens, each of which admits a user to a room once, and the invitations in which people pass them on.
 #pragma once
 
 #include <cstdint>
@@ -15,31 +15,31 @@ namespace tandem::proto {
 
 inline constexpr std::size_t kTokenIdBytes = 16;
 inline constexpr std::size_t kMaxTokenBytes = 512;
-/// From issue to expiry; servers refuse longer ones.
+/// Longest time from issue to expiry that servers accept.
 inline constexpr std::uint64_t kMaxTokenLife_ms = 30ULL * 24 * 60 * 60 * 1000;
 
-/// Signs the claims; a missing id is drawn.
-/// Fails   std::invalid_argument: the key is not of Ed25519, or the claims are out of their ranges
+/// Signs the claims; a missing id is generated.
+/// Fails   std::invalid_argument: the key is not an Ed25519 key, or a claim is out of its range
 Bytes sign_token(wire::TokenClaims claims, const secure::KeyPair& issuer);
 
-/// The claims of a token that one of `issuers` has signed, each field within its range. Times, audience and use are the
-/// caller's to check.
+/// Returns the claims of a token signed by one of `issuers`, each field within its range. The caller checks times,
+/// audience and use.
 ///
-/// Fails   nothing: it cannot be read, or nobody of them has signed it
+/// Fails   nothing: the token is unreadable, or no issuer has signed it
 std::optional<wire::TokenClaims> read_token(std::span<const std::byte> token,
                                             std::span<const secure::PublicKey> issuers);
-/// Likewise, whoever has signed it: for who carries it and only wants to know what it says.
+/// Returns the claims without a check of the signature, for a bearer that only displays them.
 std::optional<wire::TokenClaims> peek_token(std::span<const std::byte> token);
 
-/// What one person sends another: where the server is, how to know it, and the token.
+/// Invitation from one person to another: the server's address and key, and the token.
 struct Invitation {
   std::string server;  ///< "ADDRESS:PORT"
   secure::KeyId key{};
   Bytes token;
 };
-/// "ADDRESS:PORT/KEY/TOKEN", without characters that a shell would take for its own.
+/// Returns "ADDRESS:PORT/KEY/TOKEN", without characters that are special in a shell.
 std::string text_of(const Invitation& invitation);
-/// Fails   nothing: it is no such text
+/// Fails   nothing: the text is no invitation
 std::optional<Invitation> invitation_of(std::string_view text);
 
 }  // namespace tandem::proto

@@ -1,4 +1,4 @@
-// Placement as a pose. Server and client both need it, and neither may use the other.
+// Placement as a pose, for server and client, which do not depend on each other.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace tandem::proto {
 
-/// The pose that a placement describes; numbers that are absent count as 0.
+/// Returns the pose of a placement; absent numbers count as 0.
 ///
 /// Model   R = R_z(γ) · R_y(β) · R_x(α): turns about the fixed axes x, then y, then z
 /// Out     finite exactly when the placement's numbers are; callers check counts and bounds
@@ -25,7 +25,7 @@ inline Pose pose_from_placement(const wire::Placement& placement) {
   return {vector_of(placement.position_m()), rotation.normalized()};
 }
 
-/// Three numbers in metres that a scene can have.
+/// Returns whether the numbers are three valid coordinates of a scene.
 inline bool is_place(const google::protobuf::RepeatedField<double>& metres) {
   return metres.size() == 3 && std::ranges::all_of(metres, [](double x) { return std::abs(x) <= kMaxPositionM; });
 }

@@ -1,4 +1,4 @@
-// The server update, both ways.
+// Encodes and decodes the server update.
 #include <google/protobuf/io/coded_stream.h>
 
 #include <Eigen/Eigenvalues>
@@ -12,7 +12,7 @@
 namespace tandem::proto {
 namespace {
 
-/// A stiffness that is negative in some direction would give a tool energy out of nothing.
+/// Returns whether no eigenvalue is negative: a negative one would give a tool energy without a source.
 bool is_never_negative(const decltype(SoftContact::stiffness)& stiffness) {
   const Eigen::SelfAdjointEigenSolver<decltype(SoftContact::stiffness)> solver(stiffness, Eigen::EigenvaluesOnly);
   const auto& values = solver.eigenvalues();  // in rising order
@@ -27,8 +27,8 @@ bool is_in_range(const SoftContact& contact) {
          contact.stiffness.cwiseAbs().maxCoeff() <= kMaxContactStiffness && is_never_negative(contact.stiffness);
 }
 
-/// Writes messages as generated code does, to the byte: fields in the order of their numbers, none that has its default. All users
-/// of a room wait for those before them, and a datagram is prepared in a sixth less of the time.
+/// Writes messages byte for byte like generated code: fields in the order of their numbers, without defaults. It
+/// prepares a datagram in a sixth less time, for which all users of a room wait.
 class FieldWriter {
  public:
   std::span<const std::byte> bytes() const { return std::as_bytes(std::span<const std::uint8_t>(bytes_.data(), end_)); }
@@ -44,7 +44,7 @@ class FieldWriter {
   void number(int field, double value) {
     if (std::bit_cast<std::uint64_t>(value) != 0) fixed(field, value);
   }
-  /// Fields that follow each other.
+  /// Writes consecutive fields.
   template <std::size_t count>
   void each(int first_field, const std::array<double, count>& values) {
     for (std::size_t i = 0; i < count; ++i) number(first_field + static_cast<int>(i), values[i]);
@@ -134,12 +134,12 @@ DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
   return is_in_range(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// What a client with a local model, or with wave variables, needs besides.
+/// Writes the additional fields for a client with a local model or wave variables.
 void write_bridge_part(const OwnUpdate& update, FieldWriter& out) {
   using Field = wire::ServerUpdate;
   if (update.held_body.is_valid()) out.packed(Field::kToolInHeldBodyFieldNumber, numbers_of<float>(update.X_BT));
   out.varint(Field::kPlayoutNsFieldNumber, nanoseconds_of_delay(update.playout));
-  // One that is out of range would make the whole message unreadable.
+  // An out-of-range contact would make the whole message unreadable.
   if (is_in_range(update.soft_contact)) {
     out.message(Field::kSoftContactFieldNumber, [&] { write_soft_contact(update.soft_contact, out); });
   }
@@ -169,7 +169,8 @@ void write_rigid(const RigidState& state, FieldWriter& out) {
   out.each(wire::RigidState::kVxMPerSFieldNumber, numbers_of<double>(V.v, V.w));
 }
 
-/// Everything but bodies and users is always sent: this before them, write_bridge_part() after.
+/// Writes the first part of the fields that are always sent: all but bodies and users. write_bridge_part() writes the
+/// rest.
 void write_own_part(const OwnUpdate& update, FieldWriter& out) {
   using Field = wire::ServerUpdate;
   out.varint(Field::kStepFieldNumber, update.step.value);
@@ -185,7 +186,7 @@ void write_own_part(const OwnUpdate& update, FieldWriter& out) {
   out.varint(Field::kTickFaultsFieldNumber, update.tick_faults);
   out.number(Field::kEnergyIntoWorldJFieldNumber, update.energy_into_world_j);
   out.number(Field::kEnergyFromWorldJFieldNumber, update.energy_from_world_j);
-  // Clamped, unlike the rest: overlapping atoms give any energy, up to infinity, in a sound world.
+  // Clamped, unlike the rest, because overlapping atoms can have any energy, up to infinity, in a valid world.
   out.number(Field::kFieldEnergyKjPerMolFieldNumber,
              std::clamp(update.field_energy_kj_per_mol, -kMaxFieldEnergyKjPerMol, kMaxFieldEnergyKjPerMol));
 }
@@ -205,7 +206,7 @@ DropReason read_own_part(const wire::ServerUpdate& in, ServerUpdate& out) {
   const bool has_energies = is_cumulative_energy(out.energy_into_world_j) &&
                             is_cumulative_energy(out.energy_from_world_j) &&
                             std::abs(out.field_energy_kj_per_mol) <= kMaxFieldEnergyKjPerMol;
-  // A step from after the datagram that reports it would always pass for a fresh one.
+  // A step later than the datagram that reports it would always count as fresh.
   const bool is_in_order = has_times && out.stepped <= out.sent && out.received <= out.sent;
   if (!is_in_order || !has_energies) return DropReason::kNotFinite;
   if (const DropReason drop = read_rigid(in.tool(), out.tool); drop != DropReason::kNone) return drop;
@@ -263,12 +264,12 @@ DropReason read_users(const wire::ServerUpdate& in, ServerUpdate& out) {
   return DropReason::kNone;
 }
 
-/// Then `turns` has the same items as `items`, in their order, each with what it knew of it.
+/// Makes `turns` parallel to `items`, keeping the entries of known items.
 template <class Items, class Turns>
 void follow(const Items& items, Turns& turns) {
   using Turn = typename Turns::value_type;
   const auto has_id_of = [](const Turn& turn, const auto& item) { return turn.id == item.id.value; };
-  // Nearly always nobody came or went, and everything is where it was.
+  // Nearly always the items are unchanged.
   if (std::ranges::equal(turns, items, has_id_of)) return;
   Turns followed;
   for (const auto& item : items) {
@@ -279,7 +280,7 @@ void follow(const Items& items, Turns& turns) {
   turns = followed;
 }
 
-/// The written priority after the own part; lower goes first.
+/// Priority after the own part; lower ranks are first.
 enum Rank : std::uint8_t { kRankHeld, kRankOverdue, kRankUser, kRankHeldByOther, kRankMoving, kRankResting };
 
 Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
@@ -288,9 +289,9 @@ Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
   return was_moving || !is_at_rest(body.state.V) ? kRankMoving : kRankResting;
 }
 
-/// A resting body with a one-byte id: when less is left, nothing fits any more.
+/// Size of a resting body with a one-byte id: no item fits into less.
 constexpr std::size_t kMinItemBytes = 34;
-/// A user with the largest numbers has 179.
+/// Bound of an item's size; a user with the largest numbers has 179 bytes.
 constexpr std::size_t kMaxItemBytes = 192;
 
 void write_compact(std::uint32_t id, const RigidState& state, FieldWriter& out) {
@@ -317,7 +318,7 @@ void write_item(const OtherUserState& user, FieldWriter& out) {
   using Field = wire::CompactState;
   write_compact(user.id.value, user.tool, out);
   out.varint(Field::kHoldsBodyFieldNumber, user.holds.value);
-  // One that is out of range would make the whole message unreadable.
+  // An out-of-range handle would make the whole message unreadable.
   if (user.has_handle && is_sendable(user.handle) && is_wrench(user.on_hand_W)) {
     out.message(Field::kHandleFieldNumber, [&] { write_handle(user, out); });
   }
@@ -340,15 +341,15 @@ int field_of(const OtherUserState&) {
   return wire::ServerUpdate::kUsersFieldNumber;
 }
 
-/// Any, but the same for the same state.
+/// Returns a hash of any quality that is equal for equal states.
 std::size_t hash_of(std::uint32_t id, const RigidState& state) {
   std::uint64_t hash = id;
   for (const double number : state.X.p) hash = std::rotl(hash, 21) ^ std::bit_cast<std::uint64_t>(number);
   return hash * 0x9e3779b97f4a7c15U >> 32U;
 }
 
-/// A body or user as a field of wire::ServerUpdate; good until the next call. All users of a room
-/// are told of the same things: what this thread has encoded lately, and has not changed, it does not encode again.
+/// Returns a body or user as a field of wire::ServerUpdate, valid until the next call. All users of a room receive the
+/// same items, so each thread caches recently encoded ones and reuses unchanged ones.
 template <class Item>
 std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
   struct Encoded {
@@ -369,8 +370,8 @@ std::span<const std::byte> encoded(const Item& item, const RigidState& state) {
   return std::span(known.bytes).first(known.size);
 }
 
-/// One body or user that could go into the message, as a number: lower goes first. From the high bits down its rank; the
-/// message in which it was last sent, and its place there; whether it is a user; its index.
+/// A body or user that may be included in the message, packed into a number; lower is first. From the high bits down:
+/// its rank, the message in which it was last sent and its position there, whether it is a user, its index.
 class Candidate {
  public:
   Candidate(Rank rank, std::uint64_t sent, std::size_t place, bool is_user, std::size_t index)
@@ -379,7 +380,7 @@ class Candidate {
 
   Rank rank() const { return static_cast<Rank>(order_ >> kRankBit); }
   std::uint64_t sent() const { return turn() >> kSentBit; }
-  /// Lower has waited longer.
+  /// A lower value has waited longer.
   std::uint64_t turn() const { return order_ & ((std::uint64_t{1} << kRankBit) - 1); }
   bool is_user() const { return (order_ >> kUserBit & 1U) != 0; }
   std::size_t index() const { return order_ & ((std::uint64_t{1} << kUserBit) - 1); }
@@ -419,7 +420,7 @@ void ServerUpdateEncoder::append(const OwnUpdate& own, std::span<const BodyState
   ++message_;
   follow(bodies, body_turns_);
   follow(users, user_turns_);
-  // In the order of the fields: own part, bodies, users, bridge part.
+  // Parts in the order of the fields: own part, bodies, users, bridge part.
   thread_local Bytes users_part;
   users_part.clear();
   FieldWriter own_part, bridge;

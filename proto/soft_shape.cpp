@@ -35,7 +35,7 @@ std::vector<Cell> lattice_cells() {
   return cells;
 }
 
-/// Of one side: the axis that it is across, and which end.
+/// Appends the triangles of one side, given by its perpendicular axis and its end.
 void append_side(int axis, bool is_high, const std::map<Cell, int>& index_of, std::vector<std::array<int, 3>>& faces) {
   const auto at = [&](int u, int v) {
     Cell cell{};
@@ -74,7 +74,7 @@ const std::vector<std::array<int, 3>>& soft_lattice_faces() {
   static const auto kFaces = [] {
     std::map<Cell, int> index_of;
     for (const Cell& cell : lattice_cells()) index_of.emplace(cell, static_cast<int>(index_of.size()));
-    // Numbered as soft_lattice() has them, not as the map sorts them.
+    // The points are numbered as in soft_lattice(), not in the order of the map.
     int next = 0;
     for (const Cell& cell : lattice_cells()) index_of[cell] = next++;
     std::vector<std::array<int, 3>> faces;

@@ -1,5 +1,5 @@
-// Private to the state codec: the parts that both messages are made of, written and read. What is read is checked
-// against the ranges of state.hpp; what is written is taken as it is.
+// Private to the state codec: writing and reading of the common parts of both messages. Values read are checked against
+// the ranges of state.hpp; values written are not checked.
 #pragma once
 
 #include <google/protobuf/arena.h>
@@ -19,9 +19,8 @@ inline constexpr int kTwistNumbers = 6;
 inline constexpr int kWrenchNumbers = 6;
 inline constexpr int kTriangleNumbers = 21;
 
-/// Where this thread builds and parses its messages, emptied: what the last call's message was is gone. Protobuf frees
-/// sub-messages at every Clear() unless they live in an arena; the first block holds any message that a peer of this
-/// version can send.
+/// Returns this thread's arena, emptied; messages of earlier calls are invalid. Protobuf frees sub-messages at every
+/// Clear() unless they live in an arena. The first block holds any message that a peer of this version can send.
 inline google::protobuf::Arena& fresh_arena() {
   constexpr std::size_t kBlockBytes = 64 * 1024;
   thread_local std::vector<char> block(kBlockBytes);
@@ -34,7 +33,7 @@ Message& fresh_message() {
   return *google::protobuf::Arena::CreateMessage<Message>(&fresh_arena());
 }
 
-// Negative times and ages do not occur on monotonic clocks; they would read as centuries.
+// Clamps to 0: negative times do not occur on monotonic clocks, and would be read as centuries.
 inline std::uint64_t nanoseconds_of(Duration duration) {
   return static_cast<std::uint64_t>(std::max(duration, Duration{0}).count());
 }
@@ -53,11 +52,11 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
   return true;
 }
 
-// Written so that NaN fails: every comparison with it is false. The norm of a huge vector is infinite and fails too.
+// This form fails for NaN. The norm of a huge vector is infinite and fails too.
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }
-/// Of a hand or a tool.
+/// Returns whether a wrench on a hand or tool is within the limits.
 inline bool is_wrench(const Wrench& wrench) {
   return is_within(wrench.f, kMaxForceN) && is_within(wrench.t, kMaxTorqueNM);
 }
@@ -94,7 +93,7 @@ inline void write_rigid(const RigidState& state, wire::RigidState& out) {
   out.set_wz_rad_per_s(state.V.w.z());
 }
 
-/// Range-checks `state` and makes its rotation unit length.
+/// Checks the ranges of `state` and normalises its rotation.
 inline DropReason accept_rigid(RigidState& state) {
   if (!is_in_range(state)) return DropReason::kNotFinite;
   state.X.q.normalize();
@@ -110,7 +109,7 @@ inline DropReason read_rigid(const wire::RigidState& in, RigidState& out) {
   return accept_rigid(out);
 }
 
-/// A number each of the vector and of the quaternion (w x y z), and so on for the others below.
+/// Reads a vector and a quaternion (w x y z) as single numbers; the functions below read their types alike.
 template <class Number>
 DropReason read_pose(const google::protobuf::RepeatedField<Number>& in, Pose& out) {
   if (in.size() != kPoseNumbers) return DropReason::kMalformed;
@@ -140,7 +139,7 @@ inline bool is_zero(const Wrench& wrench) {
   return wrench.f.isZero(0) && wrench.t.isZero(0);
 }
 
-/// Absent: zeros.
+/// Reads a wave; absent means zeros.
 inline DropReason read_wave(const google::protobuf::RepeatedField<double>& in, Wrench& out) {
   out = {};
   if (in.empty()) return DropReason::kNone;
@@ -174,7 +173,7 @@ inline DropReason read_wrench(const wire::WrenchOnHand& in, Wrench& out) {
   return is_wrench(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// A little inside the reader's limits, so that rounding to single precision cannot cross them.
+/// Returns whether the state is within the reader's limits, with a margin for rounding to single precision.
 inline bool is_sendable(const RigidState& state) {
   constexpr double kInside = 1.0 - 1e-6;
   return is_within(state.X.p, kInside * kMaxPositionM) && is_unit(state.X.q) &&
@@ -186,7 +185,7 @@ bool parse_payload(std::span<const std::byte> payload, Message& out) {
   return payload.size() <= kMaxPayloadBytes && out.ParseFromArray(payload.data(), static_cast<int>(payload.size()));
 }
 
-/// `message` must have its sizes cached: ByteSizeLong() gave `size`, and nothing has changed since.
+/// Appends `message`, whose sizes must be cached: ByteSizeLong() returned `size`, and nothing has changed since.
 inline void append_bytes(const google::protobuf::MessageLite& message, std::size_t size, Bytes& out) {
   const std::size_t start = out.size();
   out.resize(start + size);

@@ -1,5 +1,5 @@
-// What a complete scene says of a world in plain numbers; shapes, masses and molecules are added by whoever has them:
-// the server from files, a client from assets.
+// Conversion of a complete scene to the description of a world. Shapes, masses and molecules are added by the caller:
+// the server takes them from files, a client from assets.
 #pragma once
 
 #include <memory>
@@ -14,28 +14,29 @@
 
 namespace tandem::proto {
 
-/// Everything but each body's and tool's touch, mass and molecule, and the fit of an adaptive law.
-/// In      scene  complete; its numbers are taken as they are
+/// Returns the world without touch, mass and molecule of bodies and tools, and without the fit of an adaptive law.
+/// In      scene  complete; its numbers are not checked
 physics::WorldDescription world_from_wire(const wire::Scene& scene);
 
-/// What is wrong with a scene's molecular field beside its numbers (scene_ranges.hpp); empty: nothing.
-/// In      path  with which the text begins; "": with the field
+/// Returns a problem of a scene's molecular field other than its numbers (scene_ranges.hpp); empty: none.
+/// In      path  prefix of the text; "": the text begins with the field
 std::string find_molecular_problem(const wire::Scene& scene, const std::string& path = "");
 
-/// What is wrong with how mass is spread, as sent: a number that is out of its range (scene_ranges.hpp), a part that is
-/// lacking, axes that are not of unit length; empty when there is nothing. A mass of 0 stands alone.
+/// Returns a problem of received mass properties: a number out of its range (scene_ranges.hpp), a missing part, or a
+/// quaternion that is not of unit length; empty: none. With a mass of 0 the rest is not checked.
 ///
-/// In      path  of the message, with which the text begins, e.g. "tool_masses[0]"
+/// In      path  prefix of the text, naming the message, e.g. "tool_masses[0]"
 std::string find_mass_problem(const wire::MassProperties& message, const std::string& path);
-/// None when find_mass_problem() says what is wrong.
+/// Returns nothing when find_mass_problem() finds a problem.
 std::optional<MassProperties> mass_from_wire(const wire::MassProperties& message);
 
-/// Of a sphere, box, cylinder or capsule; null for another kind. One that is alike and in use is that one.
-/// Thread  any, at the same time
-/// Fails   std::invalid_argument as the makers of common/contact do
+/// Returns the contact shape of a sphere, box, cylinder or capsule; null for another kind. Equal shapes in use are
+/// shared.
+/// Thread  any, concurrently
+/// Fails   std::invalid_argument like the makers of common/contact
 std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);
 
-/// A part for each shape, none for a null one.
+/// Returns a touch model with one part for each shape; null shapes are skipped.
 physics::TouchModel touch_model_of(std::vector<physics::TouchModel::Part> parts, double stiffness_n_per_m3);
 
 }  // namespace tandem::proto

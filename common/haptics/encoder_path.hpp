@@ -1,17 +1,17 @@
-// Where a handle went between the steps of its encoders.
+// Estimated path of a handle between the steps of its encoders.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
 
-/// The smoothest path that the reported poses allow: work along the jumps of a report would be that of the encoder.
-/// A spring k whose end is reported in steps δ seems to give k δ²/2 with each step, wherever the hand really went.
+/// Smoothest path that the reported poses allow. Work along the jumps of the report would be an artefact of the
+/// encoder: a spring k whose end is reported in steps δ seems to give k δ²/2 with each step, for any path of the hand.
 ///
-/// Model   p̂_k = q_k + e, each component of e = p̂_{k−1} + v T − q_k held within half a step, where the true place is; q
-///         the report, v the estimated velocity. At rest where a report hops between two neighbours. A wider bound lets
-///         the path lag with the estimate, which does work of its own. Rotations alike, by rotation vectors.
-///         Steps of 0: the reports themselves
+/// Model   p̂_k = q_k + e. Each component of e = p̂_{k−1} + v T − q_k is clamped to half a step, the interval of the
+///         true place; q the report, v the estimated velocity. The path is at rest where a report alternates between
+///         two neighbours. A wider bound would let the path lag with the estimate, which does work of its own.
+///         Rotations alike, by rotation vectors. Steps of 0: the reports themselves
 /// Source  ours
 /// Thread  haptic: no allocation, no throw
 class EncoderPath {
@@ -21,7 +21,7 @@ class EncoderPath {
 
   /// In      X, V  reported pose, estimated velocity; finite
   Pose follow(const Pose& X, const Twist& V, double period_s) noexcept;
-  /// The next report is where the path begins anew.
+  /// Restarts the path at the next report.
   void lose_pose() noexcept { has_pose_ = false; }
 
  private:

@@ -1,4 +1,4 @@
-// See safety.hpp. One gain carries ramp, silence and faults, so that no sequence of them can add up to a step.
+// See safety.hpp. One gain carries ramp, silence and faults, so that no sequence of them adds up to a step.
 #include "common/haptics/safety.hpp"
 
 #include <algorithm>
@@ -10,24 +10,24 @@
 namespace tandem::haptics {
 namespace {
 
-// Beyond this a wrench is as wrong as NaN: five orders above any device, and every sum below stays finite.
+// A wrench above this limit is treated like NaN. It is five orders above any device, and every sum below stays finite.
 constexpr double kAbsurdWrench = 1e6;
-// Ours: carried things and shaken ones run along their force at 0.5 m/s at most; a device of 0.15 kg that nobody holds
-// gets there within 15 mm under 5 N.
+// Limits for a handle that is driven by the displayed force. Carried and shaken things move along their force at 0.5
+// m/s at most (ours). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
-// A tick in time. Ramp and slew limit count no more for one that came later, and a late one counts as this.
+// Period of a tick that is in time. Ramp and slew limit count at most this much; a late tick counts as exactly this.
 constexpr double kTick_s = 0.001;
-// When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
-// slowly: neither the force nor its slope jumps.
+// Time constants after a state ends a silence: the gain continues to fall for about the first; a rise of the wrench in
+// the meantime is displayed with the second. Neither the force nor its slope jumps.
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
-// From a silence's end on, whatever states say that nobody had heard of meanwhile comes in more slowly than what hands take
-// for a step (0.3 N/ms), and a strong force that still falls likewise; but what has let go meanwhile is gone within 15 ms.
-// A gap that is almost a silence hides as much.
+// Limits after a silence, because the first new states may differ much from the last one. The force rises, and a strong
+// force falls, more slowly than a perceptible step (0.3 N/ms). A force that has vanished in the meantime decays
+// within 15 ms. A gap that is almost a silence is treated alike.
 constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kLetGo_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
-// Of the clutch: as steep as what nobody takes for a step (0.1 N/ms), and likewise in torque.
+// Rate of fall at a clutch, a slope that is not perceived as a step: 0.1 N/ms, and a similar torque rate.
 constexpr double kClutchFall_n_per_s = 100, kClutchFall_n_m_per_s = 5;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
@@ -58,7 +58,7 @@ void check(const SafetySettings& s) {
           s.speed_limit_m_per_s, "it must be above 0");
 }
 
-/// |part| / |whole|, at most 1.
+/// Returns |part| / |whole|, at most 1.
 double length_share(const Vec3& part, const Vec3& whole) {
   const double length = whole.norm();
   return length > 0 ? std::min(1.0, part.norm() / length) : 1.0;
@@ -69,13 +69,14 @@ bool is_plausible(const Wrench& wrench) {
          wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
 }
 
-/// Hands move as fast by themselves, but not where a force takes them.
+/// Returns true when the handle moves along the displayed force faster than kDriven_m_per_s. A hand reaches this speed
+/// by itself, but not along such a force.
 bool is_driven_off(const Vec3& handle_v, const Vec3& force_on_hand) {
   const double force_n = force_on_hand.norm();
   return force_n >= kDriving_n && handle_v.dot(force_on_hand) > kDriven_m_per_s * force_n;
 }
 
-/// A share that goes back to 1.
+/// Returns `share` after an exponential approach to 1.
 double risen(double share, double rise_s) {
   return 1 - (1 - share) * std::exp(-rise_s / kShownAgain_s);
 }
@@ -103,7 +104,7 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const double since_s = advance_time(now);
   const bool is_late = since_s > kTick_s + to_seconds(settings_.late_tick);
   const double elapsed_s = is_late ? kTick_s : since_s;
-  const double rise_s = std::min(elapsed_s, kTick_s);  // nothing may jump up
+  const double rise_s = std::min(elapsed_s, kTick_s);  // a late tick may rise by one period only
   const bool is_slow = rate_.is_slow(now) || input.is_room_slow;
   faults_ =
       present_faults(input) | (is_late ? SafetyFaults{kSafetyLate} : 0) | (is_slow ? SafetyFaults{kSafetySlow} : 0);
@@ -112,8 +113,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   update_gain(input, elapsed_s, rise_s);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
-  // At either edge of the clutch the handle's speed jumps, and a damper's force with it: until its decay is over the
-  // computed wrench does not count, even if the button has come up again.
+  // At either edge of the clutch the handle's speed jumps, and with it the damper's force. The computed wrench is
+  // therefore ignored until the decay has ended, even if the button has been released again.
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
@@ -121,7 +122,7 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   shown_force_ = risen(shown_force_, rise_s);
   shown_torque_ = risen(shown_torque_, rise_s);
   const Wrench target{input.wrench.f * (gain_ * shown_force_), input.wrench.t * (gain_ * shown_torque_)};
-  // Without a usable wrench the last one fades with the gain: no step, and zero when the gain is.
+  // Without a usable wrench the last one is scaled with the gain: no step, and zero when the gain is zero.
   Wrench out = is_usable ? slewed(target, rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
@@ -153,7 +154,7 @@ double SafetyChain::advance_time(LocalTime now) noexcept {
 SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcept {
   SafetyFaults faults = 0;
   if (!is_plausible(input.wrench)) faults |= kSafetyNotFinite;
-  // Written so that a NaN speed counts as too fast.
+  // This form counts a NaN speed as too fast.
   if (!(input.handle_speed_m_per_s <= settings_.speed_limit_m_per_s)) faults |= kSafetyTooFast;
   if (is_driven_off(input.handle_v, displayed_.f)) faults |= kSafetyTooFast;
   if (!input.sample_is_valid) faults |= kSafetyInvalidSample;
@@ -165,7 +166,8 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
   const double silence = silence_gain(input.state_age);
-  // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
+  // A fault that ends within the decay still decays to zero; the latch is cleared only when the device has displayed
+  // zero.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - let_go_by(input, elapsed_s));
@@ -178,7 +180,7 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   returning_s_ = is_gap ? kReturns_s : std::max(0.0, returning_s_ - elapsed_s);
   if (is_gap) silent_force_n_ = displayed_.f.norm();
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  // A silence falls more slowly by itself; what is silent after a stall is let go in steps, too.
+  // The silence gain by itself falls more slowly than this bound. The bound also spreads a silence found after a stall.
   const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
   gain_ = std::max(std::min(gain_, silence), least);
   if (gain_ <= 0) {
@@ -187,28 +189,28 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
     fall_per_s_ = std::clamp((gain_before - gain_) / elapsed_s, 0.0, kSteepestFall_per_s);
   }
   faults_ |= latched_;
-  // Where nothing is to be displayed no state is awaited either, so its absence is no silence; its age still is.
+  // Where nothing is to be displayed, a missing state is no silence; an old one still is.
   const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
   if (is_silent) faults_ |= kSafetySilence;
   if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
   if (gain_ < 1 && latched_ == 0 && !is_silent && input.is_displaying) faults_ |= kSafetyRamping;
 }
 
-// A clutch is no fault: it is let go as gently as a hand feels no step.
+// Returns the decrease of the gain. A clutch is no fault: its decay is slow enough that the hand feels no step.
 double SafetyChain::let_go_by(const SafetyInput& input, double elapsed_s) const noexcept {
   const double most = elapsed_s / to_seconds(settings_.fault_decay);
   const bool is_gentle = latched_ == kSafetyClutched && input.has_state && input.is_displaying;
   if (!is_gentle) return most;
   const double force_s = displayed_.f.norm() / kClutchFall_n_per_s;
   const double torque_s = displayed_.t.norm() / kClutchFall_n_m_per_s;
-  const double length_s = std::max(force_s, torque_s);  // of the fall from here
+  const double length_s = std::max(force_s, torque_s);  // duration of the fall from here
   return length_s > 0 ? std::min(most, gain_ * elapsed_s / length_s) : most;
 }
 
 double SafetyChain::silence_gain(Duration state_age) const noexcept {
   const double left_s = to_seconds(settings_.silence_zero - state_age);
   const double left = std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
-  // Flat at both ends: a silence that is hardly one is hardly felt.
+  // Zero slope at both ends: a silence that has only just begun is hardly felt.
   return left * left * left * (10 - 15 * left + 6 * left * left);
 }
 

@@ -6,10 +6,10 @@
 namespace tandem::haptics {
 namespace {
 
-/// What is on the window's positions, relative to the newest and newest first; one of translation and rotation.
+/// Samples in the window, relative to the newest and newest first, of either translation or rotation.
 struct History {
   std::array<Vec3, VelocityEstimator::kMaxSamples> x;
-  std::array<double, VelocityEstimator::kMaxSamples> age_s;  ///< of x, ≥ 0
+  std::array<double, VelocityEstimator::kMaxSamples> age_s;  ///< age of each x, ≥ 0
   std::size_t count = 0;
 };
 
@@ -18,7 +18,7 @@ struct Line {
   std::size_t window = 0;  ///< periods; 0: none
 };
 
-/// True when no component of a position is further than `tolerance` from the line.
+/// Returns true when no component of a position is further than `tolerance` from the line.
 bool lies_on(const History& history, std::size_t window, const Vec3& mean, double mean_age_s, const Vec3& slope,
              double tolerance) {
   for (std::size_t i = 0; i <= window; ++i) {
@@ -28,8 +28,8 @@ bool lies_on(const History& history, std::size_t window, const Vec3& mean, doubl
   return true;
 }
 
-// Least squares over ever more samples until one of them is off the line. A quantised position is off by at most half a
-// step and the fit by as much again, except at the ends of short windows.
+// Fits lines by least squares over growing windows until a sample lies off the line. A quantised position errs by at
+// most half a step and the fit by as much again, except at the ends of short windows.
 Line longest_line(const History& history, double step, std::size_t most) {
   Line line;
   if (history.count < 2) return line;
@@ -80,7 +80,7 @@ Twist VelocityEstimator::add(LocalTime taken, const Pose& X) noexcept {
   const Line travel = longest_line(linear, position_step_m_, window_);
   const Line turn = longest_line(angular, rotation_step_rad_, window_);
   const Twist found{travel.slope, turn.slope};
-  // Positions at the end of the number range can overflow in between.
+  // The fit can overflow for positions near the end of the number range.
   if (is_finite(found)) twist_ = found;
   linear_delay_ = from_seconds(linear.age_s[travel.window] / 2);
   angular_delay_ = from_seconds(angular.age_s[turn.window] / 2);

@@ -1,4 +1,4 @@
-// Velocity of a handle whose position comes in steps: over one period a step of 0.03 mm is 30 mm/s of noise.
+// Velocity of a handle whose position is quantised: a step of 0.03 mm in one period is 30 mm/s of noise.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace tandem::haptics {
 
-/// First-order adaptive windowing: the longest window over which the positions still lie on a line to within their
-/// resolution. Long at rest (quiet), short when the hand turns (prompt).
+/// First-order adaptive windowing: uses the longest window over which the positions lie on a line to within their
+/// resolution. The window is long at rest (little noise) and short when the hand turns (little delay).
 ///
 /// Source  Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for velocity estimation", IEEE T-CST
 ///         8(6), 2000
@@ -20,14 +20,14 @@ class VelocityEstimator {
   static constexpr std::size_t kMaxSamples = 32;
   static constexpr std::size_t kWindow = 20;
   /// In      …_step_…  resolution; 0: exact positions, the window is one period
-  ///         window    most periods, below kMaxSamples
+  ///         window    largest window [periods], below kMaxSamples
   explicit VelocityEstimator(double position_step_m = 0, double rotation_step_rad = 0, std::size_t window = kWindow);
 
-  /// Takes a sample and gives the velocity. A sample that is not newer than the last, or not finite, changes nothing.
+  /// Adds a sample and returns the velocity. A sample that is not newer than the last, or not finite, changes nothing.
   Twist add(LocalTime taken, const Pose& X) noexcept;
   void reset() noexcept;
 
-  /// By how much the last estimate is late: half its window.
+  /// Delay of the last estimate: half its window.
   Duration linear_delay() const noexcept;
   Duration angular_delay() const noexcept;
 

@@ -1,4 +1,4 @@
-// States as recordings hold them: every bit as it was, and nothing checked.
+// States in recordings: bit-exact and unchecked.
 #pragma once
 
 #include "common/base/spatial.hpp"

@@ -14,11 +14,11 @@
 namespace tandem::proto {
 namespace {
 
-/// Of rooms and clients, of this version.
+/// Topics of rooms and clients in this version.
 constexpr std::array<std::string_view, 6> kTopics{"/room", "/step", "/states", "/session", "/tick", "/link"};
 constexpr std::uint32_t kMaxParts = 100'000;
 
-/// Which recording a file belongs to, and as what part, by its first message; 0: none of ours.
+/// Recording and part number of a file, from its first message; recording 0: none of ours.
 struct PartOf {
   std::uint64_t recording = 0;
   std::uint32_t part = 0;
@@ -32,7 +32,7 @@ PartOf part_of(const std::string& topic, const recording::Message& message) {
   return {};
 }
 
-/// "attic-002.mcap", … in the order of their numbers; numbers may be missing.
+/// Returns "attic-002.mcap", … in the order of their numbers; numbers may be missing.
 std::vector<std::filesystem::path> followers(const std::filesystem::path& first) {
   std::vector<std::pair<std::uint32_t, std::filesystem::path>> found;
   const std::string stem = first.stem().string() + "-";
@@ -58,7 +58,7 @@ class Reading {
  public:
   explicit Reading(const OnMessage& on_message) : on_message_(on_message) {}
 
-  /// False: enough was read.
+  /// Reads one file. Returns false when `on_message` stopped reading.
   bool read(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     if (!in) {
@@ -83,7 +83,7 @@ class Reading {
   RecordingEnd end;
 
  private:
-  /// False: a file of another recording.
+  /// Returns false for a file of another recording.
   bool take_first(const std::filesystem::path& path, const PartOf& own) {
     if (!end.files.empty() && own.recording != recording_) return false;
     if (!end.files.empty() && own.part > part_ + 1) {

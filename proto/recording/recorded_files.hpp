@@ -1,4 +1,4 @@
-// A recording that may have rotated, read as one.
+// Reads the files of a rotated recording as one.
 #pragma once
 
 #include <filesystem>
@@ -10,22 +10,22 @@
 
 namespace tandem::proto {
 
-/// How far a recording goes.
+/// Extent of a recording.
 struct RecordingEnd {
-  std::vector<std::filesystem::path> files;  ///< that were read
-  bool is_whole = true;                      ///< each had its end
-  /// Messages are missing that were written: a file is damaged or cut within a record, or a part is missing. A file of a
-  /// program that was stopped is not whole, but not damaged.
+  std::vector<std::filesystem::path> files;  ///< files that were read
+  bool is_whole = true;                      ///< each file has its end record
+  /// Written messages are missing: a file is damaged or cut within a record, or a part is missing. The file of a
+  /// stopped program is not whole, but not damaged.
   bool is_damaged = false;
-  /// What is damaged, at which byte, and what was read until there, with the file's name; empty: nothing.
+  /// File, byte offset and kind of the damage, and the amount read until there; empty: none.
   std::string why;
 };
 
-/// False: enough was read.
+/// Returns false to stop reading.
 using OnMessage = std::function<bool(const std::string& topic, const recording::Message& message)>;
 
-/// Reads `first` and, where they stand beside it, those that follow: "attic.mcap", "attic-002.mcap", … Files of other
-/// recordings between them are skipped. A file that ends anywhere is read to there.
+/// Reads `first` and the following files beside it: "attic.mcap", "attic-002.mcap", … Files of other recordings between
+/// them are skipped. A truncated file is read to its end.
 /// Fails   std::invalid_argument: `first` cannot be opened, or has no message
 RecordingEnd read_recording(const std::filesystem::path& first, const OnMessage& on_message);
 

@@ -10,7 +10,7 @@
 namespace tandem::proto {
 namespace {
 
-/// What a file imports stands before it.
+/// Adds a file after its imports.
 void add_file(const google::protobuf::FileDescriptor& file, std::set<std::string>& added,
               google::protobuf::FileDescriptorSet& out) {
   if (!added.insert(file.name()).second) return;

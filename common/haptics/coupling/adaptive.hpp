@@ -1,4 +1,4 @@
-// The adaptive law's table: how stiff a coupling should be for a tool of a given mass on a given device.
+// Table of the adaptive law: stiffness of a coupling for a tool of a given mass on a given device.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ struct Cubic {
   double operator()(double x) const noexcept { return c[0] + x * (c[1] + x * (c[2] + x * c[3])); }
 };
 
-/// What a fit may hold and give: where it is read, in device profiles and in scenes, it is checked against these. The
-/// coefficients that it gives are those that server and client take from each other (proto/coupling_fields.hpp).
+/// Limits of a fit's entries and results, checked where a fit is read from device profiles and scenes. The limits of
+/// the results are those of coefficients that server and client accept from each other (proto/coupling_fields.hpp).
 inline constexpr double kMaxFitMass_kg = 1e4;
 inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
 inline constexpr double kMaxFitPolynomial = 1e15;  ///< either sign
@@ -22,30 +22,30 @@ inline constexpr double kMaxFitStiffness_n_per_m = 1e5;
 inline constexpr double kMaxFitDamping_n_s_per_m = 1e4;
 inline constexpr double kMaxFitStiffness_n_m_per_rad = 1e4;
 inline constexpr double kMaxFitDamping_n_m_s_per_rad = 1e3;
-/// Places from end to end of a range at which its cubic is looked at. Ours: it turns twice at most.
+/// Number of intervals of a range in which its cubic is sampled. Ours: a cubic turns twice at most.
 inline constexpr int kFitLooks = 64;
 
-/// What a calibration of one device finds (tandem-lab calibrate). Outside the calibrated range the nearest end counts.
+/// Result of the calibration of one device (tandem-lab calibrate). Outside the calibrated range the nearest end counts.
 struct AdaptiveFit {
   double mass_low_kg = 0;
   double mass_high_kg = 0;
-  Cubic stiffness_n_per_m;  ///< of the mass [kg]
-  Cubic damping_n_s_per_m;  ///< of the stiffness [N/m]
+  Cubic stiffness_n_per_m;  ///< function of the mass [kg]
+  Cubic damping_n_s_per_m;  ///< function of the stiffness [N/m]
   double inertia_low_kg_m2 = 0;
   double inertia_high_kg_m2 = 0;
-  Cubic stiffness_n_m_per_rad;  ///< of the inertia [kg·m²]
-  Cubic damping_n_m_s_per_rad;  ///< of the stiffness [N·m/rad]
+  Cubic stiffness_n_m_per_rad;  ///< function of the inertia [kg·m²]
+  Cubic damping_n_m_s_per_rad;  ///< function of the stiffness [N·m/rad]
 };
 
-/// `base` with stiffness and damping of the fit for a tool of this mass and (mean principal) moment of inertia. A fit
-/// without a rotational range (inertia_high 0) leaves the rotational pair as it is.
+/// Returns `base` with the fit's stiffness and damping for a tool of this mass and (mean principal) moment of inertia.
+/// A fit without a rotational range (inertia_high 0) leaves the rotational pair unchanged.
 ///
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 5.1–5.16
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,
                            const CouplingParameters& base) noexcept;
 
-/// The thesis's own, of its Phantom Premium 1.5/6DOF: k = 116.53 m + 16.21 N/m, b = 0.2 N·s/m, 0.05–0.2 kg. Sags 50 mm
-/// at 0.2 kg: for comparison, not for use.
+/// Returns the thesis's fit for its Phantom Premium 1.5/6DOF: k = 116.53 m + 16.21 N/m, b = 0.2 N·s/m, 0.05–0.2 kg. It
+/// sags 50 mm at 0.2 kg: for comparison, not for use.
 AdaptiveFit thesis_adaptive_fit() noexcept;
 
 }  // namespace tandem::haptics

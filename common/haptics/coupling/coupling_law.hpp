@@ -1,6 +1,6 @@
-// Virtual coupling: the spring between what the hand holds (the device handle H) and what touches the
-// world (the tool T). Both ends of the network use the same law: the server to pull the tool to the
-// delayed handle, the client to pull the handle to the delayed tool.
+// Virtual coupling: spring and damper between the device handle (H) and the tool (T) that touches the world. Both ends
+// of the network use the same law: the server pulls the tool to the delayed handle, the client pulls the handle to the
+// delayed tool.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@
 
 namespace tandem::haptics {
 
-/// Where the handle is, seen from the tool; everything expressed in W.
+/// Displacement and velocity of the handle relative to the tool; everything expressed in W.
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
-  Vec3 theta_W = Vec3::Zero();  ///< rotation vector that turns T onto H, the short way [rad]
-  Vec3 v_W = Vec3::Zero();   ///< v_WH − w_WH × d − v_WT: of the handle's point that is at T, past the tool [m/s]
+  Vec3 theta_W = Vec3::Zero();  ///< rotation vector that turns T onto H by the shorter way [rad]
+  Vec3 v_W = Vec3::Zero();  ///< v_WH − w_WH × d − v_WT: velocity of the handle's point at T relative to the tool [m/s]
   Vec3 w_W = Vec3::Zero();   ///< w_WH − w_WT [rad/s]
-  Vec3 v_WH = Vec3::Zero();  ///< of the handle itself: what laws that ask "pushing or receding?" look at [m/s]
+  Vec3 v_WH = Vec3::Zero();  ///< velocity of the handle itself, by which laws distinguish pushing and receding [m/s]
   Vec3 w_WH = Vec3::Zero();  ///< [rad/s]
 };
 
@@ -25,19 +25,19 @@ CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_
 
 /// Coefficients shared by the laws; limits act on the whole wrench, on hand and tool alike.
 struct CouplingParameters {
-  double stiffness_n_per_m = 300.0;  ///< k_t: of the linear laws; of the curved ones the scale, d_max = F_max / k_t
+  double stiffness_n_per_m = 300.0;  ///< k_t: stiffness of linear laws; scale of curved ones, d_max = F_max / k_t
   double damping_n_s_per_m = 3.0;
   double stiffness_n_m_per_rad = 0.3;
   double damping_n_m_s_per_rad = 0.003;
-  double force_limit_n = 6.5;        ///< F_max: magnitude that the coupling force never exceeds
-  double torque_limit_n_m = 0.3;     ///< T_max, alike
-  double saturation_softness = 0.2;  ///< ε of saturated(): how much of the limit is spent on bending, 0 (a corner) to 1
+  double force_limit_n = 6.5;        ///< F_max: upper bound of the coupling force's magnitude
+  double torque_limit_n_m = 0.3;     ///< T_max: the same for the torque
+  double saturation_softness = 0.2;  ///< ε of saturated(): share of the limit in which it bends, 0 (a corner) to 1
   double curve_sharpness = 1.0;      ///< c of the stable dynamic curve, 0.1 to 10
 
   bool operator==(const CouplingParameters&) const = default;
 };
 
-/// How the wrench on the tool follows the state, in blocks; each is symmetric and has no negative eigenvalue.
+/// Derivatives of the wrench on the tool by the state, in blocks; each is symmetric without negative eigenvalues.
 struct CouplingGradient {
   Eigen::Matrix3d force_by_d = Eigen::Matrix3d::Zero();       ///< ∂f/∂d [N/m]
   Eigen::Matrix3d force_by_v = Eigen::Matrix3d::Zero();       ///< ∂f/∂v [N·s/m]
@@ -45,15 +45,15 @@ struct CouplingGradient {
   Eigen::Matrix3d torque_by_w = Eigen::Matrix3d::Zero();      ///< ∂τ/∂ω [N·m·s/rad]
 };
 
-/// What the tool is to a law.
+/// Dynamics of the tool that a law assumes.
 enum class ToolDynamics : std::uint8_t {
   kWithMass,  ///< a body: mass, weight, velocity
-  kMassless,  ///< no mass and no weight: each step it rests where coupling and contact balance
-  kAtHandle,  ///< it is where the handle is; the hand is shown the contact itself
+  kMassless,  ///< no mass and no weight: at each step the tool rests where coupling and contact balance
+  kAtHandle,  ///< the tool is at the handle; the contact wrench is displayed directly
 };
 
-/// A coupling law gives the wrench on the tool, about the tool's origin; for the hand's see coupling_wrenches().
-/// All laws, what each is, and whether it is passive: coupling/laws.hpp.
+/// Coupling law: computes the wrench on the tool, about the tool's origin. coupling_wrenches() gives the hand's.
+/// laws.hpp lists all laws and whether each is passive.
 ///
 /// Thread  haptic and room: no allocation, no throw, output finite for any input
 class CouplingLaw {
@@ -62,31 +62,31 @@ class CouplingLaw {
   virtual std::string_view name() const noexcept = 0;
   virtual void set_parameters(const CouplingParameters& parameters) noexcept = 0;
   virtual Wrench wrench_on_tool_W(const CouplingState& state) const noexcept = 0;
-  /// Of wrench_on_tool_W(): what an implicit step needs. Exact below the knee of the saturation, for a linear law, and
-  /// where elastic part and damper pull along one line; else, of ∂f/∂d, a symmetric form with the same eigenvalues
-  /// (radial_law.hpp). Zero for an input that is not finite.
+  /// Gradient of wrench_on_tool_W() for an implicit step. It is exact below the knee of the saturation, for a linear
+  /// law, and where elastic part and damper pull along one line. Elsewhere ∂f/∂d is replaced by a symmetric form with
+  /// the same eigenvalues (RadialLaw in laws.cpp). Zero for an input that is not finite.
   virtual CouplingGradient gradient(const CouplingState& state) const noexcept = 0;
   virtual ToolDynamics tool_dynamics() const noexcept { return ToolDynamics::kWithMass; }
 };
 
-/// What the coupling does to its two ends.
+/// Wrenches of the coupling on its two ends.
 struct CouplingWrenches {
   Wrench on_tool_W;  ///< about the tool's origin
   Wrench on_hand_W;  ///< about the handle's origin
 };
 
-/// What a coupling's wrench on the tool does to the hand, `d_W` from the tool's origin to the handle's.
+/// Returns the wrench on the hand for a coupling's wrench on the tool; `d_W` from the tool's origin to the handle's.
 inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcept {
   return {-on_tool_W.f, d_W.cross(on_tool_W.f) - on_tool_W.t};
 }
 
-/// Both ends of `law`, one the reaction of the other: their forces and their moments about any one point sum to zero.
+/// Returns the wrenches on both ends of `law`; their forces, and their moments about any one point, sum to zero.
 ///
 /// Model   on tool (f, τ) about T, on hand (−f, −τ + d × f) about H. The power of both,
 ///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
-///         is −f·v − τ·ω with CouplingState's v, ω: what a spring and damper store and dissipate, no more
-/// Source  our derivation. The lever is on the hand's side: only the coupling's torque turns the tool, wherever the
-///         handle is.
+///         is −f·v − τ·ω with CouplingState's v, ω: exactly the power that a spring and damper store and dissipate
+/// Source  our derivation. The lever is on the hand's side: only the coupling's torque turns the tool, for any
+///         place of the handle.
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
 

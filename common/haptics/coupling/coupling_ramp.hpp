@@ -1,4 +1,4 @@
-// A coefficient that changes under a stretched coupling must not make a step of force: it moves there. Server and
+// Ramp of a coupling's coefficients, so that a change under a stretched coupling makes no step of force. Server and
 // client use the same ramp, so that both ends of the coupling agree but for the delay.
 #pragma once
 
@@ -8,13 +8,13 @@
 
 namespace tandem::haptics {
 
-/// How long a change takes. Ours: no longer than a hand needs to notice what it has grabbed.
+/// Duration of a change. Ours: no longer than a hand needs to notice that it has grabbed something.
 inline constexpr double kCouplingRamp_s = 0.1;
 
-/// Coefficients that follow what is asked for, linearly in time.
+/// Coefficients that follow a target linearly in time.
 ///
-/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A stretched spring that gets stiffer is given ½ Δk d²:
-///         the energy comes from the change of coefficients, not from the law
+/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A rise Δk under a stretch d adds the energy ½ Δk d²: it
+///         comes from the change of coefficients, not from the law
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:
@@ -30,18 +30,18 @@ class CouplingRamp {
     to_ = parameters;
     part_ = 0;
   }
-  /// False when nothing changed.
+  /// Returns false when nothing changed.
   bool advance(double step_s) noexcept;
 
   const CouplingParameters& now() const noexcept { return now_; }
-  /// Where they will be.
+  /// Coefficients at the end of the ramp.
   const CouplingParameters& target() const noexcept { return to_; }
 
  private:
   CouplingParameters from_;
   CouplingParameters to_;
   CouplingParameters now_;
-  double part_ = 1;  ///< of the way from `from_` to `to_`
+  double part_ = 1;  ///< share of the way from `from_` to `to_`
 };
 
 inline bool CouplingRamp::advance(double step_s) noexcept {

@@ -1,6 +1,5 @@
-// The range of each coefficient of a coupling that is accepted from outside. They keep arithmetic sane (a hand is
-// protected by its own device's limits, never by these): wide enough for scenes from nanometres to rooms after
-// workspace scaling.
+// Accepted range of each coupling coefficient from outside. The ranges keep arithmetic sound and are wide enough for
+// scenes from nanometres to rooms after workspace scaling. They do not protect the hand; its own device's limits do.
 #pragma once
 
 #include <array>
@@ -27,7 +26,8 @@ inline constexpr std::array<CouplingRange, 8> kCouplingRanges{{
     {&CouplingParameters::curve_sharpness, 0.1, 10},
 }};
 
-/// Whether arithmetic with these coefficients is sound; their ranges are for what comes from outside.
+/// Returns whether arithmetic with these coefficients is sound. Input from outside is checked against the ranges as
+/// well.
 inline bool is_usable(const CouplingParameters& parameters) {
   for (const CouplingRange& range : kCouplingRanges) {
     const double value = parameters.*range.value;

@@ -1,5 +1,5 @@
-// A law that changes under a stretched coupling must not make a step of the force: the old one fades into the new. Server
-// and client use the same fade, as they use the same ramp of coefficients (coupling_ramp.hpp).
+// Cross-fade between two coupling laws, so that a change under a stretched coupling makes no step of force. Server and
+// client use the same fade, as they use the same ramp of coefficients (coupling_ramp.hpp).
 #pragma once
 
 #include <memory>
@@ -10,32 +10,32 @@
 
 namespace tandem::haptics {
 
-/// How long a change of the law takes. Ours: two forces that differ by 18 N go over by 0.06 N in a millisecond.
+/// Duration of a change of law. Ours: two forces that differ by 18 N change by 0.06 N in a millisecond.
 inline constexpr double kLawFade_s = 0.3;
 
-/// A coupling whose law and coefficients follow what is asked for. Coefficients alone go by CouplingRamp.
+/// Coupling whose law and coefficients follow a target. A change of coefficients alone uses CouplingRamp.
 ///
-/// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps the coefficients that it had, the new has
-///         its own from the start: each is bounded for its own curve, so the mixture is nowhere steeper than the steeper of
-///         the two, and nowhere stronger than the stronger. Its gradient is the same mixture of both, without a negative
-///         eigenvalue. What the stored energy changes by comes from the change itself, as with CouplingRamp. A change that
-///         is asked for while one is under way begins at its end
+/// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps its coefficients, the new one has its
+///         own from the start. Each is bounded for its own curve, so the mixture is nowhere steeper than the steeper
+///         and nowhere stronger than the stronger of the two. Its gradient is the same mixture of both gradients,
+///         without a negative eigenvalue. The change of the stored energy comes from the change of the law, as with
+///         CouplingRamp. A law requested during a fade starts to fade in when that fade ends
 /// Source  our derivation
 /// Thread  haptic and room: no allocation, no throw after construction
 class LawFade final : private CouplingLaw {
  public:
   LawFade(const CouplingLawInfo& law, const CouplingParameters& parameters);
 
-  /// Nothing changes when the law is another one and cannot take the place of the one before (law_change_problem()).
+  /// Starts a change. Without effect for a law that cannot replace the target law (are_exchangeable()).
   void go_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void jump_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void advance(double step_s) noexcept;
 
-  /// In force now; valid until the next call that changes this.
+  /// Law in force now; valid until the next call that changes this object.
   const CouplingLaw& law() const noexcept { return share_ < 1 ? static_cast<const CouplingLaw&>(*this) : *to_; }
-  /// Likewise. While a law fades, what goes from the coefficients of the old to those of the new.
+  /// Coefficients in force now, with the same validity. During a fade they ramp from the old law's to the new law's.
   const CouplingParameters& parameters() const noexcept { return shown_.now(); }
-  /// Where it is going.
+  /// Law at the end of the change.
   const CouplingLawInfo& target_law() const noexcept { return *wanted_; }
   const CouplingParameters& target() const noexcept { return shown_.target(); }
 
@@ -51,12 +51,12 @@ class LawFade final : private CouplingLaw {
 
   std::vector<std::unique_ptr<CouplingLaw>> laws_;  ///< parallel to coupling_laws()
   const CouplingLawInfo* wanted_;
-  const CouplingLawInfo* current_;  ///< what to_ is
+  const CouplingLawInfo* current_;  ///< law of to_
   CouplingLaw* from_;
   CouplingLaw* to_;
-  double share_ = 1;    ///< of to_
-  CouplingRamp ramp_;   ///< of to_
-  CouplingRamp shown_;  ///< parameters()
+  double share_ = 1;    ///< share of to_ in the mixture
+  CouplingRamp ramp_;   ///< coefficients of to_
+  CouplingRamp shown_;  ///< result of parameters()
 };
 
 }  // namespace tandem::haptics

@@ -1,4 +1,4 @@
-// The laws, from what they share to the catalog: one limit and one damper, an elastic curve each.
+// The laws: the common damper and limit, one elastic curve per law, and the catalog.
 #include "common/haptics/coupling/laws.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace tandem::haptics {
 
-/// The half of the parameters that translation or rotation uses: N and m, or N·m and rad.
+/// Coefficients of either translation (N and m) or rotation (N·m and rad).
 struct CouplingChannel {
   double stiffness = 0;
   double damping = 0;
@@ -32,7 +32,7 @@ namespace {
 //       0 ┼─‾──__-‾──────────┬────── x
 //         0                 L/k
 
-/// Exponents from here on leave a curve at its limit to the last bit, and their squares could overflow.
+/// Exponent from which a curve equals its limit to the last bit; squares of larger ones could overflow.
 constexpr double kSpent = 700;
 
 /// Model   f = k x
@@ -41,17 +41,17 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
   return {channel.stiffness, channel.stiffness};
 }
 
-/// The curve of the quasi-static approximation while the handle is pushed away from the tool, steepest at first,
-/// levelling off at the limit; a linear spring while it comes back (so that a surface does not hold it): the force
-/// jumps where it turns, and the way back gives more than the way there took.
+/// Curve of the quasi-static approximation. Pushing: steepest at zero displacement, approaching the limit. Receding: a
+/// linear spring, so that a surface does not hold the tool. The force jumps at the change, and receding returns more
+/// energy than pushing took.
 ///
 /// Model   f = L (1 − e^(−u)) pushing: slope k at 0; k x receding
-/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6 degrees-
-///         of-freedom haptic rendering", IEEE Visualization 2003. Rotation: theirs has a moment arm R, θ_max = d_max/R
-///         and k_r = 2 R² k_t (as far as the printed formula can be read); ours has k_r and T_max as parameters and
-///         bends at θ_max = T_max/k_r. T_max = 2 R F_max with that k_r gives theirs; but a device's torque limit is
-///         its own, and a tool's R would tie what the hand feels in rotation to the tool's size. The damper is the
-///         thesis's, who puts the curve on a tool with mass
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6
+///         degrees-of-freedom haptic rendering", IEEE Visualization 2003. Rotation: theirs has a moment arm R, θ_max =
+///         d_max/R and k_r = 2 R² k_t (as far as the printed formula is legible). Ours has k_r and T_max as parameters
+///         and bends at θ_max = T_max/k_r. T_max = 2 R F_max with that k_r gives theirs. A device has a torque limit of
+///         its own, and R would tie the rotational feel to the tool's size. The damper is from the thesis, which uses
+///         the curve on a tool with mass
 RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, bool is_pushing) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
   if (!is_pushing || !(u > 0)) return linear_curve(channel, displacement, is_pushing);
@@ -59,14 +59,14 @@ RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, b
   return {channel.stiffness * (-std::expm1(-u) / u), channel.stiffness * std::exp(-u)};
 }
 
-/// One curve there and back: flat at first, so that a light tool's jitter is not felt, then steep, then levelling
-/// off at the limit.
+/// Single-valued curve: flat at zero displacement, so that a light tool's jitter is not felt, then steep, then
+/// approaching the limit.
 ///
 /// Model   f = L (1 − e^(−c u²)): slope 0 at 0, steepest √(2c/e) k = 0.86 √c k at u = 1/√(2c), f = 0.63 L at u = 1/√c
-/// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7: the printed formula holds one 2, read as the exponent of u; as
-///         a factor of u it would give no flat beginning, which the text describes. Both at once is c = 2. Theirs goes
-///         back along k x (literal_stable_dynamic_curve()), which gives out energy; ours takes the one curve both ways
-///         and is passive
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7. The printed formula has a single 2, read here as the exponent of
+///         u; as a factor of u it would give no flat beginning, which the text describes. Both at once is c = 2. Theirs
+///         recedes along k x (literal_stable_dynamic_curve()), which creates energy; ours uses one curve both ways and
+///         is passive
 RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double displacement,
                                      bool /*is_pushing*/) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
@@ -98,23 +98,23 @@ double usable(double coefficient) noexcept {
   return std::isfinite(coefficient) ? std::max(coefficient, 0.0) : 0.0;
 }
 
-/// How a force or torque follows displacement and velocity.
+/// Derivatives of a force or torque by displacement and velocity.
 struct Slopes {
   Eigen::Matrix3d by_displacement = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
-/// Law of the form f = S(e(|d|) d̂ + b v), τ alike of θ and ω.
+/// Law of the form f = S(e(|d|) d̂ + b v), τ alike as a function of θ and ω.
 ///
-/// Model   e  the law's curve, not falling; S  saturated() with F_max, ε; v past the tool. S is the gradient of
-///         a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper takes energy also where the limit bends the sum,
-///         and what the elastic part stores is the integral of S(e), a function of |d| alone. θ turns along its own
-///         axis (d|θ|/dt = θ̂·ω), so the same holds for τ. Of a curve that reaches L itself the force shown is
-///         L (1 − ε/e), 0.926 L at ε 0.2; the damper has what is left up to L.
+/// Model   e  the law's non-decreasing curve; S  saturated() with F_max, ε; v the velocity relative to the tool. S is
+///         the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper dissipates also where the limit
+///         bends the sum. The elastic part stores the integral of S(e), a function of |d| alone. θ turns along its own
+///         axis (d|θ|/dt = θ̂·ω), so the same holds for τ. A curve that reaches L by itself gives the force L (1 −
+///         ε/e), 0.926 L at ε 0.2; the damper uses the rest up to L.
 ///         Gradient: K = radial_gradient() of e, G = saturation_gradient(): ∂f/∂d = K^½ G K^½, which has the
 ///         eigenvalues of the exact G K, and ∂f/∂v = b G, exact
-/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the whole force is bent, spring and damper. Gradient and
-///         the reason of passivity are our derivation
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the saturation applies to the whole force, spring and
+///         damper. Gradient and proof of passivity are our derivation
 /// Cost    no allocation; `tandem-lab bench coupling`
 class RadialLaw final : public CouplingLaw {
  public:
@@ -124,7 +124,7 @@ class RadialLaw final : public CouplingLaw {
   }
   std::string_view name() const noexcept override { return name_; }
   ToolDynamics tool_dynamics() const noexcept override { return tool_; }
-  /// A coefficient that is negative or not finite (a polynomial fit may dip below zero) counts as 0.
+  /// Sets the coefficients. A negative or non-finite one counts as 0, because a polynomial fit may dip below zero.
   void set_parameters(const CouplingParameters& parameters) noexcept override;
   Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
   CouplingGradient gradient(const CouplingState& state) const noexcept override;
@@ -178,16 +178,16 @@ Slopes RadialLaw::slopes(const CouplingChannel& channel, const Vec3& displacemen
   const RadialStiffness stiffness = elastic_(channel, d.length, is_pushing);
   const Vec3 sum = stiffness.secant * displacement + channel.damping * velocity;
   const Eigen::Matrix3d bend = saturation_gradient(sum, channel.limit, channel.softness);
-  // A root of a linear curve's gradient would only round.
+  // For a linear curve the square root would only add rounding errors.
   if (stiffness.slope == stiffness.secant) return {stiffness.secant * bend, channel.damping * bend};
   const Eigen::Matrix3d root = radial_gradient(d.direction, {std::sqrt(stiffness.secant), std::sqrt(stiffness.slope)});
   return {root * bend * root, channel.damping * bend};
 }
 
-/// No coupling: the tool is where the handle is, the hand is shown the contact itself. Whoever shows that wrench
-/// saturates it, with the same limits and softness.
+/// No coupling: the tool is at the handle and the contact wrench itself is displayed. The caller saturates that wrench
+/// with the same limits and softness.
 ///
-/// Source  what Hou, PhD thesis, NTU, 2014, ch. 2, calls direct rendering and argues against: the baseline
+/// Source  "direct rendering" of Hou, PhD thesis, NTU, 2014, ch. 2, which argues against it: the baseline
 class DirectRendering final : public CouplingLaw {
  public:
   explicit DirectRendering(const CouplingLawInfo& info) noexcept : name_(info.name) {}
@@ -201,8 +201,8 @@ class DirectRendering final : public CouplingLaw {
   std::string_view name_;
 };
 
-/// The adaptive law is the linear one under a name of its own, so that a scene can ask for it: the caller takes its
-/// parameters through adapted() (adaptive.hpp), the law itself knows no mass.
+/// The catalog. The adaptive law is the linear law under its own name, so that a scene can select it. Its caller
+/// computes the coefficients with adapted() (adaptive.hpp); the law itself has no mass parameter.
 constexpr std::array kLaws{
     CouplingLawInfo{kDefaultCouplingLaw, true, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-c (d/d_max)^2)) + b v, d_max = F_max/k, one curve both ways",

@@ -1,5 +1,5 @@
-// A scene asks for a coupling, a device bears only so much: what the hand is shown, what its tool at the server is pulled
-// with, and what is checked beforehand are bounded by this one function.
+// Bounds the coupling of a scene by the limits of a device. Used for the displayed coupling, for the tool at the
+// server, and for the stability check.
 #pragma once
 
 #include <limits>
@@ -10,18 +10,19 @@
 
 namespace tandem::haptics {
 
-/// Of a device that bears anything.
+/// Bounds of a device without limits.
 inline constexpr CouplingParameters kNoCouplingBounds = [] {
   constexpr double kAnything = std::numeric_limits<double>::infinity();
   return CouplingParameters{kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything};
 }();
 
-/// In the world, what keeps the device D, which is moved and pushed by scaled amounts, within `device_bounds`.
+/// Returns the bounds in the world that keep the device D within `device_bounds`; its motion and force are scaled by
+/// `workspace`.
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 
-/// `asked`, with each coefficient at most its bound, both in the world. A stiffness is bounded by the steepest slope of
-/// the law's force. Bounded once more it stays what it is.
+/// Returns `asked` with each coefficient clamped to its bound, both in the world. The bound of a stiffness applies to
+/// the steepest slope of the law's force. The function is idempotent.
 ///
 /// Thread  any: no allocation, no throw
 CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& asked,

@@ -39,8 +39,9 @@ HandStep hand_step(const LoopModel& m) {
   return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
 }
 
-/// The loop's state z = (x, x_{−1} − x, …, x_{−L} − x, place of the tool, v, u): x, v of the hand, y, u of the tool.
-/// The tool's place is y − x where the coupling has a spring, which feels nothing else of it, and y where it has none.
+/// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, place of the tool, v, u) with x, v of the hand and y, u of the
+/// tool. The tool's place is y − x where the coupling has a spring, which depends on nothing else of it; otherwise it
+/// is y.
 class LoopState {
  public:
   explicit LoopState(const LoopModel& m)
@@ -50,7 +51,7 @@ class LoopState {
   int tool_index() const { return back_ + 1; }
   bool is_tool_relative() const { return is_tool_relative_; }
 
-  /// Each as a function of z.
+  /// The quantities of the loop as linear functions of z.
   Eigen::RowVectorXd x(int periods_ago = 0) const { return periods_ago == 0 ? unit(0) : unit(0) + unit(periods_ago); }
   Eigen::RowVectorXd y() const { return is_tool_relative_ ? unit(0) + unit(tool_index()) : unit(tool_index()); }
   Eigen::RowVectorXd v() const { return unit(back_ + 2); }
@@ -96,7 +97,7 @@ Eigen::MatrixXd without(const Eigen::MatrixXd& a, int index) {
   return result;
 }
 
-// Places that nothing depends on have an eigenvalue 1 each; their rows and columns go.
+// Removes the states on which nothing depends; each has the eigenvalue 1.
 Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);
@@ -106,7 +107,7 @@ Eigen::MatrixXd felt_transition(const LoopModel& m) {
   return a;
 }
 
-// Momentum is kept by a coupling that gives the hand the opposite of what it gives the tool.
+// True when a common glide of hand and tool is undamped: the coupling's forces are opposite, so it keeps momentum.
 bool can_glide(const LoopModel& m) {
   return !(m.hand_stiffness > 0) && !(m.contact_stiffness > 0) && !(m.device_damping + m.hand_damping > 0);
 }

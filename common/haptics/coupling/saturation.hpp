@@ -1,11 +1,11 @@
-// The bend in which a coupling force meets its limit: untouched while small, never above the limit, without a corner.
+// Smooth saturation of a coupling force: the identity for small forces, bounded by the limit, without a corner.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
 
-/// Magnitude after saturation.
+/// Returns the magnitude after saturation.
 ///
 /// Model   H(F) = F up to the knee (1 − ε) F_max; above, F_max (1 − ε exp(−(F − (1−ε) F_max) / (ε F_max))): C1, rising,
 ///         asymptotic to F_max. ε = 0: a clamp
@@ -13,12 +13,12 @@ namespace tandem::haptics {
 ///         the exponential is our form of the described properties
 /// In      magnitude ≥ 0 [any unit], limit > 0 in the same, softness ε in 0..1
 double saturated(double magnitude, double limit, double softness) noexcept;
-/// dH/dF, from 1 to 0.
+/// Returns dH/dF, from 1 to 0.
 double saturation_slope(double magnitude, double limit, double softness) noexcept;
 
-/// `a` with its length saturated and its direction kept; finite for huge components, zero for those not finite.
+/// Returns `a` with its length saturated and its direction kept; finite for huge components, zero for non-finite ones.
 Vec3 saturated(const Vec3& a, double limit, double softness) noexcept;
-/// Derivative by `a`: H' ââᵀ + H/|a| (I − ââᵀ), symmetric, eigenvalues 0..1. Zero for what is not finite.
+/// Returns the derivative by `a`: H' ââᵀ + H/|a| (I − ââᵀ), symmetric, eigenvalues 0..1. Zero for a non-finite `a`.
 Eigen::Matrix3d saturation_gradient(const Vec3& a, double limit, double softness) noexcept;
 
 }  // namespace tandem::haptics

@@ -1,4 +1,4 @@
-// Energies that come over the wire as sums that only grow: a lost report does no harm, and a false one a bounded one.
+// Energies received as non-decreasing sums: a lost report does no harm, and the harm of a false one is bounded.
 #pragma once
 
 #include <cstdint>
@@ -6,26 +6,26 @@
 
 namespace tandem::haptics {
 
-/// Takes two running sums of a peer, energy that flowed one way and the other, and gives the net change since the last
+/// Reads two running sums of a peer, one for each direction of energy flow, and returns the net change since the last
 /// report.
 ///
-/// Fails   a report with a number that is negative, not finite or smaller than before is dropped whole, and counted.
-///         What flowed in counts at most at `max_power_w` over time, a second of it at once: reports that arrive in a
-///         bunch count whole within that, false ones no faster; and only what the peer could have done, where that is
-///         known. What is above either limit is lost. What flowed out counts in full.
+/// Fails   A report with a number that is negative, not finite or smaller than before is dropped entirely and counted.
+///         Inflow is limited to `max_power_w` over time, with a burst of one second: reports that arrive in a bunch
+///         count fully within it, false ones accumulate no faster. Where the peer's possible work is known, it limits
+///         the inflow too. Inflow above either limit is lost. Outflow counts in full.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {
  public:
-  /// Ten times what a hand does at 6.5 N and 0.3 m/s.
+  /// Ten times the power of a hand at 6.5 N and 0.3 m/s.
   static constexpr double kMaxPower_w = 20.0;
   explicit EnergyReport(double max_power_w = kMaxPower_w) : max_power_w_(max_power_w) {}
 
-  /// What flowed in less what flowed out since the last report [J]. The first one only sets where to count from.
-  /// In      could_do_j  the most that can have flowed in since then; what is not claimed of it, may be later, up to
-  ///                     kMaxUnclaimed_j
+  /// Returns inflow less outflow since the last report [J]. The first report only sets the reference.
+  /// In      could_do_j  upper bound of the inflow since then; an unclaimed rest may be claimed later, up to
+  ///         kMaxUnclaimed_j
   double take(double in_j, double out_j, double elapsed_s,
               double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
-  /// A hand that is measured smoothly claims its work some milliseconds late.
+  /// Bound of the unclaimed work. A hand that is measured smoothly reports its work some milliseconds late.
   static constexpr double kMaxUnclaimed_j = 0.1;
   std::uint64_t dropped() const noexcept { return dropped_; }
 
@@ -34,7 +34,7 @@ class EnergyReport {
 
   double max_power_w_;
   bool has_report_ = false;
-  double unused_s_ = kMaxAtOnce_s;  ///< of max_power_w_
+  double unused_s_ = kMaxAtOnce_s;  ///< unused time of max_power_w_
   double in_j_ = 0;
   double out_j_ = 0;
   double unclaimed_j_ = kMaxUnclaimed_j;

@@ -9,8 +9,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// Adds `net_j` to the output of a source that stands `below_peak_j` under its highest; returns by how much it rose
-/// above that.
+/// Adds `net_j` to the output of a source that is `below_peak_j` below its maximum; returns the rise of the maximum.
 double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
   below_peak_j -= net_j;
   const double risen_j = std::max(0.0, -below_peak_j);
@@ -57,7 +56,8 @@ void HandPassivityController::end_period(const Pose& X_WH, double period_s) noex
     const double work_j = held_work_j(displayed_, port_.pose(), X_WH);
     add_to_balance(work_j > 0 ? -share * work_j : -work_j);
     exchanged_j_ += std::abs(work_j);
-    // Had the safety stages not left it out, the hand would have put it in; what is stored for it may be given back.
+    // Work that the hand would have done against the part removed by the safety stages; the energy stored for it may be
+    // returned.
     add_to_balance(std::max(0.0, -held_work_j(left_out_later_, port_.pose(), X_WH)));
     withheld_j_ += std::max(0.0, held_work_j(withheld_, port_.pose(), X_WH));
   }

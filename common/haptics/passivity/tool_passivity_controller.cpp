@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kRise_s = 0.002;
 constexpr double kFall_s = 0.05;
-/// A tool that leaves and comes back within so long is still at it.
+/// Time within which a tool that returns to a contact counts as still touching.
 constexpr double kIdle_s = 0.1;
-/// Less than this nobody feels: 0.01 N at 0.1 m/s.
+/// Brake below which nobody feels it: 0.01 N at 0.1 m/s.
 constexpr double kNoBrake_n_s_per_m = 0.1;
 
 double max_brake_n_s_per_m(double missing_j) noexcept {

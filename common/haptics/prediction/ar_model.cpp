@@ -8,9 +8,9 @@
 namespace tandem::haptics {
 namespace {
 
-/// Keeps the normal equations of a series that follows its model exactly solvable; ours.
+/// Ridge that keeps the normal equations of a series without noise solvable; ours.
 constexpr double kRidge = 1e-9;
-/// A series that varies by less than this of its size is constant: what is left of it is rounding.
+/// Relative variation below which a series counts as constant, because the rest is rounding.
 constexpr double kMinVariation = 1e-12;
 
 double mean_of_finite(std::span<const double> series) {
@@ -24,7 +24,7 @@ double mean_of_finite(std::span<const double> series) {
   return count == 0 || !std::isfinite(sum) ? 0 : sum / static_cast<double>(count);
 }
 
-/// Power of x − mean, or 0 where it is no more than rounding; NaN where the series is not finite.
+/// Returns the power of x − mean; 0 where it is only rounding, NaN where the series is not finite.
 double power_about(std::span<const double> series, double mean) {
   double power = 0, largest = 0;
   for (const double x : series) {
@@ -47,13 +47,13 @@ bool fit_yule_walker(std::span<const double> series, ArModel& model) {
 using Matrix = std::array<std::array<double, kMaxArOrder>, kMaxArOrder>;
 using Vector = std::array<double, kMaxArOrder>;
 
-/// Solves A x = b in place by Cholesky's factors; false where A is not positive definite.
+/// Solves A x = b in place by Cholesky decomposition; returns false where A is not positive definite.
 bool solve_symmetric(Matrix& a, Vector& b, std::size_t n) {
   for (std::size_t j = 0; j < n; ++j) {
     for (std::size_t k = 0; k < j; ++k) {
       for (std::size_t i = j; i < n; ++i) a[i][j] -= a[i][k] * a[j][k];
     }
-    // Written so that a NaN fails the comparison.
+    // This form fails for NaN.
     if (!(a[j][j] > 0)) return false;
     const double root = std::sqrt(a[j][j]);
     for (std::size_t i = j; i < n; ++i) a[i][j] /= root;
@@ -181,7 +181,7 @@ bool levinson(std::span<const double> r, std::span<double> phi, double& error_va
     for (std::size_t i = 0; i < m; ++i) k -= phi[i] * r[m - i];
     k /= error_variance;
     if (!(std::abs(k) < 1)) return false;
-    // φ_i and φ_{m−1−i} change together, so each pair is taken at once.
+    // φ_i and φ_{m−1−i} depend on each other, so each pair is updated at once.
     for (std::size_t i = 0; i < m / 2; ++i) {
       const double a = phi[i], b = phi[m - 1 - i];
       phi[i] = a - k * b;

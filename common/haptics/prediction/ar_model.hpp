@@ -1,4 +1,4 @@
-// Autoregressive models of a force series: fitted three ways, used for prediction, and compared by order.
+// Autoregressive models of a force series: fitted by three methods, for prediction and order selection.
 //
 // Letters   x_t  series   φ_i  coefficients   p  order   N  samples   V  variance of the one-step error
 //           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 where differences are modelled)
@@ -16,21 +16,21 @@ namespace tandem::haptics {
 inline constexpr std::size_t kMaxArOrder = 32;
 
 enum class ArFit : std::uint8_t {
-  kYuleWalker,    ///< biased autocovariance, Levinson: stable by construction; smears what is near the unit circle
-  kLeastSquares,  ///< covariance method: the smallest one-step error; made stable when it is not
-  kBurg,          ///< least forward and backward error: stable by construction, sharp on short windows
+  kYuleWalker,    ///< biased autocovariance, Levinson: stable by construction; damps components near the unit circle
+  kLeastSquares,  ///< covariance method: smallest one-step error; stabilised if unstable
+  kBurg,          ///< smallest forward and backward error: stable by construction, sharp on short windows
 };
-/// Null text for a value that is none of them.
+/// Returns an empty text for an invalid value.
 std::string_view name_of(ArFit fit);
 
 /// Coefficients of one series. `order` 0 predicts the mean.
 struct ArModel {
   std::size_t order = 0;
-  std::array<double, kMaxArOrder> phi{};  ///< φ_1 … φ_p; those beyond `order` are zero
+  std::array<double, kMaxArOrder> phi{};  ///< φ_1 … φ_p; entries beyond `order` are zero
   double mean = 0;
-  double error_variance = 0;  ///< V, of the one-step error within the window
+  double error_variance = 0;  ///< V, variance of the one-step error within the window
 
-  /// x̂ one step past `newest_first` (x_t, x_{t−1}, …; at least `order` of them).
+  /// Returns x̂ one step past `newest_first` (x_t, x_{t−1}, …; at least `order` values).
   double next(std::span<const double> newest_first) const noexcept;
 };
 
@@ -41,24 +41,24 @@ struct ArModel {
 ///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
 ///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
-/// Limits   least squares can be unstable: then φ_i ← φ_i γ^i, which pulls every root towards 0 by γ, with the largest
-///          γ that puts them within kMaxArRadius. Its fit then is no longer the least.
+/// Limits  a least-squares model can be unstable. It is then scaled by φ_i ← φ_i γ^i, which multiplies every root by γ,
+///         with the largest γ that moves all roots within kMaxArRadius. The scaled fit is no longer optimal.
 /// In       order  0 … kMaxArOrder    takes_mean  subtracts the mean of the series first
 /// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
-/// Thread   any but the haptic
+/// Thread  any but haptic
 ArModel fit_ar(std::span<const double> series, std::size_t order, ArFit fit, bool takes_mean);
 
 inline constexpr double kMaxArRadius = 0.999;
 
-/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. False where it is not positive
-/// definite; `phi` then holds the solution of the largest order that is, zeros beyond.
+/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. Returns false where it is not
+/// positive definite; `phi` then holds the solution of the largest positive definite order, followed by zeros.
 bool levinson(std::span<const double> r, std::span<double> phi, double& error_variance) noexcept;
 
-/// Whether all roots of z^p − Σ φ_i z^(p−i) lie inside the circle of this radius.
+/// Returns whether all roots of z^p − Σ φ_i z^(p−i) lie inside the circle of this radius.
 ///
 /// Model    Schur–Cohn: step-down recursion, all reflection coefficients below 1
 bool is_stable(std::span<const double> phi, double radius = 1.0) noexcept;
-/// Pulls the roots in until is_stable(phi, radius); what is stable already is left alone.
+/// Scales the roots until is_stable(phi, radius); leaves a stable model unchanged.
 void make_stable(std::span<double> phi, double radius) noexcept;
 
 /// One row of an order selection.
@@ -67,12 +67,12 @@ struct ArOrder {
   double error_variance = 0;  ///< V
   double fpe = 0;             ///< Akaike's final prediction error: V (1 + d/N)/(1 − d/N)
 };
-/// For orders 0 … most_order (less where the series is too short: N ≤ 2p).
+/// Returns a row for each order 0 … most_order (fewer where the series is too short: N ≤ 2p).
 ///
-/// Source   Akaike, "Fitting autoregressive models for prediction", Ann. Inst. Statist. Math. 21, 1969; with d the
-///          number of estimated coefficients: p
+/// Source  Akaike, "Fitting autoregressive models for prediction", Ann. Inst. Statist. Math. 21, 1969; with d = p, the
+///         number of estimated coefficients
 std::vector<ArOrder> fpe_of_orders(std::span<const double> series, std::size_t most_order, ArFit fit, bool takes_mean);
-/// The order of the smallest FPE. Fails: std::invalid_argument when there is none.
+/// Returns the order with the smallest FPE. Fails: std::invalid_argument when `orders` is empty.
 std::size_t best_order(std::span<const ArOrder> orders);
 
 }  // namespace tandem::haptics

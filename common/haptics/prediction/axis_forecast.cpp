@@ -7,7 +7,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// No error is taken for smaller than this of the largest among the candidates: two exact ones then share.
+/// Lower bound of an error as a share of the largest candidate's, so that two exact candidates get equal weights.
 constexpr double kMinErrorRatio = 1e-24;
 
 }  // namespace
@@ -41,8 +41,8 @@ void AxisForecast::score(double actual, double periods) noexcept {
   const double model = then.has_model ? actual - at(then.model, periods, steps_) : 0;
   const double hold = actual - then.newest;
   const double linear = actual - then.bounds.of(then.newest + periods * then.slope);
-  // Halfway between a say for each sample alike (smooth stretches then rule: the mean error) and for each newton alike
-  // (impacts then rule: the variance).
+  // Divides each error by the square root of all candidates' error norm. This is halfway between equal weights for each
+  // sample (smooth stretches dominate: the mean error) and for each newton (impacts dominate: the variance).
   const double size = std::pow(hold * hold + linear * linear + model * model, 0.25);
   const double share = size > 0 ? 1 / size : 0;
   errors_[kHold].add(hold * share, memory);
@@ -145,10 +145,11 @@ CurvePoint AxisForecast::spline(const Forecast& forecast, double periods) const 
   std::array<double, 4> control;
   for (std::ptrdiff_t k = 0; k < 4; ++k) {
     const std::ptrdiff_t i = segment - 1 + k;
-    // The control points of which the curve goes through its points, to third order: without this it would smooth them.
+    // Control points for which the curve passes through the forecast values to third order; otherwise it would smooth
+    // them.
     control[static_cast<std::size_t>(k)] = point(i) - (point(i + 1) - 2 * point(i) + point(i - 1)) / 6;
   }
-  // At the newest sample exactly: of all that is shown this alone is known.
+  // The curve passes exactly through the newest sample, the only displayed value that is measured.
   if (segment == 0) control[0] = 6 * forecast.newest - 4 * control[1] - control[2];
   return uniform_cubic(control, clamped - static_cast<double>(segment));
 }
@@ -162,7 +163,7 @@ CurvePoint AxisForecast::shown_spline(double periods) const noexcept {
 
 double AxisForecast::show_spline(double periods) noexcept {
   if (is_turning_) {
-    // From where it was last shown on: what is between two ticks is nobody's yet.
+    // The change begins at the last displayed point, because the curve between two ticks has not been displayed yet.
     const double begin = std::min(curve_.shown, periods);
     CurvePoint difference;
     if (!curve_.is_new) difference = shown_spline(begin) - spline(now_, begin);

@@ -1,5 +1,5 @@
-// One axis of a force stream: what hold, linear and the model say of the coming periods, how wrong each was of late,
-// and the curve that is shown of it.
+// One axis of a force stream: the forecasts by hold, linear extrapolation and the model, their recent errors, and the
+// displayed curve.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace tandem::haptics {
 
-/// Mean square that fades over `memory` values; the plain mean until there were that many.
+/// Mean square with exponential forgetting over `memory` values; the plain mean until that many were added.
 class RunningSquare {
  public:
   void add(double error, double memory) noexcept {
@@ -27,65 +27,69 @@ class RunningSquare {
   double count_ = 0;
 };
 
-/// Where the output may be.
+/// Bounds of the output.
 struct ForecastBounds {
   double low = 0;
   double high = 0;
   double of(double value) const noexcept { return value < low ? low : value > high ? high : value; }
 };
 
+/// Forecast of one axis: weighted mixture of the candidates, displayed as a smooth curve.
+///
 /// Thread  haptic: no allocation, no throw
 class AxisForecast {
  public:
   static constexpr std::size_t kMaxSteps = 64;
-  /// In      steps  periods that are foreseen, 3 … kMaxSteps
+  /// In      steps  number of forecast periods, 3 … kMaxSteps
   void configure(const ForceStreamSettings& settings, std::size_t steps) noexcept;
 
-  /// From here on score() asks about what is foreseen now.
+  /// Selects the present forecast for the next calls of error() and score().
   void remember() noexcept { scored_ = now_; }
-  /// Error of the blend, `periods` after remember().
+  /// Error of the mixture `periods` after remember().
   double error(double actual, double periods) const noexcept { return actual - at(scored_.blend, periods, steps_); }
-  /// RMS of those errors so far; infinite before the first.
+  /// RMS of the scored errors of the mixture; infinite before the first.
   double error_rms() const noexcept;
-  /// Adds what each candidate, and their blend, had foreseen of a sample that came `periods` after remember().
+  /// Updates the running errors of all candidates and their mixture with a sample that arrived `periods` after
+  /// remember().
   void score(double actual, double periods) noexcept;
   void forget_model() noexcept;
 
-  /// Looks ahead from `lags` (newest first, a period apart, settings.order + 2 of them). `model` null: there is none.
+  /// Computes the forecast from `lags` (newest first, one period apart, settings.order + 2 of them). `model` null: no
+  /// model.
   void foresee(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
   double model_weight() const noexcept { return weights_[kModel]; }
 
-  /// Shown so many periods after the newest sample, by the settings' method. The first call after a foresee() turns the
-  /// spline from what it showed to what is foreseen now.
+  /// Returns the value to display `periods` after the newest sample, by the settings' method. The first call after a
+  /// foresee() starts the change of the spline from the displayed curve to the new forecast.
   double show(double periods) noexcept;
-  /// The newest sample is `periods` newer than the one before; the spline's curve lies in that one's time.
+  /// Moves the curve's origin to a new sample, `periods` after the previous one.
   void shift(double periods) noexcept;
 
  private:
-  /// Values one period apart, from the newest sample (index 0) on.
+  /// Values one period apart, starting with the newest sample (index 0).
   using Steps = std::array<double, kMaxSteps + 1>;
-  /// Straight between them, level after the last.
+  /// Linear interpolation; constant after the last value.
   static double at(const Steps& values, double periods, std::size_t last) noexcept;
 
   enum Candidate : std::uint8_t { kHold, kLinear, kModel, kCandidates };
   struct Forecast {
     double newest = 0;
-    double slope = 0;  ///< by the period
+    double slope = 0;  ///< change per period
     Steps model{};
     Steps blend{};
-    std::array<double, 2> before{};  ///< one and two periods before the newest
+    std::array<double, 2> before{};  ///< samples one and two periods before the newest
     ForecastBounds bounds;
     bool has_model = false;
 
     double point(std::ptrdiff_t i, std::size_t last) const noexcept;
   };
-  /// What the hand is shown now: a forecast, and what is left of the difference to that before.
+  /// Displayed curve: a forecast plus the rest of the difference from the previous curve.
   struct Curve {
     Forecast forecast;
-    double from = 0;  ///< of `forecast`'s newest sample, in periods after now_'s
+    double from = 0;  ///< time of `forecast`'s newest sample, in periods after now_'s
     CurvePoint difference;
-    double turned = 0;  ///< when the difference began to fade
-    double shown = 0;   ///< when it was asked for last
+    double turned = 0;  ///< time at which the difference began to fade
+    double shown = 0;   ///< time of the last displayed value
     bool is_new = true;
   };
 

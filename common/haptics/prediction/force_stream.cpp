@@ -11,23 +11,24 @@
 namespace tandem::haptics {
 namespace {
 
-/// A flagged contact change that was foreseen within this many times the running error is no reason to forget: a
+/// A flagged contact change causes no reset if its error is below this many times the running error, because a
 /// chattering contact flags one with every sample. Ours.
 constexpr double kFlaggedFactor = 5;
-/// A first fit waits for this many samples for each coefficient; ours.
+/// Samples per coefficient before the first fit; ours.
 constexpr std::size_t kFirstFit = 4;
-/// A larger wrench is none; ours. Differences of such numbers cannot overflow.
+/// Upper bound of a wrench's components, beyond which it is rejected; ours. Differences of such numbers cannot
+/// overflow.
 constexpr double kLargest_n = 1e6;
-/// Samples denser than the series are not compared with what was foreseen a moment ago: that would flatter hold.
+/// Least age of a forecast when it is scored [periods]. Samples denser than the series would favour hold.
 constexpr double kMinAhead = 0.75;
-/// A jump is more than the rounding of what was seen of late.
+/// Share of the recent range that is rounding: a smaller error is no jump.
 constexpr double kRounding = 1e-9;
 
-/// The newest samples of six series as they came, at times that nobody promised to be even: a ring, read at any time by
-/// straight lines between neighbours.
+/// The newest samples of six series at uneven times: a ring, read at any time by linear interpolation.
 ///
 /// Limits  samples denser than an eighth of `period` replace the newest, so that the ring always spans kCapacity/8
-///         periods; before the oldest sample its value is given, after the newest the newest's
+///         periods. Times before the oldest or after the newest sample return that sample's value
+/// Thread  haptic: no allocation
 /// Thread  haptic: no allocation
 class SampleHistory {
  public:
@@ -85,7 +86,7 @@ struct FitResult {
 
 template <class T>
 void require(const char* name, T value, T low, T high) {
-  // Written so that a NaN fails the comparison.
+  // This form fails for NaN.
   if (value >= low && value <= high) return;
   throw std::invalid_argument(std::string("ForceStreamSettings.") + name + " is " + std::to_string(value) +
                               "; it must be from " + std::to_string(low) + " to " + std::to_string(high));
@@ -115,7 +116,7 @@ std::size_t steps_of(const ForceStreamSettings& settings) {
   return static_cast<std::size_t>(std::clamp(periods, 3.0, static_cast<double>(AxisForecast::kMaxSteps)));
 }
 
-/// The lowest and highest of the last samples: of one to two windows of them.
+/// Minimum and maximum of the last one to two windows of samples.
 class RecentRange {
  public:
   void add(const Vec6& value, std::size_t window) noexcept {
@@ -174,7 +175,7 @@ ArModel model_of(std::span<double> series, const ForceStreamSettings& settings) 
   if (!settings.is_on_differences) return fit_ar(series, settings.order, settings.ar_fit, true);
   for (std::size_t i = 0; i + 1 < series.size(); ++i) series[i] = series[i + 1] - series[i];
   ArModel model = fit_ar(series.first(series.size() - 1), settings.order, settings.ar_fit, false);
-  // Differences without a model have no mean either: a force that drifted does not go on doing so for ever.
+  // A constant series of differences gets mean 0, so that a force that drifted does not continue to drift without end.
   if (model.order == 0) model.mean = 0;
   return model;
 }
@@ -209,7 +210,7 @@ struct ForceStream::Impl {
     ask_for_fit();
   }
 
-  /// Holds the sample against what had been foreseen of it.
+  /// Scores the forecasts with a new sample; resets the model after a large error.
   void follow_up(LocalTime sampled_at, const Vec6& value, bool contact_changed) noexcept {
     for (AxisForecast& axis : axes) axis.shift(periods(sampled_at - history.newest_at()));
     has_contact_changed |= contact_changed;
@@ -229,7 +230,7 @@ struct ForceStream::Impl {
     if (is_surprise && settings.resets_at_contact && is_modelled()) forget();
   }
 
-  /// Window and coefficients are of what was before; the line through the two newest samples is not.
+  /// Discards window and coefficients from before a jump. The line through the two newest samples remains.
   void forget() noexcept {
     ++figures.resets;
     ++generation;
@@ -239,8 +240,8 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.forget_model();
   }
 
-  /// Resamples the line from the newest sample to this one. A gap longer than the window leaves nothing of it: the series
-  /// begins anew, so that no gap, whatever its stamps say, appends more than `window` samples.
+  /// Resamples the line from the newest sample to this one. After a gap longer than the window the series starts anew,
+  /// so that no gap appends more than `window` samples, for any time stamps.
   void extend_series(LocalTime sampled_at, const Vec6& value) noexcept {
     const bool is_beyond_window = sampled_at - series_at > static_cast<Duration::rep>(settings.window) * period;
     if (series.count() == 0 || is_beyond_window) {

@@ -1,11 +1,11 @@
-// A curve with its first two derivatives, of the two kinds that a smooth continuation is made of.
+// Curves with two derivatives for a smooth continuation: a B-spline segment and a fading difference.
 #pragma once
 
 #include <array>
 
 namespace tandem::haptics {
 
-/// Value and derivatives by the curve's own parameter.
+/// Value and derivatives with respect to the curve's parameter.
 struct CurvePoint {
   double value = 0;
   double slope = 0;
@@ -19,7 +19,7 @@ struct CurvePoint {
   }
 };
 
-/// A segment of the uniform cubic B-spline over four control points, u = 0 … 1.
+/// Returns a point on a segment of the uniform cubic B-spline over four control points, u = 0 … 1.
 ///
 /// Model    x(u) = [(1−u)³ c_0 + (3u³ − 6u² + 4) c_1 + (−3u³ + 3u² + 3u + 1) c_2 + u³ c_3]/6:
 ///          from (c_0 + 4 c_1 + c_2)/6 to (c_1 + 4 c_2 + c_3)/6. Neighbours that share three control points join with
@@ -34,8 +34,8 @@ inline CurvePoint uniform_cubic(const std::array<double, 4>& c, double u) {
           v * c[0] + (3 * u - 2) * c[1] + (1 - 3 * u) * c[2] + u * c[3]};
 }
 
-/// What is left at s = 0 … 1 of a difference that is taken away smoothly: all of it and of its derivatives (by s) at
-/// 0, nothing of any from 1 on.
+/// Returns the rest, at s = 0 … 1, of a difference that fades out smoothly. At 0 its value and derivatives (by s) are
+/// unchanged, from 1 on all are zero.
 ///
 /// Model    the quintic with these six conditions
 inline CurvePoint faded(const CurvePoint& d, double s) {

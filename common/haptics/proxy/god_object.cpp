@@ -11,31 +11,31 @@ namespace tandem::haptics {
 namespace {
 
 constexpr std::size_t kMaxPieces = 2048;
-/// Planes tried in a step; far more than the at most three that end up active.
+/// Planes added in a step; far more than the at most three that are active in the end.
 constexpr int kMaxPlanes = 32;
-/// As far below a plane still counts as above. Rounding of coordinates within 10 km is 1e-12.
+/// Depth below a plane that still counts as above. Rounding of coordinates within 10 km is 1e-12.
 constexpr double kSlack_m = 1e-9;
-/// A step that moves less ends the update: 1 mN at 1 N/mm. Shading approaches its place geometrically: so does one that
-/// moves less than this share of the first step; the rest waits for the next update.
+/// A shorter step ends the update: 1 mN at 1 N/mm. Shading converges geometrically, so a step shorter than this share
+/// of the first one ends it too; the next update continues.
 constexpr double kSettled_m = 1e-6;
 constexpr double kSettledShare = 0.1;
-/// First reach of an update while touching: a little more than the last one's longest step, at least a hand's 0.1 m/s.
-/// With more, more triangles have to be looked at in every step.
+/// First reach of an update while touching: a little more than the last one's longest step, at least the step of a hand
+/// at 0.1 m/s. A larger reach includes more triangles in every step.
 constexpr double kTravelReserve = 1.25;
 constexpr double kMinReach_m = 1e-4;
 constexpr double kReachGrowth = 2;
-/// Shading beyond this angle (cosine) would be a normal of another side.
+/// Cosine of the largest angle of shading; a normal beyond it would belong to another side.
 constexpr double kMinShadingCosine = 0.5;
-/// Of a step while shading: see relaxation_of(). Lengthened only where the last two steps go the same way (cosine).
-/// Tried on the bunny, pressed 5 mm: fewest ticks held back.
+/// Bounds of a step's relaxation while shading: see relaxation_of(). A step is lengthened only where the last two have
+/// the same direction (cosine). Tuned on the bunny, pressed 5 mm: fewest ticks held back.
 constexpr double kMinRelaxation = 0.1;
 constexpr double kMaxRelaxation = 5;
 constexpr double kStraightCosine = 0.8;
-/// Goals farther from the origin are taken as there: so that squares stay finite.
+/// Distance from the origin to which goals are clamped, so that squares stay finite.
 constexpr double kFarthestGoal_m = 1e3;
 
 bool is_far(const Vec3& a, const Vec3& b) {
-  return (a - b).squaredNorm() > 1e-14;  // 0.1 µm: below it, two places are one
+  return (a - b).squaredNorm() > 1e-14;  // 0.1 µm: closer places count as one
 }
 
 }  // namespace
@@ -136,7 +136,7 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
     if (reach <= 0) faults |= kProxyTooDense;
     reach_m_ = std::min(reach_m_, reach);
   }
-  // Fewer pieces within less reach; a place that has too many at any reach holds the proxy.
+  // Reduces the reach until the pieces fit; a place with too many pieces at any reach holds the proxy.
   for (int attempt = 0; attempt < 8; ++attempt, reach_m_ /= 4) {
     piece_count_ = 0;
     bool fits = true;
@@ -149,7 +149,7 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
   reach_m_ = 0;
 }
 
-/// `is_begun`: with the same pieces as before, so that the planes active then are likely to be so again.
+/// `is_begun`: the pieces are those of the last call, so its active planes are likely to be active again.
 void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   const PlaneProjection last = planes_;
   planes_.start(goal_W);
@@ -166,13 +166,13 @@ void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   }
 }
 
-/// The nearest first: the planes of what is touched often keep the ball above their neighbours too, whose own planes,
-/// when the ball is beside them, would stop it half-way to the common edge.
+/// Returns the nearest violated piece. The planes of touched pieces often keep the ball above their neighbours too. The
+/// neighbours' own planes would stop a ball beside them half-way to the common edge.
 int GodObject::nearest_violated() const noexcept {
   const Vec3& x = planes_.point();
   const double fraction = allowed_fraction(x);
   int nearest = -1;
-  // What is farther than the way is long cannot be met.
+  // A piece farther away than the length of the way cannot be touched.
   double nearest_m = settings_.radius_m + fraction * longest_way_m(x);
   for (std::size_t i = 0; i < piece_count_; ++i) {
     const NearPiece& piece = pieces_[i];
@@ -190,7 +190,8 @@ int GodObject::nearest_violated() const noexcept {
   return nearest;
 }
 
-/// One plane with the piece below, and above it both ends of the way: then the way is free of the piece.
+/// Returns true when one active plane has the piece below it and both ends of the way above it: then the way is free of
+/// the piece.
 bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) const noexcept {
   const ObstacleTrack& track = track_of(piece);
   for (const PlaneProjection::Active& active : planes_.active()) {
@@ -202,7 +203,7 @@ bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) cons
   return false;
 }
 
-/// What is known around the obstacles' places does not reach farther.
+/// Returns the share of the way that lies within the known surroundings of the obstacles' places.
 double GodObject::allowed_fraction(const Vec3& target_W) const noexcept {
   double squared = 0;
   for (const ObstacleTrack& track : tracks_) {
@@ -217,7 +218,8 @@ double GodObject::longest_way_m(const Vec3& target_W) const noexcept {
   return std::sqrt(squared);
 }
 
-/// Friction may have moved the target off what project() has checked, and planes may have run out.
+/// Returns the collision-free share of the way. Friction may have moved the target off the place checked by project(),
+/// and the number of planes is bounded.
 double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) const noexcept {
   double free = fraction;
   const double reach_m = settings_.radius_m + fraction * longest_way_m(target_W);
@@ -231,7 +233,7 @@ double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) cons
       const double end = side.height_m(at_W);
       if (end >= -kSlack_m) return free;
       const double begin = side.height_m(place_W);
-      // A ball that overlaps is below its plane at both ends, and rising.
+      // An overlapping ball is below its plane at both ends, and rising.
       if (begin < 0) return end >= begin ? free : 0.0;
       return free * begin / (begin - end);
     };
@@ -275,7 +277,7 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
     has_slipped_ = true;
     return x;
   }
-  // Back to where the body has carried the proxy, within the active planes.
+  // Vector back to the place to which the body has carried the proxy, within the active planes.
   Vec3 back = track_of(piece_of(*heaviest)).place_W() - x;
   std::array<Vec3, 3> axes;
   for (std::size_t i = 0; i < active.size(); ++i) {
@@ -291,8 +293,9 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
   return x + back * (depth * sliding / length);
 }
 
-/// By what a step is lengthened or shortened. Shading moves the goal with the proxy, so the steps to its place shrink
-/// geometrically: all one way on some ground, back and forth where it is hollow and the goal deep. Two of them say how.
+/// Returns the factor of the next step's length. Shading moves the goal with the proxy, so the steps to its place
+/// shrink geometrically: in one direction on some surfaces, alternating where the surface is concave and the goal deep.
+/// Two successive steps determine the factor.
 ///
 /// Source  Irons & Tuck, "A version of the Aitken accelerator for computer iteration", 1969
 double GodObject::relaxation_of(const Vec3& move) const noexcept {
@@ -302,12 +305,12 @@ double GodObject::relaxation_of(const Vec3& move) const noexcept {
   const double aitken = change.squaredNorm() > 0 ? -taken_ * last_move_.dot(change) / change.squaredNorm() : 0;
   if (along < 0) return std::clamp(aitken, kMinRelaxation, 1.0);
   const bool is_straight = along > kStraightCosine * last_move_.norm() * move.norm();
-  // The last step of an update is not lengthened: no other one would see where it led.
+  // The last step of an update is not lengthened, because no further step would correct it.
   const bool is_last = way_count_ + 1 == kMaxSteps;
   return is_straight && aitken > 0 ? std::min(aitken, is_last ? 1.0 : kMaxRelaxation) : std::min(1.0, relaxation_);
 }
 
-/// The goal is moved on, not the target: so the target stays above the planes.
+/// Moves the goal further, not the target, so that the target stays above the planes.
 Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexcept {
   const Vec3 farther_W = pulled_to_W + (relaxation_ - 1) * (target_W - tracks_.front().place_W());
   project(farther_W, true);
@@ -317,7 +320,7 @@ Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexce
   return target_W;
 }
 
-/// All places move by the same share of their way, so that those that were together stay together.
+/// Moves all places by the same share of their way, so that equal places stay equal.
 double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   unhindered_W_ = target_W;
   const double share = fraction * std::min(1.0, relaxation_);
@@ -331,7 +334,7 @@ double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   return moved;
 }
 
-/// Places differ while bodies squeeze the proxy: it is shown where it is held back most.
+/// Returns the proxy's place. While bodies squeeze the proxy its places differ: the one held back most is used.
 Vec3 GodObject::held_place_W() const noexcept {
   Vec3 place_W = unhindered_W_;
   double farthest = -1;

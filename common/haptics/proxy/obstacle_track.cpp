@@ -12,16 +12,16 @@
 namespace tandem::haptics {
 namespace {
 
-/// How much farther than needed triangles are fetched: so often that a hand at 0.1 m/s asks the tree every fifth tick.
+/// Margin with which triangles are cached, so that a hand at 0.1 m/s queries the tree every fifth tick.
 constexpr double kMinMargin_m = 3e-4;
 constexpr double kMaxMargin_m = 7e-4;
-/// With less, the place has too many triangles.
+/// Margin below which a place has too many triangles.
 constexpr double kNoMargin_m = 1e-5;
-/// A ball that overlaps a mesh (it was put there) leaves it by this much in every step.
+/// Distance by which a ball that was placed in a mesh leaves it in every step.
 constexpr double kRecovery_m = 1e-6;
-/// As far below a face's plane still counts as above: rounding, see kSlack_m of the god-object.
+/// Depth below a face's plane that still counts as above; rounding, see kSlack_m of the god-object.
 constexpr double kFaceSlack_m = 2e-9;
-/// Farther from the world's origin, double precision is coarser than that slack.
+/// Distance from the world's origin beyond which double precision is coarser than that slack.
 constexpr double kFarthest_m = 1e4;
 
 bool is_pose(const Pose& X) {
@@ -74,14 +74,14 @@ double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m
   if (!obstacle_.mesh || !is_present_) return std::numeric_limits<double>::infinity();
   const auto reach = [&] { return known_radius_m_ - (place_B_ - known_centre_B_).norm() - radius_m; };
   const double wanted_m = (goal_W - place_W_).norm();
-  // Half of what the last search gave: from there on, searching again gets farther.
+  // The cache is renewed at half of the reach of the last search; a new search then reaches farther.
   if (known_radius_m_ < 0 || reach() < std::min({step_m, wanted_m, (known_radius_m_ - radius_m) / 2})) {
     if (!refresh(place_B_, radius_m, wanted_m, step_m)) return 0;
   }
   return std::max(reach(), 0.0);
 }
 
-/// Of the tree's copy of the corners, which the search has just read: what else is kept of a mesh is far away.
+/// Copies a triangle from the search result, which is already in the CPU cache, unlike the rest of the mesh.
 ObstacleTrack::Candidate ObstacleTrack::candidate_of(const geometry::TriangleTree::Near& near) noexcept {
   Candidate candidate{near.a, near.ab, near.ac, near.ab.cross(near.ac).stableNormalized(), {}, 0, near.triangle};
   const Vec3 middle = (near.ab + near.ac) / 3;

@@ -1,4 +1,4 @@
-// One obstacle as the proxy knows it: where the proxy last was beside it, and what of it is near.
+// One obstacle of the proxy: the proxy's last place beside it, and its nearby pieces.
 #pragma once
 
 #include <cstdint>
@@ -12,60 +12,61 @@
 
 namespace tandem::haptics {
 
-/// Something that a proxy can touch: a mesh, or a convex primitive with an exact distance.
+/// Obstacle that a proxy can touch: a mesh, or a convex primitive with an exact distance.
 struct ProxyObstacle {
-  std::shared_ptr<const ProxyMesh> mesh;                 ///< this …
-  std::shared_ptr<const contact::ExactField> primitive;  ///< … or this
-  double static_friction = 0;                            ///< Coulomb's coefficient μ_s, at least that of sliding
+  std::shared_ptr<const ProxyMesh> mesh;                 ///< or null
+  std::shared_ptr<const contact::ExactField> primitive;  ///< or null; exactly one of both is set
+  double static_friction = 0;                            ///< Coulomb's coefficient μ_s, at least dynamic_friction
   double dynamic_friction = 0;                           ///< μ_d ≥ 0
-  Pose X_WB;                                             ///< until the first motion arrives
+  Pose X_WB;                                             ///< pose until the first motion arrives
 };
 
-/// A convex piece of an obstacle that the proxy could meet: a triangle, or a whole primitive.
+/// Convex piece of an obstacle within reach of the proxy: a triangle, or a whole primitive.
 struct NearPiece {
-  AllowedSide closest;  ///< at the closest point, across the line to it
-  AllowedSide face;     ///< of the triangle itself, where the proxy is above or below all of it
+  AllowedSide closest;  ///< plane through the closest point, perpendicular to the line to it
+  AllowedSide face;     ///< plane of the triangle itself, where the proxy is entirely above or below it
   bool has_face = false;
   int obstacle = 0;
-  int candidate = -1;     ///< of the obstacle's list; −1: a primitive
-  double distance_m = 0;  ///< from the proxy's centre
+  int candidate = -1;     ///< index in the obstacle's list of triangles; −1: a primitive
+  double distance_m = 0;  ///< distance from the proxy's centre
 
   bool is_clear(const Vec3& p, double slack_m) const {
     return closest.height_m(p) >= -slack_m || (has_face && face.height_m(p) >= -slack_m);
   }
-  /// Of the two, the side that `p` is higher above.
+  /// Returns the side above which `p` is higher.
   const AllowedSide& higher_side(const Vec3& p) const {
     return has_face && face.height_m(p) > closest.height_m(p) ? face : closest;
   }
 };
 
-/// Keeps the proxy's last place in the obstacle's frame B, so that however the obstacle moves, the proxy's way past it
-/// has no gap; and the triangles around that place, so that the tree is asked only now and then.
+/// Keeps the proxy's last place in the obstacle's frame B, so that the proxy's path past the moving obstacle has no
+/// gap. Also caches the triangles around that place, so that the tree is queried only now and then.
 class ObstacleTrack {
  public:
   static constexpr std::size_t kMaxCandidates = 1024;
 
-  /// Fails   std::invalid_argument: neither mesh nor primitive, or both; friction; a pose that is none
+  /// Fails   std::invalid_argument: neither mesh nor primitive, or both; invalid friction; invalid pose
   ObstacleTrack(ProxyObstacle obstacle, int index);
 
-  /// The pose counts; the twist is for damping alone. False: the pose is not one, and the obstacle stays where it was.
+  /// Sets pose and twist; the twist is used for damping alone. Returns false for an invalid pose; the obstacle then
+  /// stays.
   bool move_to(const RigidState& motion) noexcept;
-  /// One that is not present holds nothing back; its place is the caller's to keep beside the ball.
+  /// Includes or excludes the obstacle. An excluded one holds nothing back; the caller keeps its place beside the ball.
   void set_present(bool is_present) noexcept { is_present_ = is_present; }
   bool is_present() const { return is_present_; }
   const Vec3& place_W() const { return place_W_; }
   void set_place_W(const Vec3& p_W) noexcept;
 
-  /// Makes sure that all triangles are known that a ball of `radius_m` can meet within `step_m` on its way to the goal.
-  /// Out     how far it may go; less than the step where a place has more than kMaxCandidates triangles
+  /// Caches all triangles that a ball of `radius_m` can meet within `step_m` on its way to the goal.
+  /// Out     permitted distance; less than the step where a place has more than kMaxCandidates triangles
   double prepare(const Vec3& goal_W, double radius_m, double step_m) noexcept;
-  /// Appends what a ball can meet within `step_m` (≤ prepare()'s answer), as far as `pieces` holds.
-  /// Out     false: it does not hold all
+  /// Appends the pieces that a ball can meet within `step_m` (≤ prepare()'s result), up to the size of `pieces`.
+  /// Out     false: `pieces` is too small
   bool gather(double radius_m, double step_m, std::span<NearPiece> pieces, std::size_t& count) const noexcept;
 
-  /// Whether the plane keeps the whole triangle of `piece` out of a ball that is above it.
+  /// Returns whether the plane keeps the whole triangle of `piece` out of a ball that is above it.
   bool is_below(const NearPiece& piece, const AllowedSide& side, double radius_m) const noexcept;
-  /// Normal of the smooth surface that the triangles stand for, at the piece's closest point, on the proxy's side.
+  /// Normal of the smooth surface that the triangles approximate, at the piece's closest point, on the proxy's side.
   Vec3 shaded_normal_W(const NearPiece& piece) const noexcept;
   Vec3 surface_velocity_W(const Vec3& p_W) const noexcept { return V_WB_.v + V_WB_.w.cross(p_W - p_WB_); }
   const ProxyObstacle& obstacle() const { return obstacle_; }
@@ -74,13 +75,13 @@ class ObstacleTrack {
   struct Candidate {
     Vec3 a, ab, ac;
     Vec3 normal;
-    Vec3 centre;  ///< of a ball around the triangle
+    Vec3 centre;  ///< centre of a ball around the triangle
     double radius_m = 0;
     int triangle = -1;
   };
   static Candidate candidate_of(const geometry::TriangleTree::Near& near) noexcept;
   Vec3 in_B(const Vec3& p_W) const { return R_WB_.transpose() * (p_W - p_WB_); }
-  /// A plane of B's frame in W's.
+  /// Returns a plane of frame B in W.
   AllowedSide in_W(const Vec3& normal_B, double offset_m) const;
   bool refresh(const Vec3& p_B, double radius_m, double wanted_m, double step_m) noexcept;
   NearPiece primitive_piece(double radius_m) const noexcept;
@@ -95,7 +96,7 @@ class ObstacleTrack {
   Vec3 place_B_ = Vec3::Zero();
   Vec3 place_W_ = Vec3::Zero();
 
-  // All triangles within known_radius_m_ of known_centre_B_.
+  // All triangles within known_radius_m_ of known_centre_B_ are cached.
   Vec3 known_centre_B_ = Vec3::Zero();
   double known_radius_m_ = -1;
   int nearest_triangle_ = -1;

@@ -1,4 +1,4 @@
-// Where a point goes that is drawn to a goal and held back by planes: the small problem inside every step of the proxy.
+// Point nearest to a goal above several planes: the optimisation in every step of the proxy.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace tandem::haptics {
 
-/// What lies above a plane: n·x ≥ offset.
+/// Half-space above a plane: n·x ≥ offset.
 struct AllowedSide {
   Vec3 normal = Vec3::UnitZ();  ///< unit
   double offset_m = 0;
@@ -16,19 +16,19 @@ struct AllowedSide {
   double height_m(const Vec3& p) const { return normal.dot(p) - offset_m; }
 };
 
-/// The point nearest to a goal that is above several planes, found by adding one plane at a time.
+/// Finds the point nearest to a goal that is above several planes, by adding one plane at a time.
 ///
 /// Model   min |x − g|² with n_i·x ≥ o_i; x = g + Σ λ_i n_i over at most three active planes, λ_i ≥ 0
-/// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, whose three
-///         Lagrange multipliers these are. Ours: adding a plane that x violates only ever moves x away from the goal,
-///         and its new active planes are among the old ones and the added one (a problem of LP type; Matoušek, Sharir,
-///         Welzl 1996), so that seven cases cover it, no set of planes comes twice, and adding ends.
+/// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, with the same
+///         three Lagrange multipliers. Ours: adding a violated plane always moves x away from the goal, and the new
+///         active planes are among the old ones and the added one (a problem of LP type; Matoušek, Sharir, Welzl 1996).
+///         Seven cases therefore suffice, no set of planes repeats, and adding terminates.
 class PlaneProjection {
  public:
   struct Active {
     AllowedSide side;
-    int tag = 0;        ///< the caller's
-    double load_m = 0;  ///< λ: how hard the goal pulls against it
+    int tag = 0;        ///< chosen by the caller
+    double load_m = 0;  ///< λ: share of the goal's pull that this plane bears
   };
 
   void start(const Vec3& goal) noexcept {
@@ -36,7 +36,8 @@ class PlaneProjection {
     point_ = goal;
     count_ = 0;
   }
-  /// False: no point is above this plane and the active ones, or only one that rounding hides. Nothing changes then.
+  /// Adds a plane. Returns false, without a change, when no point is above this plane and the active ones, or only one
+  /// that rounding hides.
   bool add(const AllowedSide& side, int tag) noexcept;
 
   const Vec3& goal() const { return goal_; }

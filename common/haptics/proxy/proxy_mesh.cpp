@@ -10,9 +10,9 @@
 namespace tandem::haptics {
 namespace {
 
-/// Twice the area, below which a triangle has no direction: of sides of a micrometre.
+/// Doubled area below which a triangle has no direction: sides of a micrometre.
 constexpr double kMinDoubledArea_m2 = 1e-12;
-/// Neighbours that bend by less are shaded as one smooth surface; by more, there is an edge to be felt.
+/// Angle between neighbours up to which they are shaded as one smooth surface; a larger one is an edge to feel.
 constexpr double kCrease_rad = 0.7;
 
 geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
@@ -44,7 +44,7 @@ geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
   return result;
 }
 
-/// The triangles at each vertex, those of one vertex beside each other.
+/// Triangles at each vertex, grouped by vertex.
 struct Fans {
   explicit Fans(const geometry::TriangleMesh& mesh) : first(mesh.vertices.size() + 1, 0) {
     for (const auto& triangle : mesh.triangles) {
@@ -70,7 +70,8 @@ double angle_at(const geometry::TriangleMesh& mesh, const std::array<int, 3>& tr
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
-/// Sum over the neighbours at a corner that bend by less than the crease, weighted by their angles there.
+/// Returns the normalised sum of the normals at a corner that deviate by less than the crease, weighted by their
+/// angles.
 Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& flat, const Fans& fans,
                    std::size_t triangle, int vertex, double crease_cosine) {
   Vec3 sum = Vec3::Zero();
@@ -78,7 +79,7 @@ Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& 
   for (std::size_t at = fans.first[v]; at < fans.first[v + 1]; ++at) {
     const std::size_t other = fans.triangles[at];
     const double cosine = flat[other].dot(flat[triangle]);
-    // A neighbour that is turned over is the same surface seen from behind.
+    // A neighbour with the opposite orientation is the same surface seen from behind.
     if (std::abs(cosine) < crease_cosine) continue;
     sum += std::copysign(angle_at(mesh, mesh.triangles[other], vertex), cosine) * flat[other];
   }

@@ -1,4 +1,4 @@
-// A mesh as the proxy meets it: a tree to find triangles, and normals to shade them by.
+// Mesh for the proxy: a tree to find triangles, and normals to shade them.
 #pragma once
 
 #include <array>
@@ -8,18 +8,18 @@
 
 namespace tandem::haptics {
 
-/// Immutable; shared by the proxies that touch it. Open or closed, touchable from both sides; which way triangles are
-/// turned does not matter.
+/// Immutable mesh, shared by the proxies that touch it. It may be open or closed and is touchable from both sides; the
+/// orientation of its triangles does not matter.
 ///
-/// Thread  any, at the same time
+/// Thread  any, concurrently
 class ProxyMesh {
  public:
   /// In      mesh  metres; triangles without area are left out
-  /// Fails   std::invalid_argument: none left, a vertex that is not finite, an index out of range
+  /// Fails   std::invalid_argument: no triangle left, a vertex that is not finite, an index out of range
   explicit ProxyMesh(const geometry::TriangleMesh& mesh);
 
   const geometry::TriangleTree& tree() const { return tree_; }
-  /// Unit normals of the smooth surface that a triangle stands for, at its corners.
+  /// Unit normals at a triangle's corners of the smooth surface that it approximates.
   const std::array<Eigen::Vector3f, 3>& normals_of(int triangle) const {
     return normals_[static_cast<std::size_t>(triangle)];
   }

@@ -1,5 +1,5 @@
-// Wave variables: velocity and force as two waves, one each way, whose squares are power. A line that only delays them
-// gives back no more energy than it got, whatever the delay.
+// Wave variables: velocity and force as two waves, one in each direction, whose squares are power. A line that only
+// delays them returns no more energy than it received, for any delay.
 #pragma once
 
 #include <cmath>
@@ -8,14 +8,14 @@
 
 namespace tandem::haptics {
 
-/// The impedance of the line between hand and tool: how much force goes with how much speed in a wave.
+/// Impedance of the line between hand and tool: ratio of force to speed in a wave.
 struct WaveImpedance {
-  double linear_n_s_per_m = 10.0;       ///< b; also the drag felt until the first echo. Higher: stiffer, but heavier
-  double angular_n_m_s_per_rad = 0.01;  ///< its rotational twin
+  double linear_n_s_per_m = 10.0;       ///< b; also the drag before the first echo. A higher b is stiffer, but heavier
+  double angular_n_m_s_per_rad = 0.01;  ///< the rotational impedance
 
   bool operator==(const WaveImpedance&) const = default;
 };
-/// Both are finite and above 0, and no square root of them overflows.
+/// Returns whether both are finite, above 0, and without overflow in a square root.
 inline bool is_usable(const WaveImpedance& b) {
   constexpr double kLeast = 1e-9, kMost = 1e9;
   return b.linear_n_s_per_m >= kLeast && b.linear_n_s_per_m <= kMost && b.angular_n_m_s_per_rad >= kLeast &&
@@ -25,15 +25,15 @@ inline bool is_usable(const WaveImpedance& b) {
 /// Six wave variables [√W], or their integral over time [√W·s]: `f` of translation, `t` of rotation.
 using Wave = Wrench;
 
-/// |a|² of all six.
+/// Returns |a|² of all six components.
 inline double squared(const Wave& a) {
   return a.f.squaredNorm() + a.t.squaredNorm();
 }
 
-/// What goes with velocity `V` and the wrench `F` that the hand's side does on the tool's.
+/// Returns the waves of the velocity `V` and the wrench `F` of the hand's side on the tool's.
 ///
 /// Model   towards the tool u = (b V + F) / √(2b), towards the hand v = (b V − F) / √(2b); ½u² − ½v² = F·V.
-///         Back: V = (u + v) / √(2b), F = √(b/2) (u − v).
+///         Inverse: V = (u + v) / √(2b), F = √(b/2) (u − v).
 /// Source  Niemeyer, Slotine, "Stable adaptive teleoperation", IEEE J. Oceanic Eng. 16(1), 1991
 inline Wave wave_towards_tool(const WaveImpedance& b, const Twist& V, const Wrench& F) {
   const double l = b.linear_n_s_per_m, a = b.angular_n_m_s_per_rad;
