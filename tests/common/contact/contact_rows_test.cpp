@@ -25,7 +25,7 @@ PatchTerms terms_of(double friction) {
   return terms;
 }
 
-/// Random contacts in all regimes: gaps, soft, and below the rigid depth. Odd counts test the remainder of vectors.
+/// Random contacts in all regimes: gaps, soft, and below the rigid depth.
 std::vector<ContactPoint> random_contacts(Random& random, int count) {
   std::vector<ContactPoint> contacts(static_cast<std::size_t>(count));
   for (ContactPoint& contact : contacts) {

@@ -106,8 +106,7 @@ TEST(DistanceGrid, FlatFacesAreRightToTheStepOfTheirCoding) {
   const auto grid = grid_of(box_mesh(size));
   Random random(kSeed);
   for (int i = 0; i < 5000; ++i) {
-    // More than a brick from the edges: an edge may refine the bricks beside it, but must not make these less
-    // accurate.
+    // More than a brick from the edges: an edge may refine the bricks beside it, but must not make these less accurate.
     const Vec3 p(random.uniform(-0.006, 0.006), random.uniform(-0.003, 0.003), 0.005 + random.uniform(-1.5e-3, 1.5e-3));
     const DistanceSample sample = grid->sample(p);
     EXPECT_NEAR(sample.distance_m, p.z() - 0.005, kCodedM);

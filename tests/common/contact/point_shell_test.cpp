@@ -18,8 +18,7 @@ namespace tandem::contact {
 namespace {
 
 /// Distance from `p` to the nearest point of the shell that faces the same way, found with the shell's tree. At most 2
-/// mm,
-/// which is beyond the bounds of all tests here.
+/// mm, which is beyond the bounds of all tests here.
 double distance_to_shell(const PointShell& shell, const Vec3& p, const Vec3& normal) {
   double least = 2e-3;
   for (std::uint32_t i = 0; i < shell.nodes.size();) {

@@ -23,8 +23,7 @@ constexpr double kFewPoints_n = 0.07;
 constexpr double kDistance_m = 3e-7;
 
 /// Force and torque per metre along y of an elastic foundation of kStiffness on a box. The box's lowest edge is at x =
-/// 0,
-/// `depth_m` below the floor, and it leans up along x by `tilt`. The torque is about that edge at the height of the
+/// 0, `depth_m` below the floor, and it leans up along x by `tilt`. The torque is about that edge at the height of the
 /// floor.
 struct Pressed {
   double f_x = 0, f_z = 0;

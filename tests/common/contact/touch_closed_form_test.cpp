@@ -152,8 +152,8 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
       expect_depth_and_direction({box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", box");
       expect_depth_and_direction({mesh_box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", mesh");
       // The floor's points are pushed out of the box's nearest face, which is not perpendicular to the floor. Their
-      // sideways sum
-      // is no larger than that of the box's points; the few in a wedge of 50 µm leave some hundredths of a newton.
+      // sideways sum is no larger than that of the box's points; the few in a wedge of 50 µm leave some hundredths of a
+      // newton.
       const double angle = (depth_m < 1e-4 ? 4.5 : 1.5) * kOneDegree;
       expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m, angle},
                                  what + ", two meshes");
@@ -201,9 +201,8 @@ TEST(TouchDerivative, IsThatOfTheSearchForABallAndAnEdgeOnAPlane) {
     for (const double depth_m : {1e-4, 3e-4}) {
       EXPECT_LT(derivative_error(*ball, *below, {{0, 0, 0.045 - depth_m}, q}, 0.02), 0.1) << depth_m;
       const double edge_m = 0.025 + 0.01 * std::sqrt(2.0) - depth_m;
-      // An edge that moves sideways or rotates takes its crease along. This changes the pressing part of the floor,
-      // not only
-      // the depths of its points; the derivative of a single contact does not include it.
+      // An edge that moves sideways or rotates takes its crease along. This changes the pressing part of the floor, not
+      // only the depths of its points; the derivative of a single contact does not include it.
       const Vec3 moved_along = below == floor ? Vec3(Vec3::Ones()) : Vec3(1, 0, 1);
       EXPECT_LT(derivative_error(*box, *below, {{0, 0, edge_m}, q}, 0.02, moved_along), below == floor ? 0.1 : 0.2)
           << depth_m;

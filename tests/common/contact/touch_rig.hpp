@@ -1,5 +1,4 @@
-// One body of real shapes among fixed obstacles. Search and solver run as in the server, so all of common/contact
-// takes
+// One body of real shapes among fixed obstacles. Search and solver run as in the server, so all of common/contact takes
 // part.
 #pragma once
 

@@ -1,6 +1,5 @@
 // Distances to solids that overlap, intersect themselves or have unpaired edges, against a reference that sums solid
-// angles
-// and tries all triangles.
+// angles and tries all triangles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,8 +60,7 @@ double distance_to_triangle_m(const Triangle& triangle, const Vec3& p) {
 }
 
 /// Whether the segment from `p` to `q` crosses the triangle: its ends are on different sides of the triangle, and it
-/// passes
-/// all three edges on the same side.
+/// passes all three edges on the same side.
 bool pierces(const Vec3& p, const Vec3& q, const Triangle& t) {
   constexpr double kRounding = 1e-18;
   const auto volume = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -88,10 +86,9 @@ struct Range {
 };
 
 /// Reference for one closed or nearly closed surface: points with a winding number above ½ are inside. Its border is
-/// the part
-/// of its triangles that does not have the inside on both sides. Crossing triangles are subdivided, so the distance to
-/// the
-/// border is a range: from the nearest piece that may contain border to the nearest piece that is border only.
+/// the part of its triangles that does not have the inside on both sides. Crossing triangles are subdivided, so the
+/// distance to the border is a range: from the nearest piece that may contain border to the nearest piece that is
+/// border only.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {

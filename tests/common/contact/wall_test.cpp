@@ -73,8 +73,7 @@ struct Encounter {
     return wall.half_thickness_m - lowest;
   }
   /// Largest penetration of a wall: its rigid depth and 0.1 mm for each 1 m/s (ContactSolver), and as much again where
-  /// single
-  /// corners hit. At any speed it is less than the thickness: measured 0.83 of it for a corner on the sheet.
+  /// single corners hit. At any speed it is less than the thickness: measured 0.83 of it for a corner on the sheet.
   double most_m(double speed_m_per_s) const {
     const double fast_m = 1.7 * wall.half_thickness_m;
     return std::min(fast_m, wall.shape->rigid_depth_m + 2e-4 * std::max(1.0, speed_m_per_s));
@@ -152,8 +151,7 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
   });
 }
 
-/// A plate of 0.24 mm about z = 0, between the corners of cells of 0.2 mm: a post beside it shifts the cells by a
-/// half.
+/// A plate of 0.24 mm about z = 0, between the corners of cells of 0.2 mm: a post beside it shifts the cells by a half.
 ShapePointer plate_between_cells() {
   return solid_of(
       geometry::joined(box_mesh({0.02, 0.02, 2.4e-4}), box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3})));

@@ -26,7 +26,7 @@ FieldModel model_of(Dielectric dielectric, double cutoff_angstrom, bool has_far_
   return model;
 }
 
-/// As dense as a protein, around the origin, with charges of at most ±0.6 e and a net charge.
+/// Charges with the density of a protein, around the origin, at most ±0.6 e each and with a net charge.
 Molecule random_charges(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.5, 0.6);

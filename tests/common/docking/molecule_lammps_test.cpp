@@ -1,5 +1,4 @@
-// The kernels against LAMMPS results for a real pair. tests/docking_lammps wrote them (see its README.md), so this
-// test
+// The kernels against LAMMPS results for a real pair. tests/docking_lammps wrote them (see its README.md), so this test
 // does not need LAMMPS.
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 // The Lennard-Jones interaction: against its closed form, its gradient and its symmetries; the float kernels against
-// the
-// double one.
+// the double one.
 #include "common/docking/molecule.hpp"
 
 #include <gtest/gtest.h>

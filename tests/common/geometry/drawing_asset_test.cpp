@@ -16,7 +16,7 @@
 namespace tandem::geometry {
 namespace {
 
-/// A ball of 4 `rings`² triangles, about.
+/// A ball of about 4 `rings`² triangles.
 TriangleMesh ball(int rings) {
   TriangleMesh mesh;
   for (int ring = 0; ring <= rings; ++ring) {

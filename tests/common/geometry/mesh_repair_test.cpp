@@ -158,7 +158,7 @@ TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
 }
 
 TEST(MeshRepair, ClosesALongNarrowCrack) {
-  // As above, with the vertex 20 µm off the edge. A disc of the crack's length would have 5 % of the cube's area.
+  // The same with the vertex 20 µm off the edge. A disc of the crack's length would have 5 % of the cube's area.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();

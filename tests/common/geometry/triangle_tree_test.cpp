@@ -137,8 +137,7 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
-/// Checks a query `ask`, which fills a span and returns the number found; if the span is too short, more than its
-/// size.
+/// Checks a query `ask`, which fills a span and returns the number found; if the span is too short, more than its size.
 template <class Ask>
 std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Ask& ask) {
   const std::size_t count = ask(found);
@@ -382,8 +381,7 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
 }
 
 // A block with a bar through it; the middle of each side of the bar is in the block. Each part has a wall inside, so
-// that
-// the winding number decides.
+// that the winding number decides.
 TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
   const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
   TriangleMesh mesh;

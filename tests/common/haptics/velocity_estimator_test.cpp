@@ -45,8 +45,8 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 }
 
 TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
-  // A line fitted to a full window of 20 periods with errors up to half a step: its slope errs by at most
-  // Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
+  // A line fitted to a full window of 20 periods with errors up to half a step: its slope errs by at most Σ|t_i − t̄|
+  // step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();

@@ -1,5 +1,4 @@
-// The estimate against simulated links with a known true offset: asymmetric, with jitter, with queues that build up
-// and
+// The estimate against simulated links with a known true offset: asymmetric, with jitter, with queues that build up and
 // drain, and between clocks that drift apart.
 #include "common/net/clock_sync.hpp"
 
@@ -24,7 +23,7 @@ constexpr Duration kMemory = milliseconds(64 * 100);  // how long the filter kee
 struct Network {
   Duration there = milliseconds(20);
   Duration back = milliseconds(20);
-  Duration mean_jitter{0};  ///< of each direction, exponentially distributed
+  Duration mean_jitter{0};  ///< in each direction, exponentially distributed
   Duration queue_there{0};  ///< added on the way to the server while a queue lasts
   double skew = 0.0;        ///< server clock's rate − 1
 };

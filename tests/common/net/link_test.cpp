@@ -270,9 +270,8 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const double sigma = std::sqrt(2 * 0.05 * 0.95 * correlation_s / total_s);
   EXPECT_NEAR(lost / kCount, 0.05, 5 * sigma);
 
-  // Runs of lost packets. A period of length L holds L/gap packets on average, and is visible if it holds at least
-  // one. For
-  // exponential lengths the mean of the visible ones is exactly 1 / (1 − exp(−gap/mean)) packets.
+  // Runs of lost packets. A period of length L holds L/gap packets on average, and is visible if it holds at least one.
+  // For exponential lengths the mean of the visible ones is exactly 1 / (1 − exp(−gap/mean)) packets.
   double runs = 0;
   for (std::size_t i = 1; i < arrivals.size(); ++i) {
     if (arrivals[i].number != arrivals[i - 1].number + 1) ++runs;
@@ -290,8 +289,7 @@ TEST(SimulatedLink, LossDoesNotDependOnHowOftenPacketsAreSent) {
     SimulatedLink link(parameters, kSeed, 4);
     constexpr std::uint32_t kCount = 200'000;
     run(link, kCount, gap);
-    // Worst case (1 ms): the correlation time is 16 packets, so the variance is 2 p (1−p) 16 / n; five standard
-    // errors.
+    // Worst case (1 ms): the correlation time is 16 packets, so the variance is 2 p (1−p) 16 / n; five standard errors.
     const double sigma = std::sqrt(0.2 * 0.8 * 2 * 16 / kCount);
     EXPECT_NEAR(static_cast<double>(link.counters().lost) / kCount, 0.2, 5 * sigma) << "gap " << to_seconds(gap);
   }

@@ -137,8 +137,8 @@ bool is_beginning(const Messages& read, const Messages& written) {
 }
 
 /// True if `read` consists of chunks, each with its messages in order, at most twice, and all but the last one
-/// complete. A chunk that
-/// the file contains twice is read twice, and a message whose channel is damaged ends the reading.
+/// complete. A chunk that the file contains twice is read twice, and a message whose channel is damaged ends the
+/// reading.
 bool is_of_chunks(const Messages& read, const Written& written) {
   std::vector<int> times(written.chunks_at.size());
   std::size_t at = 0;

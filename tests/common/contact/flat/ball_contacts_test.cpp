@@ -147,8 +147,7 @@ ContactShape box_of(double edge_m, double spacing_m = 4.5e-4) {
 }
 
 /// Force on A and its friction part [N], with the moment of friction [N·m] about the vertical line through the centre
-/// of
-/// pressure.
+/// of pressure.
 struct Touch {
   Vec3 force_W = Vec3::Zero(), friction_W = Vec3::Zero();
   double moment_z = 0;

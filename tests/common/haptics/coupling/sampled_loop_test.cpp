@@ -43,8 +43,7 @@ class SimulatedLoop {
   double size() const {
     return (is_tied() ? std::abs(x_) : 0) + std::abs(y_ - x_) + 0.01 * (std::abs(v_) + std::abs(u_));
   }
-  /// Scales the state. A loop without a tie to the ground is moved back to 0, so that differences keep their
-  /// precision.
+  /// Scales the state. A loop without a tie to the ground is moved back to 0, so that differences keep their precision.
   void scale(double by) {
     const double origin = is_tied() ? 0 : x_;
     for (double* a : {&x_, &y_}) *a = (*a - origin) * by;
@@ -122,8 +121,7 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
     const double radius = spectral_radius(model);
     unstable += radius >= 1 ? 1 : 0;
     // Two modes of about the same radius beat by a factor of 2. A nearly double mode also grows with time, by a factor
-    // of
-    // 13000/5000. Over 8000 periods this gives 2.1e-4.
+    // of 13000/5000. Over 8000 periods this gives 2.1e-4.
     EXPECT_NEAR(simulated_growth(model), radius, 2.1e-4 * radius);
   }
   EXPECT_GT(unstable, 0);

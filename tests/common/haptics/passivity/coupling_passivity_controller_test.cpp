@@ -143,8 +143,7 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
       const double f = wall.force(x);
       const double shown = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
       // While scaled, sF = (E + credit) / δ with δ = |v| T + a T² = 0.14 mm, so that E + credit grows as credit
-      // e^(d/δ). It
-      // reaches k d δ at 0.45 mm for 3000 N/m, and earlier for lower stiffness.
+      // e^(d/δ). It reaches k d δ at 0.45 mm for 3000 N/m, and earlier for lower stiffness.
       if (x > 6e-4 || k > 1000) {
         ASSERT_EQ(shown, f) << "k = " << stiffness << ", tick " << k;
       }

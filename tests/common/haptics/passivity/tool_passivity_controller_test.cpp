@@ -15,14 +15,12 @@ namespace {
 
 constexpr double kStep = 0.001;
 /// Bound of the energy created in a push of five seconds: the balance at which the brake is firm, the leak, and the
-/// work of
-/// 6 N at 0.1 m/s until it is braked away.
+/// work of 6 N at 0.1 m/s until it is braked away.
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 
 /// A coupling of at most 6 N drags a body of 0.5 kg against a damper along x. Its target moves at 0.1 m/s; the steps
-/// are
-/// implicit as in the world.
+/// are implicit as in the world.
 struct PushedBody {
   /// `supplied_share`: share of the work on the world that the hand reports as supplied, `report_delay` steps late.
   void run(int steps, double supplied_share, int report_delay) {

@@ -151,8 +151,7 @@ TEST(FinalPredictionError, FindsTheOrderThatMadeTheSeries) {
     const auto orders = fpe_of_orders(second_order_series(1.2, -0.7, 1, 3000, 5), 10, fit, true);
     ASSERT_EQ(orders.size(), 11U);
     // The order selected by FPE does not converge to the true order: it overfits with a probability that N does not
-    // lower. It
-    // is never below the true order, and further orders reduce the FPE little.
+    // lower. It is never below the true order, and further orders reduce the FPE little.
     const std::size_t best = best_order(orders);
     EXPECT_GE(best, 2U);
     EXPECT_LT(orders[2].fpe, 1.01 * orders[best].fpe);

@@ -182,8 +182,7 @@ TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
   blended.blend = milliseconds(4);
   ForceStream coarse(blended), fine(blended);
   // The second derivative of a C² curve changes less with smaller steps. A jump in any of the three derivatives would
-  // keep
-  // its size or grow.
+  // keep its size or grow.
   const double at_coarse = largest_bend_change(coarse, microseconds(50));
   const double at_fine = largest_bend_change(fine, microseconds(5));
   EXPECT_LT(at_fine, 0.2 * at_coarse);

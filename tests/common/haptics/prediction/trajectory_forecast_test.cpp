@@ -1,6 +1,5 @@
 // Forecast of a trajectory that is known with a delay: movements are continued, tremor is not, and the forecast is
-// never
-// much worse than the zero-order hold.
+// never much worse than the zero-order hold.
 #include "common/haptics/prediction/trajectory_forecast.hpp"
 
 #include <gtest/gtest.h>

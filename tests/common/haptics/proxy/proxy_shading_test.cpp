@@ -31,8 +31,7 @@ TEST(ProxyShading, ForceTurnsSmoothlyOverTheFacetsOfACoarseSphere) {
   const double facets = largest_turn_rad(false);
   const double shaded = largest_turn_rad(true);
   // The facets of 512 triangles meet at up to 0.2 rad, and the force jumps by most of that. With shading it rotates
-  // with the
-  // hand: 0.0018 rad a step, up to three times faster where the interpolated normals rotate fast.
+  // with the hand: 0.0018 rad a step, up to three times faster where the interpolated normals rotate fast.
   EXPECT_GT(facets, 0.08);
   EXPECT_LT(shaded, 3 * 5e-5 / (kProxyShadingRadius_m - 0.002));
 }

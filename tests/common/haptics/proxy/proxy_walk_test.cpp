@@ -22,8 +22,7 @@ struct Walk {
 };
 
 /// Checks the clearance with the exact distance in every step. The sign of that distance checks the side; for a sheet
-/// it is
-/// valid away from its rim.
+/// it is valid away from its rim.
 void expect_outside(const Walk& walk) {
   const geometry::TriangleTree tree(walk.mesh);
   GodObject proxy = proxy_at(walk.start, {with_friction(touchable(walk.mesh), walk.friction, walk.friction)}, true);

@@ -92,8 +92,8 @@ TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
       double x = 0, v = 0, taken_j = 0, most_j = 0;
       for (int k = 0; k < 8000; ++k) {
         const double f = line.tick(x);
-        // The hand follows the force, within its acceleration limit and with noise, and so extracts any energy the
-        // line creates.
+        // The hand follows the force, within its acceleration limit and with noise, and so extracts any energy the line
+        // creates.
         v += std::clamp(2 * f + random.normal() - 2 * v, -20.0, 20.0) * kTick_s;
         x += v * kTick_s;
         taken_j += f * v * kTick_s;
