@@ -52,7 +52,7 @@ class Peg {
   }
 
   double bottom_m() const { return rig.X_WB.p.z() - kPegLength_m / 2; }
-  /// Moves the handle to this height at 40 mm/s. Returns the largest upward force of the handle.
+  /// Moves the handle to this height at 40 mm/s. Returns the largest upward force on the peg.
   double lead_to(double z_m) {
     double pull_n = 0;
     const double step = 0.04 * kStep_s * (z_m > rig.X_WH.p.z() ? 1 : -1);

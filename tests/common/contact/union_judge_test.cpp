@@ -175,7 +175,7 @@ class UnionJudge {
       const Range range = judge.to_border(p);
       outside = {std::min(outside.least_m, range.least_m), std::min(outside.most_m, range.most_m)};
       if (std::abs(judge.winding(p)) <= 0.5) continue;
-      // The tree divides triangles into pieces as well: pieces that may be border are nearer by up to one such piece.
+      // The tree subdivides triangles as well, so its distance to the border may differ by up to the size of one piece.
       const double piece_m = judge.is_divided() ? kDividedM : 0;
       inside = {std::min(inside.least_m, -range.most_m - piece_m), std::min(inside.most_m, -range.least_m + piece_m)};
     }
@@ -339,7 +339,7 @@ std::vector<Case> mended_cases() {
            {moved(box_mesh({0.04, 0.02, 0.02}), {0.01, 0, 0})}}};
 }
 
-/// Compares the tree's distances with the reference, and checks the share of points inside.
+/// Compares the tree's distances with the reference, and checks that enough points are inside.
 void expect_tree_agrees(const Case& one, const UnionJudge& judge, Random random) {
   SCOPED_TRACE(one.name);
   const TriangleTree tree = TriangleTree::of_solid(one.mesh, {});

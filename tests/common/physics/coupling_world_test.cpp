@@ -151,7 +151,7 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
         at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
-    // The small mass that stands for none leaves a ten thousandth of a step's displacement of 0.6 mm.
+    // The small mass that replaces a zero mass leaves an error of a ten thousandth of a step's 0.6 mm.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }

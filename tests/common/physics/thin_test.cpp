@@ -272,9 +272,9 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
             << worst.short_of_m * 1e6 << " um; most change in a step " << worst.change_n << " N\n";
 }
 
-// The bounds cover the maxima of 600 scenes of each kind with three other seeds: 8.5 µm and 0.016 N for primitives, 135
-// µm and 0.19 N for meshes (1 mm thick, points 0.45 mm apart), 105 µm and 0.22 N on edges, 21 µm and 0.20 N on grids,
-// 68 µm and 0.20 N at joints, 5 µm and 0.009 N for balls. Up to 9 µm of that is the yield of a rigid contact.
+// The bounds cover the maxima of 600 scenes of each kind with three other seeds. Primitives: 8.5 µm and 0.016 N. Meshes
+// (1 mm thick, points 0.45 mm apart): 135 µm and 0.19 N. Edges: 105 µm and 0.22 N. Grids: 21 µm and 0.20 N. Joints: 68
+// µm and 0.20 N. Balls: 5 µm and 0.009 N. Up to 9 µm of each depth is the yield of a rigid contact.
 struct Things {
   std::uint64_t day_seed, night_seed;
   Bounds bounds;
