@@ -34,7 +34,7 @@ TEST(ParallelFor, TellsWhatTheCallingThreadHasDoneOnThatThread) {
   for (std::size_t i = 0; i < by.size(); ++i) EXPECT_EQ(is_told[i] != 0, by[i] == caller);
 }
 
-// The others are slow enough that they would take ten seconds.
+// The items after the tenth are slow: all of them would take ten seconds, so the test shows that the loop stops.
 TEST(ParallelFor, ThrowsWhatOneThrowsAndBeginsNoMore) {
   constexpr std::size_t kCount = 1'000'000;
   for (const int threads : {1, 4}) {

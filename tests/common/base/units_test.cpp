@@ -1,4 +1,4 @@
-// Numbers with units, and the answers to those without.
+// Numbers with units, and the errors for numbers without.
 #include "common/base/units.hpp"
 
 #include <gmock/gmock.h>

@@ -30,7 +30,7 @@ std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {
   return by_id;
 }
 
-// Every point of the shell, by its id.
+// Adds the depth of every point of the shell in the band, by its id.
 void add_all_depths(const PointShell& shell, const DistanceField& field, const Pose& X_FP, std::uint32_t id_bits,
                     std::map<std::uint32_t, double>& by_id) {
   for (std::uint32_t i = 0; i < shell.points.size(); ++i) {
@@ -47,7 +47,7 @@ double net_normal_force_n(std::span<const ContactPoint> contacts, double stiffne
   return sum;
 }
 
-// Questions to the distance field.
+// Number of queries to the distance field.
 double asked(const ContactWork& work) {
   return work.nodes + work.points;
 }
@@ -58,7 +58,7 @@ double deepest_m(std::span<const ContactPoint> contacts) {
   return deepest;
 }
 
-// A path that wanders over the surface of a 4 cm box and into it: smooth most of the time, with leaps.
+// A random path over the surface of a 4 cm box and into it: smooth most of the time, with jumps.
 class Wander {
  public:
   explicit Wander(unsigned seed) : random_(seed) {}
@@ -99,7 +99,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
     add_all_depths(box.shells.surface, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
     const auto contacts = depths(pair.contacts());
     ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
-    // What is on the edge of the band within rounding may be there or not.
+    // Points at the edge of the band, within rounding, may be present or not.
     for (const auto& [id, depth] : all) {
       if (depth > -kBand_m + 1e-9) {
         ASSERT_TRUE(contacts.contains(id)) << "step " << i << ", depth " << depth;
@@ -220,7 +220,7 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   double work = 0;
   double first_work = 0;
   for (int i = 0; i < 100; ++i) {
-    // Far from the origin of the table, whose points sweep past the tool when that turns.
+    // Far from the table's origin: as the tool rotates, the table's points sweep past it.
     const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
     (i == 0 ? first_work : work) += asked(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
@@ -258,7 +258,7 @@ TEST(ContactPair, OverBudgetAFaceKeepsItsForceAndMoment) {
 }
 
 TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
-  // Far inside: the whole sphere is deeper than the band, and most of it must be merged.
+  // Deep inside, the whole sphere is deeper than the band, and most points must be merged.
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
   ContactPair all(40'000);
@@ -277,7 +277,7 @@ TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
   }
 }
 
-// Leaves of which a point is deeper than `depth_m`, and those points.
+// Number of leaves with a point deeper than `depth_m`, and number of those points.
 std::pair<std::size_t, std::size_t> count_deep(const PointShell& shell, const DistanceField& field, const Pose& X_FP,
                                                double depth_m) {
   std::size_t leaves = 0;
@@ -314,7 +314,7 @@ TEST(ContactPair, ParallelSurfacesTakeLeavesForPoints) {
       // Leaves across the border of the block are not flat.
       EXPECT_LT(pressing, 1.3 * (of_block.first + of_table.first)) << "more than one a leaf";
     }
-    // Beyond 10 mrad the far side would lift off, and force not be linear.
+    // Beyond 10 mrad the far side would lift off, and the force would not be linear.
     const ContactWrench net = contact_wrench(pair.contacts(), 5e9, X_WA.p);
     const double moment_n_m = stiffness_n_per_m * tilt_rad * 0.02 * 0.02 / 12;
     EXPECT_NEAR(net.on_a_W.f.z(), stiffness_n_per_m * 1e-4, 0.02 * stiffness_n_per_m * 1e-4) << tilt_rad;
@@ -388,7 +388,7 @@ TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
   const Pose X_WB{Vec3(0.3, 0, 0), quaternion_of(Vec3(0.2, -0.4, 0.3))};
   pair.find(X_WB * X_BA, X_WB, kBand_m);
   for (const ContactPoint& contact : pair.contacts()) {
-    // Points of the box lie on a sphere that bends away from them.
+    // Points of the box touch a sphere that curves away from them.
     const Vec3 turned_W = X_WB.q * Vec3(1e-5, 2e-5, 0);
     const Vec3 tangential_W = turned_W - contact.normal_W * contact.normal_W.dot(turned_W);
     EXPECT_LT((contact.bristle_W - tangential_W).norm(), 1e-15);
@@ -417,7 +417,7 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair pair(2048);
   pair.bind(&block, &table);
-  // Tilted, only an edge touches and fits; flat, the face does not.
+  // Tilted, only an edge touches and fits the budget; flat, the face does not fit.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
   const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
   EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);

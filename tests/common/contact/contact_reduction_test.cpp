@@ -69,7 +69,7 @@ Patch on_sphere(Numbers& random) {
   return patch;
 }
 
-// Two walls at any angle, one with any share of the contacts.
+// Two walls at a random angle, with a random share of the contacts on one of them.
 Patch in_groove(Numbers& random) {
   Patch patch;
   const double length = random.between(0.3, 2);
@@ -131,7 +131,7 @@ Middle middle_of(const Patch& patch) {
   return middle;
 }
 
-// Forces by translations: turns count by what they move at the radius.
+// Derivative scaled to forces by translations: rotations count by their displacement at the radius.
 Mat6 in_units_of(double radius_m, const Mat6& derivative) {
   Vec6 unit;
   unit << Vec3::Ones(), Vec3::Constant(1 / radius_m);
@@ -145,7 +145,7 @@ double wrench_error(const Wrench& a, const Wrench& b, const Middle& middle) {
 struct Kind {
   std::string name;
   Patch (*make)(Numbers&);
-  double derivative_error;  ///< a little over the worst of 2,000 random patches
+  double derivative_error;  ///< slightly above the worst of 2,000 random patches
 };
 
 class Reduction : public testing::TestWithParam<Kind> {};
@@ -210,7 +210,7 @@ void move(std::vector<ReducedContact>& contacts, const Vec3& about, const Vec3& 
   }
 }
 
-// By central differences, of a function that gives the wrench after a motion.
+// Derivative by central differences of a function that gives the wrench after a motion.
 Mat6 differences(const std::function<Wrench(const Vec3&, const Vec3&)>& wrench) {
   Mat6 derivative;
   constexpr double kStep = 1e-6;
@@ -230,7 +230,7 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
     Patch patch;
     std::vector<ReducedContact> reduced;
     for (int i = 0; i < 20; ++i) {
-      // Deep, so that the forces' share in the derivative shows.
+      // Large depths, so that the share of the forces in the derivative is visible.
       patch.push_back(contact_at(random.vector(0.01), random.vector(1), random.between(1e-3, 5e-3)));
       reduced.push_back({random.vector(0.01), random.vector(1).normalized(), random.vector(5), 1e3});
     }
@@ -307,7 +307,7 @@ TEST(ContactReduction, ChangesNoMoreAtOnceThanThePatchDoes) {
     few_before = few;
     all_before = all;
   }
-  // A point that comes or goes moves the mean of its neighbours by about one part in their number.
+  // A point that enters or leaves moves the mean of its neighbours by about one part in their number.
   EXPECT_LT(farthest, 0.2);
 }
 

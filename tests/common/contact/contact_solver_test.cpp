@@ -68,7 +68,7 @@ TEST(ContactSolver, BodiesThatTouchKeepTheirTotalMomentum) {
     if (results[0].normal_force_n > 0 && results[1].normal_force_n > 0) ++touching;
     ASSERT_LT((now.linear - old.linear).norm(), 1e-9) << "seed " << kSeed << " draw " << draw;
     ASSERT_LT((now.angular - old.angular).norm(), 1e-10) << "seed " << kSeed << " draw " << draw;
-    // And each body's own change is what the reported wrenches make of it: the opposite of on_a acts on b.
+    // The reported wrenches also account for each body's own change: the opposite of on_a acts on b.
     const Vec3 on_second = -kStep_s * results[0].on_a_W.f;
     ASSERT_LT((2 * (bodies[1].V_WC.v - before[1].V_WC.v) - on_second).norm(), 1e-9);
     const Vec3 about_centre = results[1].on_a_W.t - bodies[2].p_WC.cross(results[1].on_a_W.f);
@@ -110,7 +110,7 @@ std::vector<ContactPoint> square(double height_m, double depth_m) {
 
 TEST(ContactSolver, AHeavyBodyDoesNotDriveALightOneThroughTheFloor) {
   ContactSolver solver({});
-  // 2 kg on 5 g on the floor, both a centimetre high.
+  // A body of 2 kg on one of 5 g on the floor, both one centimetre high.
   std::vector<SolverBody> bodies(2);
   bodies[0] = {0.005, box_inertia(0.005, {0.01, 0.01, 0.01}), {0, 0, 0.005}, {}, {}};
   bodies[1] = {2, box_inertia(2, {0.01, 0.01, 0.01}), {0, 0, 0.016}, {{0, 0, -1}}, {}};
@@ -167,7 +167,7 @@ TEST(ContactSolver, ABodyThatApproachesFeelsNothingBeforeItTouches) {
 
 class WrongInput : public testing::Test {
  protected:
-  /// One step of a good body on a floor with what is to be wrong beside it.
+  /// One step of a valid body on a floor, with the invalid input beside it.
   void step_good_body() {
     step(SolverCoupling{0, law_.get(), {}, {}, {{0, 0, 0.005}, Quat::Identity()}},
          SolverPatch{0, kStaticBody, contacts_});
@@ -294,7 +294,7 @@ TEST(ContactSolver, GivesTheSameBitsAgain) {
 
 class Prescribed : public testing::Test {
  protected:
-  /// A square of contacts of the prescribed body, which comes down at `speed_m_per_s`, on the other.
+  /// Steps with a square of contacts between the prescribed body, which descends at `speed_m_per_s`, and the other.
   PatchResult step(std::vector<SolverBody>& bodies, int other, double depth_m, double speed_m_per_s) {
     std::vector<ContactPoint> contacts = square(0, depth_m);
     bodies[0].is_prescribed = true;

@@ -1,4 +1,4 @@
-// What a hand would feel as wrong: buzzing, bouncing by itself, creeping energy, falling through.
+// Instabilities that a hand would feel: buzzing, spontaneous bouncing, energy drift, falling through.
 #include <gtest/gtest.h>
 
 #include "common/base/random.hpp"
@@ -106,7 +106,7 @@ TEST(ContactSolver, WhatStartsInsideComesOutSlowly) {
       TouchScene scene = ball(solver, mass_kg, 1000);
       scene.stiffness_n_per_m3 = stiffness_n_per_m3;
       scene.X_WB.p.z() = 0.002;
-      // ρ / (h + τ) or the recovery speed of the floor, see ContactRows.
+      // The larger of ρ / (h + τ) and the recovery speed of the floor, see ContactRows.
       const double fastest = std::max(scene.rigid_depth_m / (kStep_s + scene.dissipation_s), 0.2);
       for (int i = 0; i < 200; ++i) {
         scene.step();
@@ -126,7 +126,7 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
       c.force_limit_n = limit_n;
       const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 500);
-      // Each face holds what is nearer to it: past the middle the wall pushes out at the back.
+      // Each face acts on the points nearer to it: past the middle the wall pushes them out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
       scene.law = law.get();
       scene.X_WB.p.z() = 0.0052;
@@ -178,7 +178,7 @@ TEST(ContactSolver, ADroppedBallComesToRestAndNeverGainsEnergy) {
   }
   EXPECT_LT(most_j, 1e-9);
   EXPECT_LT(std::abs(scene.V_WB.v.z()), 1e-6);
-  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may roll, its points are not quite round
+  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may roll: its points are not quite round
 }
 
 TEST(ContactSolver, ADroppedTiltedBoxComesToRestOnAFace) {

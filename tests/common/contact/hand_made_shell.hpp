@@ -1,4 +1,4 @@
-// Shapes whose points a test knows: tests of the search for contacts must not depend on how surfaces are sampled.
+// Shapes with explicitly given points: tests of the contact search must not depend on the sampling of surfaces.
 #pragma once
 
 #include <algorithm>
@@ -86,7 +86,7 @@ inline ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
                          PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
 }
 
-/// As if it were not quite flat: each of its points counts.
+/// The same shape without flat nodes: each of its points counts.
 inline ContactShape without_flat_parts(ContactShape shape) {
   shape.shells.surface.flat_nodes.clear();
   for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;

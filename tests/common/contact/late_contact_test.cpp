@@ -1,4 +1,4 @@
-// What a search did not find at once.
+// Contacts that a search found late.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace tandem::contact {
 namespace {
 
-// A box that moves sideways from beside another until it is 0.3 mm in it, as if it had been there and not been found: where contacts are
-// few, that may be.
+// A box moves sideways until it overlaps another by 0.3 mm. This represents an overlap that an earlier search missed,
+// which is possible with a small contact budget.
 TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
@@ -40,7 +40,7 @@ TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "what it moved itself counts at once";
 }
 
-// Half of the face of a box is rough and has more points than there is room for: what of it is flat is felt as a face all the same.
+// Half of a box's face is rough and has more points than the budget. The flat part must still be felt as a face.
 TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   const Vec3 size_m(0.04, 0.02, 0.01);
   std::vector<ShellPoint> points = box_points(size_m, 2e-4);
@@ -66,7 +66,7 @@ TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   }
 }
 
-// A thin wall that something is through would be driven by both of its sides.
+// Both sides of a thin wall would push a body that overlaps it.
 TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
   constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
   ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));

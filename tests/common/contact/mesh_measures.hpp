@@ -1,4 +1,4 @@
-// What the tests of repair and sampling do to meshes and measure on them.
+// Mesh edits and measurements for the tests of repair and sampling.
 #pragma once
 
 #include "common/base/random.hpp"

@@ -37,7 +37,7 @@ Vec3 random_point(Random& random, double size_m) {
 }
 
 TEST(PrimitiveFields, AgreeWithTheDistanceToTheirTessellation) {
-  // The chord of a tessellation lies this far inside the arc: R (1 − cos(π/96)) around, and once more along an arc.
+  // The chords of the tessellation lie this far inside the arc: R (1 − cos(π/96)) around, and once more along an arc.
   const double chord = 2 * kRadius * 5.4e-4;
   for (const Primitive& primitive : primitives()) {
     const geometry::TriangleTree tree(primitive.outline);
@@ -66,7 +66,7 @@ TEST(PrimitiveFields, HaveTheGradientOfTheirDistance) {
         difference[axis] =
             (primitive.field->distance_m(p + offset) - primitive.field->distance_m(p - offset)) / (2 * step);
       }
-      // On the creases inside, where two sides are equally near, the difference is of neither: its length is below 1.
+      // On interior creases two sides are equally near, and the difference quotient has a length below 1.
       if (difference.norm() < 1 - 1e-4) continue;
       ++checked;
       // The second derivative is at most 1 over the distance to the axis or edge, the third its square.

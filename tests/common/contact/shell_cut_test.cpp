@@ -1,4 +1,4 @@
-// What a search keeps from step to step: that it lets go of it again.
+// A search keeps data between steps: it must also release that data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kShellCutBand_m = 1e-4;
 
-/// A table with a line of 6 mm across it at x = 0 where it says of nothing that it is flat.
+/// A table whose field reports no planes in a strip of 6 mm across it at x = 0.
 class LinedTable final : public DistanceField {
  public:
   explicit LinedTable(const Vec3& size_m) : table_(box_field(size_m)) {}
@@ -31,7 +31,7 @@ class LinedTable final : public DistanceField {
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
 
-  mutable std::vector<Vec3> asked;  ///< middles of boxes
+  mutable std::vector<Vec3> asked;  ///< centres of the queried boxes
 
  private:
   std::shared_ptr<const DistanceField> table_;
@@ -42,7 +42,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
   ContactShape table = box_shape(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
-  // Of a face that lies flat eight points are one contact; tilted, each is one.
+  // On a face that lies flat, eight points share one contact; on a tilted face, each point is a contact.
   for (const double tilt_rad : {0.0, 2e-3}) {
     const auto at = [&](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), quaternion_of(Vec3(tilt_rad, 0, 0))}; };
     ContactPair pair(2048);
@@ -96,7 +96,7 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
-// Across an edge of a table, squares that are not of one plane: each is above two planes, and has room for one of them.
+// Squares of different planes across the edge of a table: each is above two planes and has room for one of them.
 TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   constexpr int kSquares = 24;
   const Vec3 table_m(0.02, 0.4, 0.02);
@@ -142,7 +142,7 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 }
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
-  // Of large nodes only some points are asked. When most have left, each point counts again.
+  // The search queries only some points of large nodes. When most have left, each point counts again.
   const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);

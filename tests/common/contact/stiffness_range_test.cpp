@@ -1,4 +1,4 @@
-// From foam to steel, from a needle to a hammer: a pressed tool is calm, and the hand feels what the surface gives.
+// From foam to steel, from a needle to a hammer: a pressed tool is stable, and the hand feels the surface's force.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/touch_rig.hpp"
@@ -6,7 +6,7 @@
 namespace tandem::contact {
 namespace {
 
-/// Pressed 2 mm below the surface by its coupling.
+/// A tool whose coupling presses it 2 mm below the surface.
 struct Press {
   const char* name;
   ShapePointer shape;

@@ -1,4 +1,4 @@
-// Meshes whose distance is known, and one that is like those people bring.
+// Meshes with a known distance function, and one typical scanned mesh.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace tandem::contact {
 
-/// Every triangle as four, `times` times; the shape stays.
+/// Splits every triangle into four, `times` times; the shape does not change.
 inline geometry::TriangleMesh subdivided(geometry::TriangleMesh mesh, int times = 1) {
   for (; times > 0; --times) {
     std::map<std::pair<int, int>, int> middles;
@@ -55,7 +55,7 @@ inline geometry::TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S 
   return mesh;
 }
 
-/// A square block from z = 0 up about `middle`, with a square hole through it about x = y = 0.
+/// A square block from z = 0 upwards, centred at `middle`, with a square through hole centred at x = y = 0.
 inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m, double height_m,
                                                    const Vec3& middle = Vec3::Zero()) {
   geometry::TriangleMesh mesh;
@@ -131,7 +131,7 @@ inline geometry::TriangleMesh bunny_mesh(double size_m) {
   return mesh;
 }
 
-/// Of so many sides, from z = 0.
+/// A regular prism from z = 0 upwards.
 inline geometry::TriangleMesh prism_mesh(int sides, double radius_m, double height_m) {
   geometry::TriangleMesh mesh;
   for (const double z : {0.0, height_m}) {

@@ -1,5 +1,5 @@
-// One body of real shapes among others that stand still, searched and solved as the server does: what a hand meets when
-// all of common/contact works together.
+// One body of real shapes among fixed obstacles. Search and solver run as in the server, so all of common/contact takes
+// part.
 #pragma once
 
 #include <deque>
@@ -18,7 +18,7 @@ inline ShapePointer solid_of(const geometry::TriangleMesh& mesh) {
   return make_contact_mesh(geometry::repaired(mesh));
 }
 
-/// A coupling without overshoot for this body, unless asked for otherwise.
+/// A coupling with critical damping for this body, at 300 N/m by default.
 inline haptics::CouplingParameters critical_coupling(double mass_kg, double inertia_kg_m2,
                                                      double stiffness_n_per_m = 300) {
   haptics::CouplingParameters c;
@@ -37,7 +37,7 @@ class TouchRig {
   Pose X_WB;
   Twist V_WB;
   const haptics::CouplingLaw* law = nullptr;
-  double coupling_force_n = 0;  ///< the law's limit
+  double coupling_force_n = 0;  ///< force limit of the law
   Pose X_BT;
   Pose X_WH;
   Twist V_WH;
@@ -95,7 +95,7 @@ class TouchRig {
     return obstacles_[obstacle].pair.contacts();
   }
 
-  /// Of motion, height, and the contacts' springs where the body is now.
+  /// Kinetic and potential energy plus the elastic energy of the contacts at the current pose.
   double energy_j() {
     find(2e-4);
     double energy = 0.5 * mass_kg * V_WB.v.squaredNorm() + 0.5 * V_WB.w.dot(inertia_W() * V_WB.w) +
@@ -108,7 +108,7 @@ class TouchRig {
     }
     return energy;
   }
-  /// Of the fastest point of the surface, an upper bound.
+  /// Upper bound of the speed of the fastest surface point.
   double speed_m_per_s() const { return V_WB.v.norm() + V_WB.w.norm() * shape->radius_m(); }
 
  private:
@@ -121,7 +121,7 @@ class TouchRig {
 
   Eigen::Matrix3d inertia_W() const { return X_WB.q * inertia_B * X_WB.q.conjugate().toRotationMatrix(); }
 
-  /// As server/touch_stage.cpp looks ahead.
+  /// Search distance, computed as in common/physics/touch/touch_stage.cpp.
   double band_m() const {
     const double gained = (coupling_force_n + mass_kg * gravity_m_per_s2) / mass_kg * kStep_s;
     const double speed = V_WB.v.norm() + V_WB.w.norm() * 2 * shape->radius_m() + gained;

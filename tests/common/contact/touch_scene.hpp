@@ -1,4 +1,4 @@
-// Bodies made of sample points, and planes: scenes whose contacts need no search and whose forces have a formula.
+// Bodies made of sample points on planes: scenes whose contacts need no search and whose forces have a closed form.
 #pragma once
 
 #include <numbers>
@@ -21,10 +21,10 @@ struct SurfaceSample {
 struct Plane {
   Vec3 normal_W = Vec3::UnitZ();
   double offset_m = 0;
-  double thickness_m = 1;  ///< what is deeper than this has passed through and feels nothing
+  double thickness_m = 1;  ///< points deeper than this have passed through and get no force
 };
 
-/// Evenly spread by the golden angle.
+/// Points spread evenly by the golden angle.
 inline std::vector<SurfaceSample> sphere_samples(double radius_m, int count) {
   std::vector<SurfaceSample> samples;
   const double area_m2 = 4 * std::numbers::pi * radius_m * radius_m / count;
@@ -36,7 +36,7 @@ inline std::vector<SurfaceSample> sphere_samples(double radius_m, int count) {
   return samples;
 }
 
-/// A lattice on each face, its border included; the trapezoidal rule shares the area out.
+/// Points of a lattice on each face, its border included. The trapezoidal rule assigns the areas.
 inline std::vector<SurfaceSample> box_samples(const Vec3& size_m, int across) {
   std::vector<SurfaceSample> samples;
   for (int axis = 0; axis < 3; ++axis) {
@@ -67,7 +67,7 @@ inline Eigen::Matrix3d box_inertia(double mass_kg, const Vec3& size_m) {
   return Vec3(s.y() + s.z(), s.z() + s.x(), s.x() + s.y()).asDiagonal();
 }
 
-/// One body of sample points on planes, perhaps held by a coupling. The body's origin is its centre of mass.
+/// One body of sample points on planes, optionally held by a coupling. The body's origin is its centre of mass.
 class TouchScene {
  public:
   double mass_kg = 0.05;
@@ -75,12 +75,12 @@ class TouchScene {
   std::vector<SurfaceSample> samples;
   std::vector<Plane> planes;
   const haptics::CouplingLaw* law = nullptr;
-  Pose X_BT;  ///< where the coupling pulls
+  Pose X_BT;  ///< pose of the coupling's tool frame in the body
   Pose X_WH;
   Twist V_WH;
   Pose X_WB;
   Twist V_WB;
-  Wrench load_W;  ///< without weight
+  Wrench load_W;  ///< external load, excluding weight
   double gravity_m_per_s2 = 0;
   double stiffness_n_per_m3 = 5e9;
   double friction = 0.5;
@@ -124,7 +124,7 @@ class TouchScene {
     }
     return deepest;
   }
-  /// Of motion, height, and the contacts' springs.
+  /// Kinetic and potential energy plus the elastic energy of the contacts.
   double energy_j() const {
     double energy = 0.5 * mass_kg * V_WB.v.squaredNorm() + 0.5 * V_WB.w.dot(inertia_W() * V_WB.w) +
                     mass_kg * gravity_m_per_s2 * X_WB.p.z();

@@ -1,5 +1,5 @@
-// What is touched of solids that overlap, cross themselves or have edges that do not pair up, against a judge that is made of
-// sums of solid angles and of distances to one triangle after another.
+// Distances to solids that overlap, intersect themselves or have unpaired edges, against a reference that sums solid
+// angles and tries all triangles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -59,7 +59,8 @@ double distance_to_triangle_m(const Triangle& triangle, const Vec3& p) {
   return std::min({distance_to_segment_m(p, a, b), distance_to_segment_m(p, b, c), distance_to_segment_m(p, c, a)});
 }
 
-/// Its ends are on two sides of the triangle, and it passes all three of its sides on the same hand.
+/// Whether the segment from `p` to `q` crosses the triangle: its ends are on different sides of the triangle, and it
+/// passes all three edges on the same side.
 bool pierces(const Vec3& p, const Vec3& q, const Triangle& t) {
   constexpr double kRounding = 1e-18;
   const auto volume = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -84,9 +85,10 @@ struct Range {
   double most_m = std::numeric_limits<double>::infinity();
 };
 
-/// A surface, closed or nearly so: what it goes around is inside, and its border is what of its triangles has not the inside on
-/// both sides. Where they cross they are divided, so that its distance is only known to lie between that to all pieces of which
-/// some may be border, and that to those which are nothing else.
+/// Reference for one closed or nearly closed surface: points with a winding number above ½ are inside. Its border is
+/// the part of its triangles that does not have the inside on both sides. Crossing triangles are subdivided, so the
+/// distance to the border is a range: from the nearest piece that may contain border to the nearest piece that is
+/// border only.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {
@@ -132,7 +134,7 @@ class Judge {
     const double edge_m = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     int inner = 0, border = 0;
     if (crossing.empty()) {
-      // What lies on it without crossing it, or is beside a hole, shows in samples only.
+      // Samples detect triangles that lie on the surface without crossing it, and triangles beside a hole.
       constexpr int kSamples = 3;
       for (int i = 0; i <= kSamples; ++i) {
         for (int k = 0; k <= kSamples - i && (inner == 0 || border == 0); ++k) {
@@ -158,7 +160,8 @@ class Judge {
   std::vector<Piece> pieces_;
 };
 
-/// What is said of a point: the union of some solids is nearest outside, and inside as deep as the deepest of them.
+/// Expected distance to a union of solids: outside the distance to the nearest one, inside the depth in the deepest
+/// one.
 class UnionJudge {
  public:
   explicit UnionJudge(const std::vector<TriangleMesh>& solids) {
@@ -172,13 +175,14 @@ class UnionJudge {
       const Range range = judge.to_border(p);
       outside = {std::min(outside.least_m, range.least_m), std::min(outside.most_m, range.most_m)};
       if (std::abs(judge.winding(p)) <= 0.5) continue;
-      // Pieces that may be border are nearer by up to one of those that the tree divides triangles into.
+      // The tree subdivides triangles as well, so its distance to the border may differ by up to the size of one piece.
       const double piece_m = judge.is_divided() ? kDividedM : 0;
       inside = {std::min(inside.least_m, -range.most_m - piece_m), std::min(inside.most_m, -range.least_m + piece_m)};
     }
     return inside.least_m < 0 ? inside : outside;
   }
-  /// Beside a hole the winding number passes ½ where there is no triangle, and the tree's is rounded.
+  /// Whether the winding number is clear. Beside a hole it passes ½ without a triangle, and the tree's value is
+  /// rounded.
   bool is_sure(const Vec3& p) const {
     return std::ranges::none_of(judges_, [&](const Judge& judge) {
       return std::abs(std::abs(judge.winding(p)) - 0.5) < 2 * geometry::WindingNumber::kTolerance;
@@ -212,7 +216,7 @@ TriangleMesh without(TriangleMesh mesh, std::vector<std::ptrdiff_t> triangles) {
   return mesh;
 }
 
-/// A box of which two faces are cut at the middle of an edge, where those beside them are not.
+/// A box with two faces that are split at the middle of an edge, where the adjacent faces are not.
 TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   TriangleMesh mesh = box_mesh(size_m);
   for (const std::size_t triangle : {2U, 10U}) {
@@ -226,7 +230,7 @@ TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   return mesh;
 }
 
-/// A tube along an eight, through itself in the middle.
+/// A tube along a figure of eight that passes through itself in the middle.
 TriangleMesh eight_tube(int along, int around, double radius_m) {
   TriangleMesh mesh;
   for (int i = 0; i < along; ++i) {
@@ -261,7 +265,7 @@ TriangleMesh needle(Random& random) {
 struct Case {
   std::string name;
   TriangleMesh mesh;
-  std::vector<TriangleMesh> solids;  ///< that it is the union of
+  std::vector<TriangleMesh> solids;  ///< solids whose union the mesh is
 };
 
 Case together(const std::string& name, const TriangleMesh& mesh) {
@@ -281,7 +285,7 @@ std::vector<TriangleMesh> needles(std::uint64_t seed) {
 
 const Vec3 kAside(0.011, 0.002, 0.001), kAbove(0.004, 0.009, 0.003), kAcross(0.008, 0.007, 0.001);
 
-/// What the repair of a mesh leaves as it is.
+/// Meshes that the repair leaves unchanged.
 std::vector<Case> whole_cases(std::uint64_t seed) {
   const TriangleMesh ball = sphere_mesh(0.01, 2), cube = box_mesh(Vec3::Constant(0.02));
   Case turned_one = apart("one inside out", {ball, moved(ball, kAside), box_mesh({0.01, 0.01, 0.03})});
@@ -296,7 +300,7 @@ std::vector<Case> whole_cases(std::uint64_t seed) {
           apart("needles", needles(seed))};
 }
 
-/// And what is only closed together, has a wall or is open.
+/// Meshes that are closed only together, have a wall or are open.
 std::vector<Case> unpaired_cases(std::uint64_t seed) {
   const TriangleMesh ball = sphere_mesh(0.01, 2);
   const TriangleMesh holed = without(ball, {100, 40, 41, 7}), holed_aside = moved(without(ball, {3, 60, 61}), kAside);
@@ -317,7 +321,7 @@ std::vector<Case> unpaired_cases(std::uint64_t seed) {
           together("needles with holes", joined(open_needles))};
 }
 
-/// What repair makes whole.
+/// Meshes that the repair makes closed.
 std::vector<Case> mended_cases() {
   const TriangleMesh ball = sphere_mesh(0.01, 2);
   const TriangleMesh cube = box_mesh(Vec3::Constant(0.02)), bar = moved(box_mesh({0.01, 0.02, 0.03}), kAcross);
@@ -335,7 +339,7 @@ std::vector<Case> mended_cases() {
            {moved(box_mesh({0.04, 0.02, 0.02}), {0.01, 0, 0})}}};
 }
 
-/// What the tree says, and how much of it is inside.
+/// Compares the tree's distances with the reference, and checks that enough points are inside.
 void expect_tree_agrees(const Case& one, const UnionJudge& judge, Random random) {
   SCOPED_TRACE(one.name);
   const TriangleTree tree = TriangleTree::of_solid(one.mesh, {});

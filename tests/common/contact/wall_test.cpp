@@ -1,4 +1,4 @@
-// Nothing goes through a thin wall, whatever its kind, however light the tool and however rude the hand.
+// No tool passes through a thin wall, for any kind of wall, light tools and abrupt hand motion.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/hand_made_shell.hpp"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMasses_kg[] = {0.005, 0.1, 2.0};
 
-/// Across the plane z = 0.
+/// A wall centred at the plane z = 0.
 struct Wall {
   const char* name;
   ShapePointer shape;
@@ -33,7 +33,7 @@ struct Tool {
   const char* name;
   ShapePointer shape;
   Quat q;
-  double lowest_m;  ///< how far it reaches down from its origin
+  double lowest_m;  ///< distance of the lowest point below the tool's origin
 };
 
 const std::vector<Tool>& tools() {
@@ -64,7 +64,7 @@ struct Encounter {
     made.add_obstacle(wall.shape);
     return made;
   }
-  /// Of the tool's lowest sample, below the face that it came to.
+  /// Depth of the tool's lowest sample below the face that it approached.
   double depth_m(const TouchRig& rig) const {
     double lowest = 1;
     for (const ShellPoint& p : tool.shape->shells.surface.points) {
@@ -72,8 +72,8 @@ struct Encounter {
     }
     return wall.half_thickness_m - lowest;
   }
-  /// What a wall gives way at most: to its rigid depth, and 0.1 mm beyond for each 1 m/s (ContactSolver); as much again
-  /// where single corners hit. From any speed less than its thickness: measured 0.83 of it for a corner on the sheet.
+  /// Largest penetration of a wall: its rigid depth and 0.1 mm for each 1 m/s (ContactSolver), and as much again where
+  /// single corners hit. At any speed it is less than the thickness: measured 0.83 of it for a corner on the sheet.
   double most_m(double speed_m_per_s) const {
     const double fast_m = 1.7 * wall.half_thickness_m;
     return std::min(fast_m, wall.shape->rigid_depth_m + 2e-4 * std::max(1.0, speed_m_per_s));
@@ -138,7 +138,7 @@ void expect_jump_is_held(const Encounter& e, double limit_n, double gap_m) {
     rig.step();
     deepest_m = std::max(deepest_m, e.depth_m(rig));
   }
-  // Over 2 cm it gets as fast as it may.
+  // A gap of 2 cm suffices to reach the speed limit.
   EXPECT_LT(deepest_m, e.most_m(gap_m > 0 ? 10 : 1)) << e << ", " << limit_n << " N from " << gap_m << " m";
   EXPECT_GT(deepest_m, 0) << e << " does not reach the wall";
 }
@@ -151,7 +151,7 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
   });
 }
 
-/// A plate of 0.24 mm about z = 0 between the corners of cells of 0.2 mm, which a post beside it shifts by half of one.
+/// A plate of 0.24 mm about z = 0, between the corners of cells of 0.2 mm: a post beside it shifts the cells by a half.
 ShapePointer plate_between_cells() {
   return solid_of(
       geometry::joined(box_mesh({0.02, 0.02, 2.4e-4}), box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3})));

@@ -1,4 +1,5 @@
-// Charges and the cut-off: closed forms, gradients by differences, and the float kernels against the exact field.
+// Charges and the cut-off: closed forms, gradients by finite differences, and the float kernels against the exact
+// field.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +25,7 @@ Molecule ion(double charge_e) {
   return molecule;
 }
 
-/// As proteins are packed, 11 Å³ an atom, with charges between −0.6 and 0.6.
+/// Atoms packed as in proteins, 11 Å³ an atom, with charges between −0.6 and 0.6.
 Molecule charged_molecule(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.6, 0.6);
@@ -117,7 +118,7 @@ TEST(Cutoff, EnergyAndForceEndThereWithoutAStep) {
     EXPECT_NEAR(at(8 - 1e-4).energy_kj_per_mol(), 0, 1e-9);
     EXPECT_NEAR(at(8 - 1e-4).force_on_b.x(), 0, 1e-6);
     EXPECT_GT(at(7.5).force_on_b.x(), 1e-3);
-    // Below the switch the force is the one without a cut-off.
+    // Below the switch the force equals the one without a cut-off.
     const FieldResult whole = exact_field(atom, atom, {{5.9, 0, 0}, Quat::Identity()}, model_of(dielectric));
     EXPECT_NEAR(at(5.9).force_on_b.x(), whole.force_on_b.x(), 1e-12 * std::abs(whole.force_on_b.x()));
   }
@@ -139,7 +140,7 @@ TEST(Cutoff, OutOfRangeIsRefusedByName) {
   }
 }
 
-/// Each dielectric, with and without a cut-off, and both mixing rules.
+/// Each dielectric, with and without a cut-off, with both mixing rules.
 class Model : public testing::TestWithParam<std::tuple<Dielectric, double, bool>> {
  protected:
   static FieldModel model() { return model_of(std::get<0>(GetParam()), std::get<1>(GetParam())); }
@@ -206,7 +207,7 @@ TEST_P(Model, KernelsAgreeWithTheExactField) {
       for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
       for (const std::string_view kernel : MolecularField::available_kernels()) {
         const FieldResult result = MolecularField(pair.a, pair.b, model(), kernel).evaluate(pair.X_AB);
-        const double bound = gap < 1 ? 1e-4 : 1e-5;  // at a core a float's place errs by 1e-6 of the distance
+        const double bound = gap < 1 ? 1e-4 : 1e-5;  // near a core, a float position errs by 1e-6 of the distance
         EXPECT_NEAR(result.lennard_jones_kj_per_mol, exact.lennard_jones_kj_per_mol, bound * energy_scale)
             << kernel << " " << count << " gap " << gap;
         EXPECT_NEAR(result.coulomb_kj_per_mol, exact.coulomb_kj_per_mol, bound * energy_scale)
@@ -250,7 +251,7 @@ TEST_P(Model, TheAnswerDependsOnThePoseAlone) {
   }
 }
 
-/// `per_residue` atoms each, numbered from 1.
+/// Assigns `per_residue` atoms to each residue, numbered from 1.
 void name_residues(Molecule& molecule, std::size_t per_residue) {
   const std::size_t count = molecule.size();
   molecule.atom_names.assign(count, "C");
@@ -362,7 +363,7 @@ TEST(Clusters, AgreeWithTheExactFieldWhereALeafHasMoreNeighboursThanAreHeldAtOnc
         MolecularField field(pair.a, pair.b, model, kernel);
         const FieldResult result = field.evaluate(pair.X_AB);
         EXPECT_GT(field.pair_count(), 50U * 64 * 16) << "one list held them all";
-        const double bound = gap < 0 ? 1e-4 : 1e-5;  // at a core a float's place errs by 1e-6 of the distance
+        const double bound = gap < 0 ? 1e-4 : 1e-5;  // near a core, a float position errs by 1e-6 of the distance
         EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), bound * largest) << kernel << " gap " << gap;
         EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(),
                     bound * std::max(std::abs(exact.energy_kj_per_mol()), largest))

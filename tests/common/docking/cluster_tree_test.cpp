@@ -1,4 +1,4 @@
-// The search over two trees of clusters: against every pair of points.
+// The search over two cluster trees against a search over all pairs of points.
 #include "common/docking/cluster_tree.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr unsigned kClusterTreeSeed = 20261123;
 
-using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< of A and of B
+using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< leaf of A, leaf of B
 
 std::vector<std::uint32_t> leaf_of_each_point(const ClusterTree& tree) {
   std::vector<std::uint32_t> leaves(tree.order().size());
@@ -39,7 +39,7 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
   return found;
 }
 
-/// Of the larger molecule against the smaller, and the other way round.
+/// Searches the larger molecule against the smaller one, and the reverse.
 class NeighbourSearches : public testing::TestWithParam<bool> {};
 
 TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {

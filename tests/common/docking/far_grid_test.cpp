@@ -1,4 +1,4 @@
-// What a cut-off leaves out, from a grid: against all pairs, its own gradient, and where it ends.
+// The interaction beyond the cut-off from a grid: against all pairs, against its gradient, and where it ends.
 #include "common/docking/far_grid.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ FieldModel model_of(Dielectric dielectric, double cutoff_angstrom, bool has_far_
   return model;
 }
 
-/// As dense as a protein, around the origin; charges of ±0.6 e at most and a net charge.
+/// Charges with the density of a protein, around the origin, at most ±0.6 e each and with a net charge.
 Molecule random_charges(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.5, 0.6);
@@ -52,7 +52,7 @@ TEST_P(FarGridOf, BringsBackTheForceOfAllPairsInEveryKernel) {
     MolecularField grid(a_, b_, model_of(GetParam(), 8, true), kernel);
     ASSERT_NE(grid.far_grid(), nullptr);
     EXPECT_EQ(grid.method(), "clusters and grid");
-    // Charges at random cancel each other more than those of a protein do: measured 0.053 of the force.
+    // Random charges cancel each other more than those of a protein: measured 0.053 of the force.
     double force = 0, force_error = 0, torque = 0, torque_error = 0, energy = 0, energy_error = 0;
     for (int i = 0; i < 24; ++i) {
       const Pose X_AB = {(20 + i % 8) * Vec3(0.6, 0.64, 0.48), test::random_rotation(random_)};
@@ -94,7 +94,7 @@ TEST_P(FarGridOf, WorkIsTheEnergyLostAndNoneOnALoopAlsoThroughTheFadingEnd) {
     }
     EXPECT_GT(absolute, 0);
     EXPECT_LT(std::abs(work), 1e-6 * absolute) << distance;
-    // Two energies, each a sum of floats: at 42 Å they are rounded to 0.9e-6 of the work, at any number of steps.
+    // Two energies, each a sum of floats: at 42 Å their rounding is 0.9e-6 of the work, for any number of steps.
     EXPECT_NEAR(half, energy[0] - energy[1], 2e-6 * absolute) << distance;
   }
 }
@@ -107,7 +107,7 @@ TEST(FarGrid, OfOneIonIsCoulombsLawBeyondTheCutOffAndEndsByDesign) {
     const FieldResult result = field.evaluate({{0, r, 0}, Quat::Identity()});
     const double energy = kCoulombKjAngstromPerMol / r;
     EXPECT_NEAR(result.coulomb_kj_per_mol, energy, 2e-3 * energy) << r;
-    // Near the end of the switch, 2 Å wide, nodes of 1 Å are coarsest.
+    // Nodes of 1 Å are too coarse near the end of the switch, which is 2 Å wide: hence the larger bound.
     EXPECT_NEAR(result.force_on_b.y(), energy / r, (r < 10 ? 5e-2 : 5e-3) * energy / r) << r;
   }
   EXPECT_EQ(field.evaluate({{0, kFarReachAngstrom + 2, 0}, Quat::Identity()}).energy_kj_per_mol(), 0);

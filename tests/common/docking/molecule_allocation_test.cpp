@@ -1,4 +1,4 @@
-// Apart from molecule_test.cpp: it counts the whole program's allocations.
+// Separate from molecule_test.cpp, because it counts the allocations of the whole program.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,4 +1,4 @@
-// What a server makes of a molecule is what a client gets; nothing else gets in.
+// A client reads a molecule as the server wrote it; any other input is refused.
 #include "common/docking/molecule_asset.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace tandem::docking {
 namespace {
 
-/// Bytes before them.
+/// Offsets of the fields.
 constexpr std::size_t kVersion = 4, kFlags = 8, kCount = 12, kFirstAtom = 16;
 
 Molecule sample(std::size_t count) {
@@ -41,7 +41,7 @@ Molecule named_sample() {
   return molecule;
 }
 
-/// With the checksum that belongs to it, as somebody who means harm would send it.
+/// Adds a valid checksum, as an attacker would.
 std::vector<std::byte> sealed(std::span<const std::byte> bytes) {
   const auto content = octets_of(bytes.first(bytes.size() - sizeof(std::uint64_t)));
   std::vector<std::uint8_t> octets(content.begin(), content.end());
@@ -108,7 +108,7 @@ TEST(MoleculeAsset, TextsAreShortAndPrintable) {
   EXPECT_EQ(read->residue_names[0], "??");
 }
 
-/// Residues that overlap, are empty or of the same name would not be read back as they were written.
+/// Residues that overlap, are empty or share a name would not be read back as written.
 TEST(MoleculeAsset, ResiduesThatAreNoRunsOfAllAtomsAreRefused) {
   const std::vector<std::byte> good = molecule_asset_bytes(named_sample());
   constexpr std::size_t kResidues = kFirstAtom + 20 * 56, kFirstResidue = kResidues + 4, kResidueBytes = 8 + 2 + 4 + 2;

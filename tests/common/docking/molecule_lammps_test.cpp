@@ -1,5 +1,5 @@
-// Our kernels against LAMMPS's numbers for a real pair: tests/docking_lammps wrote them (README.md there), so that
-// LAMMPS itself is not needed here.
+// The kernels against LAMMPS results for a real pair. tests/docking_lammps wrote them (see its README.md), so this test
+// does not need LAMMPS.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Golden {
   std::string name;
   Pose X_AB;
   double energy_kj_per_mol = 0;
-  std::vector<Vec3> forces;  ///< on A's atoms, then on B's
+  std::vector<Vec3> forces;  ///< on the atoms of A, then on those of B
 };
 
 std::vector<Golden> read_golden(const std::filesystem::path& path) {
@@ -77,7 +77,7 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
     const FieldResult result = exact_field(a_, b_, golden.X_AB, {}, {&forces, &on_b});
     forces.insert(forces.end(), on_b.begin(), on_b.end());
     EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
-    // Below 1e-6 of the largest force pair forces cancel, and with them the digits of the text file.
+    // Below 1e-6 of the largest force, pair forces cancel, and with them the digits of the text file.
     const double floor = 1e-6 * largest_of(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {
       EXPECT_LE((forces[i] - golden.forces[i]).norm(), 1e-8 * std::max(golden.forces[i].norm(), floor))
@@ -118,7 +118,8 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
   return one;
 }
 
-// The kernels give the sum over B, so an atom's own force is that of a molecule of one atom in B's place.
+// The kernels give the sum over B. The force on one atom is therefore evaluated with a molecule of that atom alone as
+// B.
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
     const double largest = largest_of(golden.forces);

@@ -1,5 +1,5 @@
-// The Lennard-Jones interaction: against its closed form, its own gradient, its symmetries, and the float kernels
-// against the double one.
+// The Lennard-Jones interaction: against its closed form, its gradient and its symmetries; the float kernels against
+// the double one.
 #include "common/docking/molecule.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ Vec3 centroid(const std::vector<Vec3>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-/// Two random molecules side by side, the outermost atoms `gap_angstrom` apart along x, B turned about its origin.
+/// Two random molecules side by side, the outermost atoms `gap_angstrom` apart along x, B rotated about its origin.
 MoleculePair random_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, std::mt19937& random) {
   MoleculePair pair = {test::random_molecule(count_a, random), test::random_molecule(count_b, random), {}};
   pair.X_AB.q = test::random_rotation(random);
@@ -242,7 +242,7 @@ TEST(Molecule, CentreOfMassWeighsByMass) {
   EXPECT_EQ(molecule.gyration_radius_angstrom(), 1);
 }
 
-/// What every kernel this CPU can run must hold.
+/// Requirements on every kernel that this CPU can run.
 class Kernel : public testing::TestWithParam<std::string_view> {};
 
 INSTANTIATE_TEST_SUITE_P(LennardJones, Kernel, testing::ValuesIn(MolecularField::available_kernels()),
@@ -273,7 +273,7 @@ TEST_P(Kernel, AgreesWithDoubleForEveryPaddingAndBeyondOneDrain) {
     const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
     const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
     const double largest = std::max(longest(on_b), 1e-6);
-    // Repulsion and attraction cancel in the energy; what an error in position makes of it is force times error.
+    // Repulsion and attraction cancel in the energy; a position error changes it by force times error.
     const double energy_scale = std::max(std::abs(exact.energy_kj_per_mol()), largest);
     double reach = 0;
     for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
@@ -351,7 +351,7 @@ TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   }
 }
 
-// The tests of kernels cover those that this processor has.
+// The kernel tests cover only the kernels that this processor supports.
 TEST(MolecularField, HasTheVectorKernelsOfThisProcessor) {
   const auto kernels = MolecularField::available_kernels();
   if (std::ranges::count(kernels, "avx512") == 0) {

@@ -1,4 +1,4 @@
-// Meshes of any size and none: what divides by a size either has one, or the mesh is refused in words.
+// Meshes of any size, also empty ones: a division by a size is valid, or the mesh is refused with a message.
 #include "common/geometry/repair/mesh_bounds.hpp"
 
 #include <gmock/gmock.h>
@@ -46,7 +46,7 @@ TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
   EXPECT_THAT(size_error(far), HasSubstr("vertex 1 is at"));
 }
 
-/// Scaled to a length, as a scene or a report does; repaired if that is possible.
+/// The mesh scaled to a length, as by a scene or a report, and repaired if possible.
 std::optional<ContactMesh> made_ready(TriangleMesh mesh, double largest_size_m) {
   try {
     const Eigen::AlignedBox3d box = mesh_bounds(mesh);

@@ -19,13 +19,13 @@ using contact::append;
 
 using Face = std::vector<int>;
 
-/// Faces of any number of corners, before they are cut into triangles.
+/// Polygonal faces, before triangulation.
 struct Faces {
   std::vector<Vec3> vertices;
   std::vector<Face> faces;
 };
 
-/// Adds them cut from corner `from` of each, or their reverse.
+/// Adds the faces, each as a fan from its corner `from`; reversed if `is_reversed`.
 void add_cut(TriangleMesh& mesh, const Faces& faces, std::size_t from, bool is_reversed) {
   mesh.vertices = faces.vertices;
   for (const Face& face : faces.faces) {
@@ -50,7 +50,7 @@ TriangleMesh twice(const Faces& faces, std::size_t from, bool is_reversed) {
   return mesh;
 }
 
-/// A box of n × n quads a side.
+/// A box with n × n quads per side.
 Faces box(int n, const Vec3& size_m = Vec3(0.04, 0.03, 0.02), const Vec3& low_S = Vec3::Zero()) {
   Faces faces;
   for (int axis = 0; axis < 3; ++axis) {
@@ -75,7 +75,7 @@ Faces box(int n, const Vec3& size_m = Vec3(0.04, 0.03, 0.02), const Vec3& low_S 
   return faces;
 }
 
-/// Its quads are twisted.
+/// A torus with twisted quads.
 Faces torus() {
   constexpr int kAround = 24;
   constexpr int kAcross = 12;
@@ -139,7 +139,7 @@ std::vector<Case> cases() {
     const std::string way = is_reversed ? ", reversed" : ", same way";
     all.push_back({"box" + way, twice(box(1), 1, is_reversed), kBox});
     all.push_back({"fine box" + way, twice(box(4), 1, is_reversed), kBox});
-    // Of a twisted quad either diagonal may stay.
+    // A twisted quad may keep either diagonal.
     all.push_back({"torus" + way, twice(torus(), 1, is_reversed), contact::enclosed_m3(cut(torus())), 0.01});
     for (const int n : {5, 24, 64}) {
       const double volume = contact::enclosed_m3(cut(prism(n)));
@@ -159,7 +159,7 @@ std::vector<Case> cases() {
     append(lidded, lid);
     all.push_back({"box with its top twice" + way, lidded, kBox});
   }
-  // An edge of the smaller face lies in one of the larger.
+  // An edge of the smaller face lies in the larger face.
   TriangleMesh joined = cut(box(1));
   append(joined, cut(box(1, Vec3(0.02, 0.03, 0.01), Vec3(0.04, 0, 0))));
   all.push_back({"boxes that share part of a face", joined, kBox + 0.02 * 0.03 * 0.01});
@@ -171,7 +171,7 @@ std::vector<Case> cases() {
   return all;
 }
 
-/// As a file in single precision has it: turned, moved, of any scale and in any order.
+/// The mesh as a file in single precision: rotated, moved, at any scale and in any order.
 TriangleMesh varied(const TriangleMesh& mesh, double scale, Random& random) {
   const auto number = [&] { return random.uniform() - 0.5; };
   const Quat turn = Quat(number(), number(), number(), number()).normalized();
@@ -215,7 +215,7 @@ TEST(MeshTwins, AreTakenOutHoweverTheMeshIsScaledTurnedMovedAndOrdered) {
 }
 
 TEST(MeshSides, LeaveFacesThatOthersLieOnWhereTheyAre) {
-  // A wall inside, so that each triangle is judged, and on the faces two triangles more, one each way.
+  // A wall inside makes the code evaluate each triangle. Two more triangles lie on the faces, one in each direction.
   TriangleMesh mesh = cut(box(2));
   Faces wall;
   for (const double y : {0.0, 0.015, 0.03}) {
@@ -238,7 +238,7 @@ TEST(MeshSides, LeaveFacesThatOthersLieOnWhereTheyAre) {
   }
 }
 
-/// Two faces of one border, of which one is dented.
+/// Two faces with the same border; one of them is dented.
 TriangleMesh pillow(double dent_m) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}, {0.05, 0.05, dent_m}};

@@ -1,4 +1,4 @@
-// Surfaces as assets: what goes in comes out, and nothing else comes out of any other bytes.
+// Surfaces as assets: they are read as written, and any other bytes are refused.
 #include "common/geometry/surface_asset.hpp"
 
 #include <gmock/gmock.h>
@@ -19,8 +19,7 @@ TriangleMesh box() {
   return tessellated_box(Vec3(0.03, 0.02, 0.01));
 }
 
-/// Bytes as this version writes them, with numbers put in somewhere and the checksum set right again: what a hostile
-/// server would send.
+/// Bytes of this version with a changed number and a valid checksum, as a hostile server would send.
 template <class T>
 std::vector<std::byte> forged(std::vector<std::byte> bytes, std::size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);

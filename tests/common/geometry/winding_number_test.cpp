@@ -1,4 +1,4 @@
-// The fast winding number against the sum of solid angles, and what it is of surfaces that are no simple solids.
+// The fast winding number against the sum of solid angles, and its values for surfaces that are no simple solids.
 #include "common/geometry/winding_number.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ void add(TriangleMesh& mesh, const TriangleMesh& other, const Vec3& by) {
   }
 }
 
-/// A torus of 2 n² triangles; without some, a soup with holes.
+/// A torus of 2 n² triangles; with a share of them missing, a soup with holes.
 TriangleMesh torus(int n, double missing, Random& random) {
   TriangleMesh mesh;
   for (int i = 0; i < n; ++i) {
@@ -87,7 +87,7 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
-/// Of strips as long as it is, each near to all of it.
+/// A tube of strips as long as the tube: each strip is near to the whole tube.
 TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   constexpr int kStrips = 400;
   TriangleMesh mesh;
@@ -112,10 +112,10 @@ TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   }
 }
 
-// Between two of these places there is no number: their middle is one of them.
+// No floating-point number lies between two adjacent vertices: their midpoint equals one of them.
 TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   constexpr int kSide = 30;
-  constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // the next number is so far away
+  constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // distance to the next representable number
   TriangleMesh mesh;
   for (int i = 0; i < kSide; ++i) {
     for (int k = 0; k < kSide; ++k) mesh.vertices.emplace_back(kFar_m + i * kLeast_m, kFar_m + k * kLeast_m, 0);
@@ -132,7 +132,7 @@ TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   EXPECT_TRUE(std::isfinite(WindingNumber(mesh).at(Vec3(kFar_m, kFar_m, 1))));
 }
 
-// The angles there add up to half a turn, sometimes to the last bit.
+// The solid angles there add up to half a turn, sometimes exactly.
 TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
   for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {
     const TriangleMesh mesh = tessellated_box(Vec3(size_m, 0.02, 0.02));

@@ -1,4 +1,5 @@
-// Work along reported poses: of a hand that moves on a spring, what the path gives is the hand's work, not the encoder's.
+// Work along reported poses: for a hand on a spring, the work along the path is that of the hand, without encoder
+// steps.
 #include "common/haptics/encoder_path.hpp"
 
 #include <gtest/gtest.h>
@@ -19,11 +20,11 @@ double stepped(double value, double step) {
   return step * std::round(value / step);
 }
 
-/// A handle that swings 20 mm at 1 Hz on a spring of 500 N/m that knows only what is reported.
+/// A handle that swings ± 20 mm at 1 Hz on a spring of 500 N/m, whose force follows the reported position.
 struct Swing {
-  double path_error_j = 0;    ///< greatest of |Σ F·Δp − Σ F·Δx|, p along the path, x the true place
-  double report_error_j = 0;  ///< likewise along the reports themselves
-  double farthest_m = 0;      ///< of the path from the true place
+  double path_error_j = 0;    ///< largest |Σ F·Δp − Σ F·Δx|, with p along the path and x the true position
+  double report_error_j = 0;  ///< the same along the reports themselves
+  double farthest_m = 0;      ///< largest distance of the path from the true position
 };
 
 Swing swing() {
@@ -31,7 +32,7 @@ Swing swing() {
   Swing result;
   EncoderPath path(kStep_m, kStep_rad);
   double force_n = 0, true_j = 0, path_j = 0, report_j = 0;
-  Vec3 before = Vec3::Zero();  // true, path, report
+  Vec3 before = Vec3::Zero();  // true position, path, report
   for (int k = 0; k < 10000; ++k) {
     const double t = k * kPeriod;
     const double x = kSwing_m * std::sin(kOmega * t), v = kSwing_m * kOmega * std::cos(kOmega * t);

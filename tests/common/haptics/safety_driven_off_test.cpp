@@ -1,4 +1,4 @@
-// A device that its force drives off, for nobody holds it, is let go; a hand that is fast by itself is not.
+// A device that its own force accelerates, because it is not held, is released; a fast hand is not mistaken for it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -29,7 +29,7 @@ struct Rig {
   Wrench out;
 };
 
-/// What is left of a device when its hand has gone: a mass on which only the displayed force acts.
+/// Model of a released device: a mass with only the displayed force on it.
 TEST(SafetyDrivenOff, AHandleThatNobodyHoldsIsLetGoWithinTwentyMillisecondsOfRunningOffAndReArmed) {
   for (const double mass_kg : {0.035, 0.15, 0.35}) {
     Rig rig;

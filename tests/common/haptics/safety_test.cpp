@@ -1,4 +1,4 @@
-// The safety chain's promises, one by one.
+// The guarantees of the safety chain, one by one.
 #include "common/haptics/safety.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace tandem::haptics {
 namespace {
 
 constexpr Duration kSafetyTick{std::chrono::milliseconds(1)};
-// Rounding of a handful of operations on numbers of order 10.
+// Rounding of a few operations on numbers of order 10.
 constexpr double kSafetyRounding = 1e-12;
 
 SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
@@ -51,7 +51,7 @@ struct SafetyRig {
   Wrench out;
 };
 
-// The slowest that a device may ask for: a 3 N force takes 3 s to slew, so every shorter way to zero is the gain's.
+// The slowest slew rate of a device: a 3 N force takes 3 s to slew, so that any faster decay comes from the gain.
 SafetySettings slow_slew() {
   SafetySettings settings;
   settings.slew_n_per_s = 1.0;
@@ -159,7 +159,7 @@ TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     SafetyRig rig(settings);
     rig.run(good_input(), 5000);
-    SafetyInput gone;  // no state, and nothing computed from it
+    SafetyInput gone;  // no state, and zero force
     for (int i = 1; i <= 20; ++i) {
       rig.tick(gone);
       ASSERT_NEAR(rig.out.f.z(), std::max(0.0, 3.0 * (1 - i / 15.0)), 1e-9) << i << " ms";
@@ -179,7 +179,7 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
 }
 
-/// A touch that grows by 5 N/s while nothing is heard for a while: what the decay keeps back must not come as a kick.
+/// A force that rises by 5 N/s during a short silence: the force that the decay withholds must not return as a kick.
 class ShortSilence : public testing::TestWithParam<int> {};
 
 TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
@@ -334,11 +334,11 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
     SafetyRig rig;
     rig.run(good_input(), 600);
     for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
-      SafetyInput input = good_input(Vec3(0, 0, -5));  // the other way at once: a damper whose speed jumped
+      SafetyInput input = good_input(Vec3(0, 0, -5));  // an immediate reversal: a damper whose speed jumped
       input.is_clutched = i <= pressed_ticks;
       const double before_n = rig.out.f.z();
       rig.tick(input);
-      // 3 N by 0.1 N a millisecond.
+      // 3 N, by 0.1 N per millisecond.
       ASSERT_LE(std::abs(rig.out.f.z() - before_n), 0.1 + kSafetyRounding) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i > 30 || rig.out.f.z() >= 0) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i < 35 || i > pressed_ticks || rig.out.f.isZero(0));
@@ -376,7 +376,7 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-/// The loop stands still for so long, then ticks on in time; the state is as old as the stall, or as new as ever.
+/// The loop stalls for a given time, then ticks regularly. The state is as old as the stall, or stays fresh.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
@@ -387,7 +387,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
   double before_n = rig.out.f.z(), rose_n = 0;
   int zero_at = 0;
   for (int k = 1; k <= 600; ++k) {
-    // What is computed after a stall may be anything.
+    // The force computed after a stall is arbitrary.
     SafetyInput input = good_input(Vec3(0, 0, k < 20 ? 30 : 6));
     if (state_is_old && k < 30) input.state_age = std::chrono::milliseconds(stall_ms + k);
     rig.tick(input);

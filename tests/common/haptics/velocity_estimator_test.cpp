@@ -17,7 +17,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr double kVelocityEstimatorStep = 3e-5;  // m: a mid-range desktop device
+constexpr double kVelocityEstimatorStep = 3e-5;  // m: resolution of a mid-range desktop device
 constexpr double kVelocityEstimatorPeriod = 1e-3;
 
 double rounded(double a, double step) {
@@ -45,8 +45,8 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 }
 
 TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
-  // A full window of 20 periods of a line with errors up to half a step: the fitted slope errs by at most
-  // Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
+  // A line fitted to a full window of 20 periods with errors up to half a step: its slope errs by at most Σ|t_i − t̄|
+  // step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();
@@ -75,7 +75,7 @@ TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
 }
 
 TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
-  // The reported position flickers between two neighbours at random; one period would say ±30 mm/s.
+  // The reported position flickers between two neighbours at random; a difference over one period would be ±30 mm/s.
   Random random(11, 0);
   VelocityEstimator estimator = quantised();
   double square = 0, largest = 0;
@@ -100,16 +100,16 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double t = k * kVelocityEstimatorPeriod;
     const double found =
         estimator.add(tick(100 + k), at_x(rounded(acceleration * t * t / 2, kVelocityEstimatorStep))).v.x();
-    // The velocity a delay ago, but for what a step at either end of the window hides.
+    // The velocity one delay ago, up to the resolution at either end of the window.
     const double delay = to_seconds(estimator.linear_delay());
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // Windows shrink to √(12 step / a) and less: 4 mm of deviation make a long one impossible.
+  // Windows shrink to √(12 step / a) or less: a deviation of 4 mm rules out a long window.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 
-/// By how much `late` lags behind `now`: the shift with the largest correlation over whole periods, to a fraction of a
+/// The lag of `late` behind `now`: the shift with the largest correlation over whole periods, to a fraction of a
 /// sample.
 double lag_of(const std::vector<double>& now, const std::vector<double>& late) {
   const auto correlation = [&](int shift) {
@@ -138,7 +138,7 @@ TEST(VelocityEstimator, IsAsLateAsItSays) {
         found.push_back(
             estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kVelocityEstimatorStep))).v.x());
         real.push_back(amplitude * omega * std::cos(omega * t));
-        // The lag shows where the velocity changes most: weighted by its slope.
+        // The lag is visible where the velocity changes most, so the delay is weighted by the slope.
         const double slope = std::abs(std::sin(omega * t));
         delay += slope * slope * to_seconds(estimator.linear_delay());
         weight += slope * slope;

@@ -1,5 +1,5 @@
-// The estimate against simulated links whose true offset is known: asymmetric, jittery, with queues that
-// build up and drain, between clocks that drift apart.
+// The estimate against simulated links with a known true offset: asymmetric, with jitter, with queues that build up and
+// drain, and between clocks that drift apart.
 #include "common/net/clock_sync.hpp"
 
 #include <gtest/gtest.h>
@@ -17,25 +17,25 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr Duration kInterval = milliseconds(1);
-constexpr double kDriftAllowed = 100e-6;              // what the filter assumes clocks may do
-constexpr Duration kMemory = milliseconds(64 * 100);  // how long it remembers an exchange
+constexpr double kDriftAllowed = 100e-6;              // clock drift that the filter assumes
+constexpr Duration kMemory = milliseconds(64 * 100);  // how long the filter keeps an exchange
 
 struct Network {
   Duration there = milliseconds(20);
   Duration back = milliseconds(20);
-  Duration mean_jitter{0};  ///< of each way, exponential
-  Duration queue_there{0};  ///< added on the way there while a queue stands
+  Duration mean_jitter{0};  ///< in each direction, exponentially distributed
+  Duration queue_there{0};  ///< added on the way to the server while a queue lasts
   double skew = 0.0;        ///< server clock's rate − 1
 };
 
 constexpr Duration kOffsetAtStart = seconds(-3600);  // the two machines booted an hour apart
 
-/// Runs exchanges one after the other and knows the truth.
+/// Runs exchanges one after the other; the true offset is known.
 class Experiment {
  public:
   Experiment(const Network& initial_network, std::uint64_t seed) : network(initial_network), random_(seed) {}
 
-  /// Sends at `now`; the exchange is added when its answer comes back.
+  /// Sends at `now`; the exchange is added when its answer arrives.
   void exchange() {
     const LocalTime t1 = now_;
     const LocalTime arrived = t1 + network.there + network.queue_there + jitter();
@@ -51,7 +51,7 @@ class Experiment {
 
   /// Estimate − truth at the newest arrival.
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
-  /// What the header promises of the target, from the least round trip that the filter has seen.
+  /// Error bound of the target from the header of ClockSync, for the smallest round trip that the filter has seen.
   Duration bound() const {
     const Duration asymmetry = std::chrono::abs(network.there - network.back);
     const Duration queueing = sync.minimum_round_trip() - network.there - network.back;
@@ -107,7 +107,7 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
         SCOPED_TRACE(testing::Message() << "skew " << skew << " back " << back.count() << " ns seed " << seed);
         Experiment experiment({.back = back, .mean_jitter = milliseconds(5), .skew = skew}, seed);
         experiment.run(seconds(2));
-        // What is displayed is slewed between targets that were each within their bound.
+        // The displayed offset is slewed between targets, each of which was within its bound.
         Duration largest_bound = experiment.bound();
         for (int i = 0; i < 20'000; ++i) {
           experiment.exchange();
@@ -120,9 +120,9 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
 }
 
 TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
-  // 100 exchanges a slot, exponential jitter of mean m each way: the least of n sums of two has P(sum < x) ≈ x²/2m²,
-  // so it is about m·√(2/n): 1 ms · √(2/6400) = 18 µs over the whole memory, and half of that is the error; ten times
-  // that bounds the runs of all seeds.
+  // 100 exchanges a slot, exponential jitter of mean m each way: the minimum of n sums of two has P(sum < x) ≈ x²/2m².
+  // It is about m·√(2/n): 1 ms · √(2/6400) = 18 µs over the whole memory. Half of it is the error; ten times the error
+  // bounds the runs of all seeds.
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Experiment experiment({.mean_jitter = milliseconds(1)}, seed);
@@ -166,7 +166,7 @@ TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
   for (const Duration new_there : {milliseconds(500), milliseconds(1)}) {
     Experiment experiment({.there = milliseconds(150)}, 1);
     experiment.run(seconds(2));
-    experiment.network.there = new_there;  // another route: an error that the filter cannot see
+    experiment.network.there = new_there;  // a change of route: an error that the filter cannot detect
     LocalTime at = experiment.newest_t4();
     Duration offset = experiment.sync.offset(at);
     for (int i = 0; i < 20'000; ++i) {
@@ -195,7 +195,7 @@ TEST(ClockSync, SmallErrorIsSlewedAt500PpmHoweverOftenItIsAsked) {
     ASSERT_EQ(sync.offset(start), Duration{0}) << "settled, so no step";
     Duration offset{0};
     for (LocalTime now = start; now <= start + seconds(1); now += interval) offset = sync.offset(now);
-    // One nanosecond of rounding a call at worst, and a call interval of slew at the end.
+    // At most one nanosecond of rounding per call, and one call interval of slew at the end.
     EXPECT_LE(offset, microseconds(500));
     EXPECT_GE(offset, microseconds(500) - interval / 2000 -
                           Duration(seconds(1) / std::max(interval, Duration(microseconds(2)))));

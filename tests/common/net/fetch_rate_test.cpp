@@ -1,4 +1,4 @@
-// A file fetched over a line that carries state too, in virtual time: how fast it comes, and what the state waits.
+// A file download on a line that also carries states, in virtual time: its rate, and the delay of the states.
 #include "common/net/fetch_rate.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ struct Line {
   Duration jitter{0};
 };
 
-/// A server that answers what it is asked at once, and sends a state each millisecond.
+/// A server that answers requests at once and sends a state every millisecond.
 class Fetching {
  public:
   explicit Fetching(const Line& line)

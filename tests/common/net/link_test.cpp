@@ -54,7 +54,7 @@ std::vector<Arrival> run(SimulatedLink& link, std::uint32_t count, Duration gap,
   return arrivals;
 }
 
-// One delay a packet, by lots of packets under way at once (reordering allowed, so that none waits for another).
+// One delay per packet, measured with many packets in flight. Reordering is allowed so that none waits for another.
 std::vector<double> measured_delays_s(LinkParameters parameters, std::uint32_t count) {
   parameters.allows_reordering = true;
   parameters.queue_limit = count;
@@ -77,7 +77,7 @@ double deviation_of(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// Greatest distance between the sample's distribution function and `cdf` (Kolmogorov and Smirnov's statistic).
+// Largest distance between the sample's distribution function and `cdf` (Kolmogorov-Smirnov statistic).
 double distance_to(std::vector<double> values, const std::function<double(double)>& cdf) {
   std::sort(values.begin(), values.end());
   const auto n = static_cast<double>(values.size());
@@ -90,7 +90,7 @@ double distance_to(std::vector<double> values, const std::function<double(double
   return distance;
 }
 
-// Dvoretzky, Kiefer, Wolfowitz, Massart: P(distance > e) ≤ 2 exp(−2 n e²); here for a chance of 1e-9.
+// Dvoretzky-Kiefer-Wolfowitz-Massart bound: P(distance > e) ≤ 2 exp(−2 n e²), here for a probability of 1e-9.
 double dkw_bound(std::size_t n) {
   return std::sqrt(std::log(2 / 1e-9) / (2.0 * static_cast<double>(n)));
 }
@@ -108,7 +108,7 @@ TEST(SimulatedLink, NormalDelaysFollowTheConfiguredMeanAndDeviation) {
   constexpr std::uint32_t kCount = 40000;
   const auto delays = measured_delays_s(parameters, kCount);
   ASSERT_EQ(delays.size(), kCount);
-  // Standard errors: of a mean σ/√n, of a normal deviation σ/√(2n); six of them.
+  // Six standard errors: σ/√n for a mean, σ/√(2n) for a normal deviation.
   EXPECT_NEAR(mean_of(delays), 0.050, 6 * 0.005 / std::sqrt(kCount));
   EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(2.0 * kCount));
   EXPECT_LT(distance_to(delays, [](double x) { return 0.5 * std::erfc((0.050 - x) / (0.005 * std::sqrt(2.0))); }),
@@ -121,7 +121,7 @@ TEST(SimulatedLink, NormalDelaysAreCutOffAtZeroAndNowhereElse) {
   constexpr std::uint32_t kCount = 20000;
   const auto delays = measured_delays_s(parameters, kCount);
   EXPECT_GE(*std::min_element(delays.begin(), delays.end()), 0);
-  // max(0, σN): mean σ/√(2π), σ of it below σ.
+  // max(0, σN) has the mean σ/√(2π) and a deviation below σ.
   EXPECT_NEAR(mean_of(delays), 0.005 / std::sqrt(2 * std::numbers::pi), 6 * 0.005 / std::sqrt(kCount));
 }
 
@@ -132,14 +132,14 @@ TEST(SimulatedLink, ParetoDelaysFollowTheClosedFormWithItsHeavyTail) {
   parameters.distribution = JitterDistribution::kPareto;
   constexpr std::uint32_t kCount = 40000;
   const auto delays = measured_delays_s(parameters, kCount);
-  // σ of a Pareto variable of shape 3 is scale·√3/2. Its sample deviation converges too slowly to test, so the
-  // whole distribution is.
+  // A Pareto variable of shape 3 has σ = scale·√3/2. Its sample deviation converges too slowly for a test, so the test
+  // compares the whole distribution.
   const double scale_s = 0.004 / (std::sqrt(3.0) / 2);
   EXPECT_LT(distance_to(delays, [&](double x) { return 1 - std::pow(1 + (x - 0.020) / scale_s, -3.0); }),
             dkw_bound(kCount));
   EXPECT_NEAR(mean_of(delays), 0.020 + 0.004 / std::sqrt(3.0), 6 * 0.004 / std::sqrt(kCount));
   EXPECT_GE(*std::min_element(delays.begin(), delays.end()), 0.020);
-  // A normal distribution has nothing at 10 σ above the mean; here P = (1 + 0.0423/scale)⁻³ ≈ 1e-3: 38 expected.
+  // A normal distribution has no values at 10 σ above the mean; here P = (1 + 0.0423/scale)⁻³ ≈ 1e-3: 38 expected.
   const auto far = std::count_if(delays.begin(), delays.end(), [](double x) { return x > 0.0623; });
   EXPECT_NEAR(static_cast<double>(far), kCount * std::pow(1 + 0.0423 / scale_s, -3.0), 6 * std::sqrt(40.0));
 }
@@ -174,7 +174,7 @@ TEST(SimulatedLink, CorrelatedJitterHasTheSameDistributionAndForgetsExponentiall
   parameters.jitter_correlation = milliseconds(20);
   constexpr std::uint32_t kCount = 400000;
   const auto delays = measured_delays_s(parameters, kCount);
-  // As many independent values as there are twice the correlation time in the whole: 10000.
+  // Number of independent values: the total duration over twice the correlation time, 10000.
   const double independent = kCount / 40.0;
   EXPECT_NEAR(mean_of(delays), 0.100, 6 * 0.005 / std::sqrt(independent));
   EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(independent));
@@ -191,7 +191,7 @@ TEST(SimulatedLink, CorrelatedParetoKeepsItsTail) {
   parameters.jitter_correlation = milliseconds(2);
   constexpr std::uint32_t kCount = 80000;
   const double scale_s = 0.004 / (std::sqrt(3.0) / 2);
-  // Values a tenth of a second apart know nothing of each other.
+  // Values a tenth of a second apart are independent.
   std::vector<double> apart;
   const auto delays = measured_delays_s(parameters, kCount);
   for (std::size_t i = 0; i < delays.size(); i += 20) apart.push_back(delays[i]);
@@ -270,15 +270,15 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const double sigma = std::sqrt(2 * 0.05 * 0.95 * correlation_s / total_s);
   EXPECT_NEAR(lost / kCount, 0.05, 5 * sigma);
 
-  // Runs of lost packets. A period of length L holds L/gap packets on average, and is seen when it holds one or
-  // more: for exponential lengths the mean of those seen is exactly 1 / (1 − exp(−gap/mean)) packets.
+  // Runs of lost packets. A period of length L holds L/gap packets on average, and is visible if it holds at least one.
+  // For exponential lengths the mean of the visible ones is exactly 1 / (1 − exp(−gap/mean)) packets.
   double runs = 0;
   for (std::size_t i = 1; i < arrivals.size(); ++i) {
     if (arrivals[i].number != arrivals[i - 1].number + 1) ++runs;
   }
   const double mean_run_s = lost / runs * to_seconds(kGap);
   const double expected_s = to_seconds(kGap) / (1 - std::exp(-to_seconds(kGap) / bad_s));
-  // Standard error of an exponential's mean: mean/√n. Good gaps shorter than two packets join runs: < 0.2 % here.
+  // Standard error of an exponential mean: mean/√n. Good gaps shorter than two packets join runs: < 0.2 % here.
   EXPECT_NEAR(mean_run_s, expected_s, (5 / std::sqrt(runs) + 0.002) * expected_s);
 }
 
@@ -289,7 +289,7 @@ TEST(SimulatedLink, LossDoesNotDependOnHowOftenPacketsAreSent) {
     SimulatedLink link(parameters, kSeed, 4);
     constexpr std::uint32_t kCount = 200'000;
     run(link, kCount, gap);
-    // At worst (1 ms) the state's correlation time is 16 packets: variance 2 p (1−p) 16 / n; five standard errors.
+    // Worst case (1 ms): the correlation time is 16 packets, so the variance is 2 p (1−p) 16 / n; five standard errors.
     const double sigma = std::sqrt(0.2 * 0.8 * 2 * 16 / kCount);
     EXPECT_NEAR(static_cast<double>(link.counters().lost) / kCount, 0.2, 5 * sigma) << "gap " << to_seconds(gap);
   }
@@ -377,7 +377,7 @@ TEST(SimulatedLink, TheSameSeedGivesTheSameFateAndAnotherSeedOrStreamAnother) {
   EXPECT_NE(fate_of(1, 2), fate_of(1, 3));
 }
 
-/// Every arrival of packets that never meet: they are a second apart.
+/// Arrivals of packets that never overlap: they are sent a second apart.
 std::vector<std::pair<std::uint32_t, LocalTime>> arrivals_of(const LinkParameters& parameters) {
   SimulatedLink link(parameters, kSeed, 10);
   std::vector<std::pair<std::uint32_t, LocalTime>> arrivals;

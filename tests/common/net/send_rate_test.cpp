@@ -1,5 +1,5 @@
-// The pace of a sender over a link with a queue: found in a second, without one left standing, and not found where
-// there is none.
+// The rate of a sender over a link with a queue. It is found within a second and leaves no standing queue; without a
+// bottleneck the sender is not limited.
 #include "common/net/send_rate.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ using std::chrono::milliseconds;
 constexpr Duration kFloor = milliseconds(10);
 constexpr double kMost_hz = 1000;
 
-/// A sender of 1 kHz, a link that carries `carried_hz` messages a second one after the other, and reports of each that
-/// come back `way` after it arrived. The receiver's clock is an hour ahead.
+/// A sender of 1 kHz and a link that carries `carried_hz` messages a second, one after the other. The report on each
+/// message returns `way` after its arrival. The receiver's clock is an hour ahead.
 struct SendRateLine {
   void run(Duration length) {
     for (const Duration end = now + length; now < end; now += milliseconds(1)) {

@@ -1,4 +1,4 @@
-// Bodies on springs in a scene, whichever stage steps them.
+// Bodies on springs in a scene, for either stage that steps them.
 #include <gtest/gtest.h>
 
 #include "common/physics/untouched_bodies.hpp"
@@ -12,7 +12,7 @@ namespace {
 constexpr BodyId kBlock{1};
 constexpr double kMass_kg = 0.2;
 
-/// A block of 4 cm at the origin, on an anchor; `more` are further bodies. `external` are those that no tool touches.
+/// A block of 4 cm at the origin, on an anchor. `more` are further bodies; `external` receives the untouched bodies.
 World world_with_block(ExternalBodies& external, const std::string& anchor, const std::string& more = "",
                        const std::string& rest = "") {
   const std::string block =

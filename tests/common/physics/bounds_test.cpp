@@ -1,4 +1,4 @@
-// What leaves the scene, and what is not there.
+// Bodies that leave the scene, and ids that do not exist.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/world_support.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr BodyId kA{1};
 
-/// A cube that nothing carries, 0.5 m under the top of bounds of 1 m.
+/// An unsupported cube, 0.5 m below the top of bounds of 1 m.
 WorldDescription falling() {
   WorldDescription description = world_of({cube({0, 0, 0.5}, 0.3)}, {ball_tool({0, 0, 0.6})});
   description.gravity_m_per_s2 = {0, 0, -9.81};

@@ -1,4 +1,4 @@
-// What a client asks of a world: bodies that follow, small corrections, who touches what, and the ledger of energy.
+// Functions of a world that only clients use: bodies that follow, small corrections, hands on a body, and energies.
 #include <gtest/gtest.h>
 
 #include "common/haptics/coupling/coupling_law.hpp"
@@ -92,18 +92,18 @@ TEST(ClientWorld, AToolHoldsABodyOutOfReachWhenSomebodyElseDecidedThat) {
   EXPECT_EQ(world.hands_on(kClientWorldA), 0U);
 }
 
-/// A row of two cubes, one tool at its left end, one above the right cube, one far away.
+/// Two adjacent cubes with one tool at their left end, a third cube below another tool, and a tool far away.
 TEST(HandsOn, PassThroughWhatMovesAndThroughNothingElse) {
   const double gap = 1e-5;
   WorldDescription description =
       world_of({cube({0, 0, 0.02}, 0.3), cube({kCubeEdge_m + gap, 0, 0.02}, 0.3), table(), cube({0.3, 0, 0.02}, 0.3)},
                {ball_tool({-0.03, 0, 0.02}), ball_tool({0.3, 0, 0.05}), ball_tool({0, 0, 2})});
-  // What is pushed stays with what pushes it.
+  // Damping keeps a pushed body in contact with the tool.
   for (BodyDescription& body : description.bodies) body.traits.linear_damping_per_s = 50;
   World world = client_world(description);
   for (const std::size_t tool : {0U, 1U, 2U}) world.activate_tool(tool);
   for (int i = 0; i < 500; ++i) {
-    // So near that all lie on the table: it connects nothing.
+    // All cubes lie on the table, which must connect nothing.
     world.set_handle(0, at({-0.03 + 5e-5 * i, 0, 0.02}));
     world.set_handle(1, at({0.3, 0, 0.04}));
     world.set_handle(2, at({0, 0, 2}));
@@ -189,7 +189,7 @@ TEST(StoredEnergy, HasTheFieldsForceAsItsSlope) {
     const std::array<Pose, 2> poses{Pose{}, {{x_m, 0, 0}, Quat::Identity()}};
     std::array<Wrench, 2> wrenches{};
     ASSERT_FALSE(forces.add_wrenches(poses, wrenches));
-    // So wide that the field's single precision does not show.
+    // A difference wide enough that the single precision of the field does not matter.
     const double slope = (energy_at(x_m + 3e-5) - energy_at(x_m - 3e-5)) / 6e-5;
     EXPECT_NEAR(wrenches[1].f.x(), -slope, 1e-3 * std::abs(slope) + 5e-6) << x_m;
   }

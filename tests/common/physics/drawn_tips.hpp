@@ -1,4 +1,4 @@
-// A tool tip that presses on a surface and is drawn along it.
+// A tool tip that presses on a surface while the hand draws it along.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ inline ShapePointer mesh_of(const geometry::TriangleMesh& mesh) {
   return contact::make_contact_mesh(geometry::repaired(mesh));
 }
 
-/// A mesh takes longer to make than a scene to run: each size once.
+/// A box, cached by size: building a mesh takes longer than running a scene.
 inline ShapePointer box_of(const Vec3& size_m, bool is_mesh) {
   static std::map<std::tuple<double, double, double, bool>, ShapePointer> made;
   ShapePointer& shape = made[{size_m.x(), size_m.y(), size_m.z(), is_mesh}];
@@ -51,7 +51,7 @@ inline Pose at_place(const Vec3& p, const Quat& q = Quat::Identity()) {
 struct Tip {
   std::string name;
   Parts parts;
-  double bottom_m = 0;  ///< below its origin
+  double bottom_m = 0;  ///< distance of the lowest point below the tip's origin
 };
 
 inline Tip tip_of(Random& random) {
@@ -85,13 +85,13 @@ inline Tip tip_of(Random& random) {
 struct Draw {
   double press_n = 1;
   double friction = 0;
-  Pose X_WU;  ///< the surface in the world
+  Pose X_WU;  ///< pose of the surface in the world
   Vec3 from_U = Vec3::Zero(), to_U = Vec3::Zero();
-  bool is_of_bodies = false;  ///< each shape a body of its own
-  int hold_steps = 0;         ///< that the hand stays at the end
+  bool is_of_bodies = false;  ///< each shape is a separate body
+  int hold_steps = 0;         ///< steps for which the hand holds still at the end
 };
 
-/// Forces on the hand while the tip is drawn along, in U.
+/// Forces on the hand while the tip is drawn along, in frame U.
 inline std::vector<Vec3> drawn(const Parts& surface, const Tip& tip, const Draw& draw) {
   std::vector<BodyDescription> bodies;
   const auto add = [&](const Parts& parts) {

@@ -1,5 +1,5 @@
-// Tips on flat surfaces: without friction nothing drags at a pin, however a mesh is divided into triangles; with it, a tip sticks
-// up to Coulomb's limit, however small it is.
+// Tips on flat surfaces. Without friction no force drags a pin, for any triangulation of a mesh. With friction, a tip
+// of any size sticks up to Coulomb's limit.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,11 +11,11 @@
 namespace tandem::physics {
 namespace {
 
-// 0.02 in all but one of 330 scenes: 0.026 where the plane of a face is not known all over it.
+// 0.02 in all but one of 330 scenes: 0.026 where the plane of a face is not found over the whole face.
 constexpr double kMostDrag_n = 0.03, kMostStep_n = 0.3;
 constexpr double kPlateWidth_m = 0.04;
 
-/// Flat on top: `cells`² quadrangles whose inner corners lie where they fall, divided along either diagonal.
+/// A surface with a flat top: `cells`² quadrangles with randomly placed inner corners, split along either diagonal.
 ///
 /// In      thickness_m  0: an open sheet
 geometry::TriangleMesh flat_mesh(Random& random, int cells, double thickness_m) {
@@ -80,7 +80,7 @@ void expect_no_drag(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = middle + way;
     const std::vector<Vec3> forces = drawn(surface, tip, draw);
     double drag_n = 0, step_n = 0;
-    // The coupling's damper carries the tip along first, and lets go of it in tenths of a second.
+    // At first the coupling's damper carries the tip along; this decays within tenths of a second.
     for (std::size_t i = forces.size() / 2; i < forces.size(); ++i) {
       drag_n = std::max(drag_n, forces[i].head<2>().norm());
       step_n = std::max(step_n, (forces[i] - forces[i - 1]).norm());
@@ -106,7 +106,7 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     const Parts surface = {{box_of(size_m, is_mesh), at_place({0, 0, -size_m.z() / 2})}};
     const Tip tip = tip_of(random);
     Draw draw;
-    // The coupling's damper pulls too, by 0.2 N while the hand moves.
+    // The coupling's damper also pulls, with 0.2 N while the hand moves.
     draw.press_n = random.uniform(2, 5);
     draw.friction = friction;
     draw.X_WU = at_place({0.1, 0.05, 0.2}, quaternion_of(Vec3(random.normal(), random.normal(), random.normal())));
@@ -116,7 +116,7 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = draw.from_U + wanted_n / kStiffness_n_per_m * Vec3(std::cos(angle), std::sin(angle), 0);
     const double share = drawn(surface, tip, draw).back().head<2>().norm() / wanted_n;
     least = std::min(least, share);
-    // A tip gives way a little before it sticks. The least share in 320 scenes was 0.67: a box of 1 mm.
+    // A tip yields slightly before it sticks. The least share in 320 scenes was 0.67: a box of 1 mm.
     EXPECT_GT(share, 0.6) << "scene " << scene << ": " << tip.name << (is_mesh ? " on a mesh" : " on a box")
                           << ", pressing with " << draw.press_n << " N";
   }

@@ -1,4 +1,4 @@
-// Effects in the world: what a hand feels of them, and what the bodies that they belong to do.
+// Effects in the world: the forces on a hand, and the motion of the bodies that carry effects.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr double kStiffness = 300;
 constexpr const char* kCoupling =
     R"({"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 5, "force_limit_n": 100})";
 constexpr const char* kToolAtOrigin = R"({"name": "t"})";
-/// Far below the tools.
+/// A body far below the tools.
 constexpr const char* kGround =
     R"({"name": "ground", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -9]}})";
 
@@ -26,7 +26,7 @@ RigidState resting_at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
-/// A world with one tool at the origin, in an effect of the scene.
+/// A world with one tool at the origin, inside an effect of the scene.
 World world_in(const std::string& effect) {
   return server::make_server_world(load_parts(
       {.bodies = kGround, .tools = kToolAtOrigin, .coupling = kCoupling, .rest = R"("effects": [)" + effect + "]"}));
@@ -53,7 +53,7 @@ TEST(EffectStage, ATubOfFluidDragsAToolBehindTheHandByItsClosedForm) {
     world.set_handle(0, resting_at({kSpeed * kEffectStep_s * i, 0, 0}, {kSpeed, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
-  // Steady: k (x_hand − x_tool) = b v; the coupling's damper sees no difference of speeds.
+  // Steady state: k (x_hand − x_tool) = b v; the coupling's damper has no relative velocity.
   const ToolState tool = world.tool(0);
   EXPECT_NEAR(kSpeed - tool.tool.X.p.x(), 6 * kSpeed / kStiffness, 1e-6);
   EXPECT_NEAR(tool.wrench_on_hand_W.f.x(), -6 * kSpeed, 1e-4);
@@ -121,7 +121,7 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
   const double heard = amplitude_at(force, 80);
-  // The tool's mass keeps most of it from the hand: |k + i b ω| / |k − m ω² + i b ω| = 0.20 at 50 g.
+  // The tool's mass attenuates the vibration at the hand: |k + i b ω| / |k − m ω² + i b ω| = 0.20 at 50 g.
   EXPECT_NEAR(heard, 0.20 * 0.8, 0.01 * 0.8);
   for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * heard) << hz;
 }
@@ -176,7 +176,7 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
 
 constexpr const char* kMassless = R"({"law": "qsa-static", "stiffness_n_per_m": 300, "force_limit_n": 6.5})";
 
-/// How far the tool still moves in a step when the hand has rested at `hand` for two seconds.
+/// Motion of the tool per step after the hand has rested at `hand` for two seconds.
 double unrest_m(World& world, const Vec3& hand) {
   hold(world, 0, hand, 2000);
   double largest = 0;
@@ -188,7 +188,7 @@ double unrest_m(World& world, const Vec3& hand) {
   return largest;
 }
 
-// Each is stiffer than the coupling, so that x ← x_H + f(x)/k alone would run away from where it balances.
+// Each effect is stiffer than the coupling: the iteration x ← x_H + f(x)/k alone would diverge from the equilibrium.
 TEST(EffectStage, NothingStiffMakesAMasslessToolChatter) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
   const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";
@@ -287,7 +287,7 @@ TEST(EffectStage, ABodyInTwoHandsFeelsAnEffectOnce) {
   }
 }
 
-// Turning is stiff, for the field turns with its body.
+// A stiff rotation, because the field rotates with its body.
 TEST(EffectStage, AnEffectTravelsWithItsBody) {
   const std::string body = floating_body(
       "carrier", 0.3, 0.2, R"({"sphere": {"radius_m": 0.06}, "constant_field": {"force_n": [0, 0.9, 0]}})");
@@ -308,7 +308,7 @@ TEST(EffectStage, AnEffectTravelsWithItsBody) {
   }
   hold(world, 0, Vec3::Zero(), 4000);
   EXPECT_NEAR(world.tool(0).tool.X.p.y(), 0.9 / kStiffness, 1e-6);
-  // Its opposite pushes the carrier, and so the other hand.
+  // The reaction pushes the carrier, and so the other hand.
   EXPECT_NEAR(world.tool(1).tool.X.p.y(), -0.9 / kStiffness, 1e-5);
   EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.y(), -0.9, 1e-3) << "a body's own effects spare who holds it";
 }
@@ -355,7 +355,7 @@ TEST(EffectStage, ShippedSceneStepsWithoutAFaultOrAnAllocationAndTwiceAlike) {
     TickFaults faults = 0;
     std::uint64_t allocations = 0;
     for (int i = 0; i < 6000; ++i) {
-      // Down onto the plates and across all of them, over their edges; the other through the bath and the wind.
+      // One hand moves down onto the plates and across their edges, the other through the bath and the wind.
       const double t = kEffectStep_s * i;
       const Vec3 left(-0.2 + 0.05 * std::max(0.0, t - 1), 0, std::max(0.007, 0.05 - 0.045 * t));
       const Vec3 right(0.2 - 0.02 * t, -0.05 * t, 0.05);

@@ -1,4 +1,4 @@
-// No law of the catalog breaks a room, whatever it feels like.
+// No law of the catalog destabilises a room.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
     world.set_handle(0, at(Vec3(-0.04, -0.01, 0.12) + offset));
     world.set_handle(1, at(Vec3(-0.04, 0.01, 0.12) + offset));
     const TickFaults faults = world.step();
-    // Pressed into the block by a soft or an unyielding law, the peg may have more contacts than the budget.
+    // A soft or a rigid law may press the peg so deep into the block that it has more contacts than the budget.
     ASSERT_EQ(faults & ~static_cast<TickFaults>(kFaultCouplingSaturated | kFaultContactCoarse), 0U) << "step " << i;
     for (const std::size_t tool : {0U, 1U}) {
       const Wrench wrench = world.tool(tool).wrench_on_hand_W;
@@ -60,7 +60,7 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
   EXPECT_GT(world.body(BodyId{3}).X.p.x(), 0.0) << "the peg came along";
 }
 
-/// A ball as tool, 20 mm above the top of a block, which is z = 0.
+/// A ball as tool, 20 mm above the top of a block at z = 0.
 std::shared_ptr<const server::LoadedScene> ball_over_block(const std::string& law) {
   const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
                                 "placement": {"position_m": [0, 0, -0.05]}})";
@@ -75,7 +75,7 @@ TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
   for (int i = 0; i < 2000; ++i) {
     const double x = 0.02 * std::sin(0.003 * i), z = 0.008 + 0.008 * std::cos(0.01 * i);
     world.set_handle(0, at({x, 0, z}, {0.06 * std::cos(0.003 * i), 0, -0.08 * std::sin(0.01 * i)}));
-    // By the unyielding law alone it is in the block to the middle, and has more contacts than the budget.
+    // Only the rigid law presses the ball into the block up to its middle, with more contacts than the budget.
     const auto coarse = GetParam() == "direct" ? static_cast<TickFaults>(kFaultContactCoarse) : TickFaults{0};
     ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated | coarse), 0U) << "step " << i;
     ASSERT_LE(world.tool(0).wrench_on_hand_W.f.norm(), 6.5 + 1e-9) << i;
@@ -89,7 +89,7 @@ TEST_P(EveryLaw, IsBrakedToAStandstillAndLetGoAgainWithoutAFault) {
     world.brake(0, 2000 * std::clamp(0.5 + std::sin(0.02 * i), 0.0, 1.0));
     const double z = 0.002 + 1e-4 * std::max(0, 180 - i);
     world.set_handle(0, at({0.02 * std::sin(0.003 * i), 0, z}, {0.06 * std::cos(0.003 * i), 0, i < 180 ? -0.1 : 0}));
-    // One without mass may be let go faster than the step allows.
+    // A tool without mass may exceed the speed limit of a step when it is released.
     ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated | kFaultSpeedLimited), 0U)
         << "step " << i;
     ASSERT_TRUE(is_finite(world.tool(0).tool.X)) << i;

@@ -1,4 +1,4 @@
-// Which bodies a world leaves to its engine, seen from there.
+// Records the bodies that a world leaves to its engine.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace tandem::physics {
 /// Indices of the bodies that a world's FreeBodies step; the touch stage steps the others.
 using ExternalBodies = std::set<std::size_t>;
 
-/// Passes everything on to an engine and keeps `external` true, which outlives it.
+/// Forwards every call to an engine and keeps `external` current; `external` must outlive the result.
 inline std::unique_ptr<FreeBodies> watched(std::unique_ptr<FreeBodies> engine, ExternalBodies& external) {
   class Watch final : public FreeBodies {
    public:

@@ -1,4 +1,5 @@
-// Torque-free rotation against the closed form and against an independent integrator, in both stages and through the change.
+// Torque-free rotation against the closed form and an independent integrator, in both stages and across changes of
+// stage.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +17,7 @@ constexpr BodyId kTop{1};
 constexpr int kTopSteps = 10'000;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Which stage steps the top.
+/// The stage that steps the top.
 enum class TopStage { kUntouched, kTouched, kChanging };
 
 WorldDescription world_of_top(const Vec3& inertia_kg_m2) {
@@ -49,7 +50,7 @@ Quat turned_by_runge_kutta(Quat q, const Vec3& inertia, const Vec3& L, double st
 }
 
 struct TopErrors {
-  double momentum = 0, energy = 0;  ///< of the initial value, the largest of the run
+  double momentum = 0, energy = 0;  ///< relative to the initial value, largest of the run
   double attitude_rad = 0;          ///< at the end
 };
 
@@ -112,7 +113,7 @@ TEST(FreeTop, KeepsMomentumEnergyAndAttitudeInEachStageAndThroughTheChange) {
   double worst_slow_rad = 0, worst_fast_rad = 0;
   for (int run = 0; run < 200; ++run) {
     Vec3 inertia(random.uniform(0.1, 1), random.uniform(0.1, 1), 0);
-    // Of a real body: none is larger than the sum of the others.
+    // Physical inertia: no principal moment exceeds the sum of the others.
     inertia.z() = random.uniform(std::abs(inertia.x() - inertia.y()) + 0.02, inertia.x() + inertia.y() - 0.02);
     inertia *= 1e-4;
     const Quat q0 = quaternion_of(3 * random.uniform() * random_direction(random));

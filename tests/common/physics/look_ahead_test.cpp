@@ -1,4 +1,4 @@
-// A step in two parts, and what is found of the next one before it begins.
+// A step in two parts, and contacts that are searched for the next step before it begins.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
     EXPECT_TRUE(is_same(world.tool(0).tool, tool));
     const bool is_tools = world.touch(0).contacts > 0 && i > 200;
     EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
-    // It falls by g h² more than its velocity took it.
+    // It falls by g h² more than its velocity predicts.
     const double more_m = 9.81 * kStep_s * kStep_s;
     EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
   }
@@ -62,7 +62,8 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
   EXPECT_LT(world.body(BodyId{3}).X.p.z(), 0.1);
 }
 
-/// The hand comes down fast, presses, drags the cube, lifts off, hits it again, and is thrown by a hundred times what was likely.
+/// The hand descends fast, presses, drags the cube, lifts off and hits it again. Then it jumps by a hundred times the
+/// expected distance.
 Vec3 hand_at(int step) {
   const double t = kStep_s * step;
   const double down = step < 300   ? std::min(0.03, 0.3 * t)
@@ -78,10 +79,10 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
   double most_n = 0;
   std::uint32_t touched = 0;
   for (int i = 0; i < 1000; ++i) {
-    if (i == 700) {  // elsewhere than it was when it was looked for
+    if (i == 700) {  // displaced after the look-ahead
       for (World* world : {&without, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
     }
-    if (i == 250 || i == 900) {  // pressed from now on by nothing, or by what it passes through
+    if (i == 250 || i == 900) {  // held from now on: the tool no longer presses it
       for (World* world : {&without, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
     }
     if (i == 280 || i == 930) {
@@ -93,7 +94,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
     touched += with.touch(0).contacts > 0 ? 1 : 0;
     const Vec3 force = without.tool(0).wrench_on_hand_W.f;
     most_n = std::max(most_n, force.norm());
-    // Where friction has not settled after some iterations, it is good to parts in a thousand.
+    // Where friction has not converged within the iterations, the result is accurate to parts in a thousand.
     ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
     ASSERT_LT((with.body(BodyId{2}).X.p - without.body(BodyId{2}).X.p).norm(), 1e-5) << i;
   }
@@ -101,7 +102,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
   EXPECT_GT(touched, 300U);
 }
 
-/// A ball over a cube, `gap_m` apart.
+/// A ball above a cube, `gap_m` apart.
 struct BallOverCube {
   explicit BallOverCube(double band_m) : pair(contact::kContactBudget) {
     pair.contacts.bind(ball.get(), cube.get());
@@ -123,7 +124,7 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
   ASSERT_GT(pressing, 0U);
-  // Made unlike what a search finds: so it is seen that there was none.
+  // A depth that no search returns shows that no search took place.
   near.pair.contacts.contacts()[0].depth_m = 0.5;
   EXPECT_EQ(near.found(-1e-4), pressing);
   EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);
@@ -135,13 +136,13 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   EXPECT_EQ(near.found(-1e-4), pressing) << "it has come";
 }
 
-/// A ball over a cube, as the touch stage has them.
+/// A ball above a cube, as the touch stage represents them.
 struct TwoThings {
   TwoThings() {
     things[0].role = TouchThing::Role::kImplicit;
     things[1].role = TouchThing::Role::kStatic;
   }
-  /// The band that the pair is searched with after a look ahead by `ahead_m`, when things get as far as `reach_m`.
+  /// Search distance of the pair after a look-ahead by `ahead_m`, for a reach of `reach_m` in the step.
   double band_m(double ahead_m, double reach_m) {
     pairs.look_ahead(things, std::array{ahead_m, 0.0});
     if (change) change(*this);
@@ -154,7 +155,7 @@ struct TwoThings {
   RigidBody ball{tool.mass, {}, kBallRadius_m, tool.X_WT}, block{body.mass, {}, kCubeEdge_m, body.X_WB};
   std::array<TouchThing, 2> things{TouchThing{&ball, &tool.touch}, TouchThing{&block, &body.touch}};
   NearPairs pairs{2, 4, contact::kContactBudget};
-  std::function<void(TwoThings&)> change;  ///< what happens in between
+  std::function<void(TwoThings&)> change;  ///< change between look-ahead and step
 };
 
 TEST(NearPairs, WhatWasForeseenServesUnlessSomethingChanged) {

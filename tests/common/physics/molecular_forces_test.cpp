@@ -16,7 +16,7 @@
 namespace tandem::physics {
 namespace {
 
-/// `count` argon-like atoms on a lattice of 4 Å, origin at their centre of mass.
+/// `count` argon-like atoms on a lattice of 4 Å, with the origin at their centre of mass.
 std::shared_ptr<const docking::Molecule> cluster(int count) {
   auto molecule = std::make_shared<docking::Molecule>();
   for (int i = 0; i < count; ++i) {
@@ -35,8 +35,8 @@ std::shared_ptr<const docking::Molecule> cluster(int count) {
   return molecule;
 }
 
-/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in contact. The
-/// second one has half the first one's mass. A tool holds each from the start, where `held`.
+/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity, with tiny balls as contact shapes. The
+/// second one has half the mass of the first. If `held`, a tool holds each from the start.
 std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s, double mass_kg = 0.2,
                                                    bool held = false) {
   const auto body = [&](const std::string& name, double x, double mass) {
@@ -90,7 +90,7 @@ TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
   const double s6 = std::pow(3.4 / 5, 6);
   const double force_kj = 24 * 1.0 / 5 * (2 * s6 * s6 - s6);  // −dV/dr, kJ/mol/Å
-  // Float pairs: 1e-5.
+  // Tolerance of single-precision pairs: 1e-5.
   EXPECT_NEAR(wrenches[1].f.x(), 0.5 / 4.184 * force_kj, 1e-5 * std::abs(force_kj));
   EXPECT_NEAR(forces.energy_kj_per_mol(), 4 * (s6 * s6 - s6), 1e-5);
 }
@@ -130,7 +130,7 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_LE(wrenches[0].f.norm(), 20);
 }
 
-/// Work of what b feels on a closed path of six axes, the sum of its parts' sizes, and the energies on the way.
+/// Work of the force on B along a closed path in six axes, the sum of its magnitudes, and the energies on the way.
 struct Loop {
   double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
 };
@@ -198,7 +198,7 @@ TEST(MolecularForces, AFieldFoundAheadIsOfWhereThingsAre) {
   EXPECT_NE(start, 0) << "the first step finds it, wherever things are";
   for (int i = 0; i < 20; ++i) {
     with.look_ahead();
-    if (i % 5 == 4) {  // elsewhere than where it was found
+    if (i % 5 == 4) {  // moved after the look-ahead
       for (World* world : {&without, &with}) {
         RigidState state = world->body(BodyId{2});
         state.X.p.x() -= 2e-4;
@@ -219,7 +219,7 @@ TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
     const auto world = std::make_shared<const WorldDescription>(of.world);
     return World(world, make_followed_bodies(of.world.bodies.size()), nullptr).quickest_step();
   };
-  // A million pairs of atoms against one: no noise hides that.
+  // A million pairs of atoms against one: a factor far above timing noise.
   EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
@@ -252,7 +252,7 @@ TEST(MolecularForces, ShippedHelicesPullAsTheirSceneSays) {
     forces.add_wrenches(poses, wrenches);
     strongest_n = std::max(strongest_n, wrenches[0].f.y());
   }
-  // What the description says; 0.01 N for steps of 0.05 Å and rounded angles.
+  // The value of the scene's description; 0.01 N for steps of 0.05 Å and rounded angles.
   EXPECT_NEAR(strongest_n, 0.88, 0.01);
 }
 
@@ -281,7 +281,7 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   for (int block = 0; block < 80; ++block) {
     for (int i = 0; i < 100; ++i) world.step();
     const double energy = world.stored_energy_j();
-    // Field and speed belong to instants half a step apart: tolerance |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
+    // Field energy and velocity are half a step apart: tolerance |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
     EXPECT_LE(energy, last + 1e-3) << "block " << block;
     last = energy;
   }
@@ -289,8 +289,8 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   EXPECT_LT(world.stored_energy_j() - world.field_energy_j(), 1e-6) << "and rest";
 }
 
-/// Hands that come towards each other with 0.1 m/s, and stop where their couplings pull with `push_n`. The field's wrench
-/// is that of a step's beginning; what damps it is the coupling, which is implicit.
+/// Two hands approach with 0.1 m/s and stop where their couplings pull with `push_n`. The field's wrench is from the
+/// start of a step; the damping comes from the coupling, which is implicit.
 double speed_after_pressing(double mass_kg, double damping_per_s, double push_n) {
   const auto scene = two_molecules(8, 0.2, damping_per_s, mass_kg, true);
   World world(server::make_server_world(scene));
@@ -315,7 +315,7 @@ double speed_after_pressing(double mass_kg, double damping_per_s, double push_n)
   return fastest;
 }
 
-// Sub-steps would change nothing for who holds a molecule.
+// Sub-steps would change nothing for a user who holds a molecule.
 TEST(MolecularPair, InTwoHandsComesToRestHoweverItIsPressedLightOrMassiveOrOverDamped) {
   for (const double mass_kg : {0.04, 0.2}) {
     for (const double damping_per_s : {0.0, 2.0, 200.0}) {

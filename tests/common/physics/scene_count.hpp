@@ -1,4 +1,4 @@
-// How many generated scenes a test runs.
+// Number of generated scenes that a test runs.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace tandem::physics {
 
-/// Of each kind.
+/// Scenes of each kind in the daytime and nightly runs.
 inline constexpr std::uint64_t kScenesByDay = 24, kScenesByNight = 200;
 
-/// Of a test: TANDEM_TEST_SCENES, or as many as usual.
+/// Number of scenes of a test: TANDEM_TEST_SCENES if set, otherwise `usual`.
 inline std::uint64_t scenes(std::uint64_t usual) {
   const char* const given = std::getenv("TANDEM_TEST_SCENES");
   return given != nullptr ? std::stoull(given) : usual;

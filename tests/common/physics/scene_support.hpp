@@ -1,4 +1,4 @@
-// Scenes for the tests of the server: short JSON with one part changed, and the shipped ones.
+// Scenes for the tests of the server: short JSON with one part changed, and the shipped scenes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"si
 /// The law whose forces are known in closed form.
 inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
 
-/// Fields of a coupling: the law by its name, and a fit where it needs one (100 N/m at 0.05 kg, 400 N/m at 1 kg).
+/// Fields of a coupling: the name of the law, and a fit if the law needs one (100 N/m at 0.05 kg, 400 N/m at 1 kg).
 inline std::string law_fields(const std::string& law) {
   const std::string fit = R"(, "adaptive": {"mass_range_kg": [0.05, 1], "stiffness_n_per_m": [84.2, 315.8],
                                             "damping_n_s_per_m": [4]})";
@@ -27,12 +27,12 @@ inline std::string coupling_with(const std::string& law) {
   return "{" + law_fields(law) + "}";
 }
 
-/// The parts of a scene that is valid as it stands.
+/// The parts of a scene; the defaults are valid.
 struct SceneParts {
   std::string bodies = kWall;
   std::string tools = R"({"name": "t", "placement": {"position_m": [0, 0, 2]}})";
-  std::string coupling = kLinear;  ///< "": not in the file
-  std::string rest = "";           ///< more fields of the scene
+  std::string coupling = kLinear;  ///< omitted from the file if empty
+  std::string rest = "";           ///< further fields of the scene
 };
 
 inline std::string scene_json(const SceneParts& parts) {
@@ -51,7 +51,7 @@ inline std::filesystem::path shipped_scene(const std::string& name) {
 
 }  // namespace tandem::physics
 
-/// Loads a shipped scene into a variable; fails where a Debian data package is missing, which the error names.
+/// Loads a shipped scene into a variable. Fails if a Debian data package is missing, which the error names.
 #define TANDEM_LOAD_SCENE(variable, scene_name)                                              \
   std::shared_ptr<const ::tandem::server::LoadedScene> variable;                             \
   try {                                                                                      \

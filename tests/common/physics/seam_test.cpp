@@ -1,4 +1,5 @@
-// Contact with the union of what there is: a tool that is drawn over the seam of flush shapes feels what it feels of one shape.
+// Contact with a union of shapes: a tool that slides over the seam of flush shapes feels the same force as on one
+// shape.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,20 +17,21 @@
 namespace tandem::physics {
 namespace {
 
-/// Of a box. With points as far apart as those of large boxes, it leaves contact to the tip's points.
+/// Size of a box. Its points are as far apart as those of large boxes, so that the tip's points make the contact.
 constexpr double kWidth_m = 0.1, kHeight_m = 0.02;
-// Beyond friction. Of 700 scenes of other seeds, none is above 0.02 N.
+// Bound in excess of friction. In 700 scenes with other seeds no value exceeds 0.02 N.
 constexpr double kMost_n = 0.05;
 
-/// The same surface around z = 0, once as one shape and once as several flush shapes.
+/// The same surface at z = 0, as one shape and as several flush shapes.
 struct Surface {
   std::string name;
   Parts one, several;
-  /// A tip on a ridge of radius R is pushed off sideways by press/R × its way: the coupling holds it up to k R.
+  /// Largest press force. A tip on a ridge of radius R is pushed sideways by press/R × its offset; the coupling holds
+  /// it up to k R.
   double most_press_n = 5;
 };
 
-/// Boxes beside each other along x, and along y too; primitives, or each as it comes a mesh.
+/// Boxes side by side along x, in some scenes also along y; each is a primitive or, at random, a mesh.
 Surface boxes(Random& random, bool has_meshes) {
   Surface surface{has_meshes ? "meshes" : "boxes", {}, {}};
   surface.one = {{box_of({2 * kWidth_m, kWidth_m, kHeight_m}, has_meshes), at_place({0, 0, -kHeight_m / 2})}};
@@ -50,7 +52,7 @@ Surface boxes(Random& random, bool has_meshes) {
   return surface;
 }
 
-/// Boxes that overlap, or a cylinder in a box, flush with its top.
+/// Overlapping boxes, or a cylinder in a box, flush with its top.
 Surface overlapping(Random& random) {
   Surface surface{"overlapping", {}, {}};
   surface.one = {{box_of({2 * kWidth_m, kWidth_m, kHeight_m}, false), at_place({0, 0, -kHeight_m / 2})}};
@@ -79,8 +81,8 @@ Surface rods(Random& random) {
   return surface;
 }
 
-/// Without friction, how far sideways forces at the same time are apart. With it, where sticking depends on what was
-/// before, how much more there is on several shapes than anywhere on one, and than friction holds.
+/// Without friction: largest sideways difference of simultaneous forces. With friction, where sticking depends on the
+/// past: excess of the sideways force on several shapes over the largest on one shape and over the friction limit.
 double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& several, double friction) {
   double usual = 0, most = 0;
   for (const Vec3& f : one) usual = std::max(usual, f.head<2>().norm());
@@ -92,7 +94,7 @@ double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& s
   return most;
 }
 
-/// The least force out of the surface on the way.
+/// Smallest force out of the surface along the path.
 double least_lift_n(const std::vector<Vec3>& forces) {
   double least = std::numeric_limits<double>::infinity();
   for (const Vec3& f : forces) least = std::min(least, f.z());

@@ -1,4 +1,4 @@
-// The pull of a hand on its tool: action and reaction, and the account of its work.
+// The force of a hand on its tool: action and reaction, and the balance of its work.
 #include "common/physics/tool_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -70,7 +70,7 @@ TEST(ToolHand, AnAnchorPullsTheToolButNotTheHand) {
 }
 
 TEST(ToolHand, SaturationIsReportedAtTheLimitOnly) {
-  ToolHand hand("spring-damper", {.saturation_softness = 0});  // up to 6.5 N
+  ToolHand hand("spring-damper", {.saturation_softness = 0});  // linear up to 6.5 N
   hand.set_handle({});
   hand.settle({}, {}, {Vec3(6.4999, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand.is_saturated());
@@ -79,7 +79,7 @@ TEST(ToolHand, SaturationIsReportedAtTheLimitOnly) {
 }
 
 TEST(ToolHand, SaturationIsReportedPastHalfOfItsBend) {
-  ToolHand hand("spring-damper", {.force_limit_n = 10, .saturation_softness = 0.2});  // bends from 8 N on
+  ToolHand hand("spring-damper", {.force_limit_n = 10, .saturation_softness = 0.2});  // bends above 8 N
   hand.set_handle({});
   hand.settle({}, {}, {Vec3(8.9, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand.is_saturated());

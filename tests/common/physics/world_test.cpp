@@ -1,4 +1,4 @@
-// The world against closed forms, and against what a hand would notice.
+// The world against closed forms and against limits of human perception.
 #include "server/room/server_world.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ constexpr double kWorldStep_s = 1e-3;
 constexpr const char* kTable =
     R"({"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})";
 
-/// A cube of 4 cm; `fields` are more of its fields.
+/// A cube of 4 cm; `fields` are further fields.
 std::string cube(const std::string& name, double mass_kg, const Vec3& p, const std::string& fields = "") {
   return R"({"name": ")" + name +
          R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true, "mass_kg": )" +
@@ -103,7 +103,7 @@ TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
   EXPECT_NEAR(world.body(BodyId{2}).X.p.z(), 0.02, 5e-5);
 }
 
-/// A cube on a table in gravity that is turned by `slope`, as on an inclined plane.
+/// Distance that a cube slides in 1 s on a table, with gravity rotated as on an inclined plane.
 double slid_after_1_s(double tangent) {
   const double slope = std::atan(tangent);
   const std::string gravity = R"("gravity_m_per_s2": [)" + std::to_string(kWorldG * std::sin(slope)) + ", 0, " +
@@ -118,7 +118,7 @@ double slid_after_1_s(double tangent) {
 }
 
 TEST(World, BoxSticksInsideTheFrictionCone) {
-  // Friction of both is 0.5, so the cone's tangent is √(0.5·0.5).
+  // Both bodies have a friction of 0.5, so the cone's tangent is √(0.5·0.5).
   EXPECT_LT(std::abs(slid_after_1_s(0.45)), 1e-4);
 }
 
@@ -179,7 +179,7 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
     const Vec3 before = world.tool(0).tool.V.v;
     world.step();
     const ToolState tool = world.tool(0);
-    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2: the last is what holding the force costs.
+    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2: the last term is the cost of the held force.
     sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
     const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
     ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;
@@ -214,7 +214,7 @@ TEST(World, BodyHeldByALostHandIsNotDropped) {
   EXPECT_EQ(world.tool(0).held, BodyId{1});
 }
 
-/// Largest change of the force on the hand from one step to the next.
+/// Largest change of the force on the hand between consecutive steps.
 struct ForceSteps {
   Vec3 last = Vec3::Zero();
   double largest_n = 0;
@@ -245,7 +245,7 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
     world.step();
     steps.look(world);
   }
-  // At rest nothing should change but what the damper makes of contact noise (measured: 1e-6 N).
+  // At rest only the damper's response to contact noise may change the force (measured: 1e-6 N).
   EXPECT_LT(steps.largest_n, 1e-3);
 }
 
@@ -258,7 +258,7 @@ TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
   world.release(0);
   step_times(world, 500);
   EXPECT_LT((world.body(BodyId{1}).X.p - Vec3(0, 0, 1)).norm(), 1e-9) << "the tool starts in the body's centre";
-  // Drawn out and brought back, it touches the body again.
+  // Withdrawn and moved back, it touches the body again.
   for (int i = 0; i < 500; ++i) {
     world.set_handle(0, resting_at({0.0001 * i, 0, 1}));
     world.step();
@@ -283,7 +283,7 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
   EXPECT_EQ(world.grab(0, BodyId{9}), GrabResult::kUnknownBody);
   EXPECT_EQ(world.grab(0, BodyId{1}), GrabResult::kNotGraspable);
   EXPECT_EQ(world.grab(0, BodyId{4}), GrabResult::kOutOfReach);
-  // The tool's surface is 20 mm from `far`, 15 mm from `near`; reach is 20 mm.
+  // The tool's surface is 20 mm from `far` and 15 mm from `near`; the reach is 20 mm.
   EXPECT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
   EXPECT_EQ(world.tool(0).held, BodyId{3});
   EXPECT_EQ(world.grab(0, BodyId{2}), GrabResult::kAlreadyHolding);
@@ -292,7 +292,7 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
 }
 
 TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
-  // Reach 20 mm from the surface of a tool of 5 mm radius to a cube of 20 mm half edge: 45 mm between centres.
+  // The reach is 20 mm from the surface of a tool of 5 mm radius to a cube of 20 mm half edge: 45 mm between centres.
   for (const auto& [gap_m, expected] :
        {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
     World world(server::make_server_world(
@@ -339,7 +339,7 @@ TEST(World, ABodyWaitsForTheToolThatHoldsItFromTheStart) {
 }
 
 TEST(World, ManyHandsAndAWildCouplingStayCalm) {
-  // 4 hands beside the centre of 20 g, each 40 times stiffer than an explicit step could hold.
+  // 4 hands hold 20 g off its centre, each 40 times stiffer than an explicit step could hold.
   std::string tools;
   for (const char* name : {"t0", "t1", "t2", "t3"}) {
     if (!tools.empty()) tools += ",";
@@ -389,10 +389,10 @@ TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
     }
     return world.body(BodyId{1}).X.p.z();
   };
-  // Within the ramp, and long after.
+  // During the ramp and long after it.
   for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
   EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kWorldG / 900, 1e-6);
-  // A tool that comes later has it at once.
+  // A tool that is activated later has the new coupling at once.
   EXPECT_GT(height_after(40, true, true), height_after(40, true, false));
   EXPECT_NEAR(1 - height_after(3000, true, true), 0.12 * kWorldG / 900, 1e-6);
 }
@@ -402,7 +402,7 @@ std::string wall_of_2_mm() {
              "placement": {"position_m": [0.05, 0, 0]}})";
 }
 
-/// Moves the handle from 0 through the wall at 5 cm, then holds it there; the tool's largest x.
+/// Moves the handle from 0 through the wall at 5 cm, then holds it there. Returns the tool's largest x.
 double deepest_x(World& world, double speed_m_per_s) {
   world.activate_tool(0);
   double deepest = -1;
@@ -418,7 +418,8 @@ double deepest_x(World& world, double speed_m_per_s) {
 
 TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
   World world(server::make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
-  // Surface of the wall at 49 mm, radius of the tool 5 mm; it may dip in by a step's way (1 mm) and no more.
+  // The wall's surface is at 49 mm, the tool's radius 5 mm. It may penetrate by the displacement of a step (1 mm) at
+  // most.
   EXPECT_LT(deepest_x(world, 1.0), 0.045);
 }
 
@@ -435,7 +436,7 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
-  // The loader would refuse this gravity; here it stands for any way in which a number may break.
+  // The loader would refuse this gravity; here it stands for any cause of a NaN.
   scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);
@@ -470,7 +471,7 @@ TEST(World, SaturatedCouplingIsReportedAndBounded) {
 }
 
 TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
-  // A dumb-bell whose frame is in one of its balls, spun by a couple: its centre must stay.
+  // A dumb-bell with its frame in one of its balls, rotated by a pure torque: its centre of mass must stay.
   const std::string body = R"({"name": "a", "mass_kg": 0.2, "gravity": false, "graspable": true, "shapes": [
       {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
   World world(server::make_server_world(

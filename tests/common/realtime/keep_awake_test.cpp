@@ -1,4 +1,4 @@
-// What keeps a processor awake: that it gives way, follows and ends; not how much sooner anything wakes up.
+// The threads that keep a processor awake yield, follow and end. How much sooner a thread wakes up is not tested.
 #include "common/realtime/keep_awake.hpp"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ std::vector<int> usable_cpus() {
   return result;
 }
 
-/// Not for ever, and long enough for a processor that others use.
+/// Waits up to 30 s, which is long enough on a processor with other load.
 template <class Condition>
 bool is_in_time(Condition condition) {
   const SteadyClock clock;
@@ -113,7 +113,7 @@ TEST(KeepAwake, OfTwoBesideAThreadOneIsOnItsProcessor) {
       return std::ranges::count_if(idle_threads(), [cpu](pid_t thread) { return is_pinned_to(thread, cpu); });
     };
     EXPECT_TRUE(is_in_time([&on_it] { return idle_threads().size() == 2 && on_it() > 0; }));
-    std::this_thread::sleep_for(std::chrono::seconds(3));  // the other looks at least once
+    std::this_thread::sleep_for(std::chrono::seconds(3));  // the other thread checks at least once
     EXPECT_EQ(on_it(), 1);
     first = second = nullptr;
     EXPECT_TRUE(is_nobody_idle());

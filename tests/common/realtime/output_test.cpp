@@ -1,4 +1,4 @@
-// What a log keeps of a flood. That nobody waits for a reader: tests/system/output_test.py.
+// Lines that a log keeps of a flood. That no thread waits for a reader is tested in tests/system/output_test.py.
 #include "common/realtime/output.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Damage of any kind and place: a reader names it, or has every message.
+// Damage of any kind and place: a reader reports it, or delivers every message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,14 +22,14 @@ using Messages = std::vector<std::pair<std::string, std::string>>;
 struct Written {
   Bytes file;
   Messages messages;
-  std::vector<std::uint64_t> chunks_at;         ///< where each chunk begins
-  std::uint64_t data_end = 0;                   ///< where the summary begins
-  std::vector<std::size_t> messages_of_chunks;  ///< in those before and in it
+  std::vector<std::uint64_t> chunks_at;         ///< start of each chunk
+  std::uint64_t data_end = 0;                   ///< start of the summary
+  std::vector<std::size_t> messages_of_chunks;  ///< messages up to and including each chunk
 };
 
 Bytes random_bytes(Random& random, std::size_t size) {
   Bytes bytes(size);
-  // Some repeat, so that they can be packed, and some do not.
+  // Fewer distinct values make the bytes compressible.
   const std::uint32_t kinds = 1 + random.next_u32() % 256;
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.next_u32() % kinds);
   return bytes;
@@ -69,7 +69,7 @@ Written random_file(Random& random) {
 struct Damage {
   std::string what;
   Bytes file;
-  std::uint64_t at = 0;  ///< the first byte that is another
+  std::uint64_t at = 0;  ///< offset of the first changed byte
 };
 
 Damage damaged(const Written& written, Random& random) {
@@ -131,13 +131,14 @@ bool has_same_content(const Messages::value_type& a, const Messages::value_type&
   return a.second == b.second;
 }
 
-/// True if `read` begins as `written`, but for the topics.
+/// True if `read` is a prefix of `written`, ignoring the topics.
 bool is_beginning(const Messages& read, const Messages& written) {
   return read.size() <= written.size() && std::equal(read.begin(), read.end(), written.begin(), has_same_content);
 }
 
-/// True if `read` consists of chunks in their order of messages, each at most twice, and all but the last one whole: a chunk that
-/// the file contains twice is read twice, and a message whose channel is damaged ends the reading.
+/// True if `read` consists of chunks, each with its messages in order, at most twice, and all but the last one
+/// complete. A chunk that the file contains twice is read twice, and a message whose channel is damaged ends the
+/// reading.
 bool is_of_chunks(const Messages& read, const Written& written) {
   std::vector<int> times(written.chunks_at.size());
   std::size_t at = 0;
@@ -191,7 +192,7 @@ TEST(McapDamage, OfAnyKindAndPlaceIsNamedOrTakesNoMessage) {
     const bool may_repeat = damage.what.starts_with("written twice") || damage.what.starts_with("put elsewhere");
     ASSERT_TRUE(may_repeat ? is_of_chunks(read, written) : is_beginning(read, written.messages)) << reader.why();
     if (damage.at < written.chunks_at.front() || damage.at >= written.data_end) continue;
-    // In the data: not before the chunk that is damaged, and not behind it; all chunks before it are read.
+    // Damage in the data: the reader stops in the damaged chunk, and reads all chunks before it.
     const auto behind = std::ranges::upper_bound(written.chunks_at, damage.at);
     const auto chunk = static_cast<std::size_t>(behind - written.chunks_at.begin()) - 1;
     ASSERT_GE(reader.offset(), written.chunks_at[chunk]) << reader.why();
@@ -220,7 +221,7 @@ TEST(McapDamage, IsNamedWithItsByte) {
   }
 }
 
-/// A chunk that was made a private record would be skipped by its kind.
+/// A reader would skip a chunk whose kind was changed to a private record.
 TEST(McapDamage, AChunkThatWasMadeAnotherRecordIsNoticed) {
   Random random(4);
   const Written written = random_file(random);

@@ -1,4 +1,4 @@
-// Files of a recording: they rotate, overwrite nothing, and outlive a disk that takes nothing.
+// Files of a recording: they rotate, overwrite nothing, and survive a disk that accepts no more data.
 #include "common/recording/recording_file.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
   RecordingFile file = open({.max_bytes = 2000, .max_age = Duration(0)});
   std::uint64_t state = 1;
   for (std::uint64_t i = 1; i <= 20; ++i) {
-    std::string noise;  // that does not get smaller when packed
+    std::string noise;  // incompressible
     for (int k = 0; k < 300; ++k) noise += static_cast<char>((state = state * 6364136223846793005U + 1) >> 56U);
     file.add(1, i, octets_of_text(noise));
     file.flush(i);
@@ -69,7 +69,7 @@ TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
   for (std::uint32_t part = 1; part <= file.parts(); ++part) {
     const fs::path path = folder_ / (part == 1 ? "r.mcap" : "r-00" + std::to_string(part) + ".mcap");
     const auto in_part = messages_in(path);
-    if (in_part.empty()) continue;  // the last may have come to nothing
+    if (in_part.empty()) continue;  // the last part may be empty
     EXPECT_EQ(in_part.front(), "part " + std::to_string(part));
     messages += in_part.size() - 1;
     EXPECT_LT(fs::file_size(path), 4000U);
@@ -102,7 +102,7 @@ TEST_F(RecordingFileTest, OverwritesNothing) {
   EXPECT_EQ(messages_in(folder_ / "r-003.mcap"), (std::vector<std::string>{"part 2", "two"}));
 }
 
-/// What a file may have, for a while: as a full disk, but for the errno.
+/// Limits the file size temporarily. A full disk behaves the same except for the errno.
 class SmallDisk {
  public:
   explicit SmallDisk(rlim_t bytes) : before_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -129,7 +129,7 @@ TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
   file.flush(1);
   EXPECT_EQ(file.take_news(), "");
   {
-    const SmallDisk small(file.bytes_written() + 20);  // so that a part of the chunk gets there
+    const SmallDisk small(file.bytes_written() + 20);  // leaves room for a part of the chunk
     for (const std::uint64_t i : {2, 3}) {
       file.add(1, i, octets_of_text("lost"));
       file.flush(i);

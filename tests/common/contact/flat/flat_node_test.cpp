@@ -41,7 +41,7 @@ TEST(FlatNode, ItsFourPointsHaveItsAreaMeanAndCovariance) {
          {std::pair(flat.along_S, flat.deviation_along_m), std::pair(flat.across_S, flat.deviation_across_m)}) {
       of_four += deviation * deviation * axis.cast<double>() * axis.cast<double>().transpose();
     }
-    // What is taken for a polygon is one within a few per cent.
+    // A polygon is an approximation within a few per cent.
     const double extent_m = flat.half_m.norm();
     EXPECT_NEAR((flat.mean_S.cast<double>() - mean).norm(), 0, flat.is_polygon() ? 0.06 * extent_m : 1e-8);
     EXPECT_NEAR((of_four - covariance).norm(), 0, (flat.is_polygon() ? 0.15 : 1e-5) * covariance.trace() + 1e-12);
@@ -86,7 +86,7 @@ TEST(FlatNode, IsAPolygonOnlyIfItIsCoveredEvenly) {
   EXPECT_EQ(root_of(triangle).corner_count, 3U);
 }
 
-// Whatever its outline, a polygon has the area, mean and covariance of its points, and about all of them in it.
+// A polygon has about the area, mean and covariance of its points for any outline, and contains about all of them.
 TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
   for (const int sides : {3, 5, 6, 7, 8}) {
     std::vector<ShellPoint> points;
@@ -159,7 +159,7 @@ TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
 
 TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
   const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
-  // What is on polygons.
+  // Area of the points on polygons.
   double area_m2 = 0;
   for (std::size_t i = 0; i < shell.nodes.size();) {
     const ShellNode& node = shell.nodes[i];

@@ -1,4 +1,4 @@
-// Which meshes have thin rods, and what is said of shapes that are too thin.
+// Detection of thin rods in meshes, and messages about shapes that are too thin.
 #include "common/contact/round/thin_rods.hpp"
 
 #include <gmock/gmock.h>

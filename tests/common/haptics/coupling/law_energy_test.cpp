@@ -1,5 +1,5 @@
-// What the laws called passive and the laws called active do to energy, in the limit of small steps. Sampled and held
-// forces are another matter: coupling_passivity_controller.hpp.
+// Energy balance of the passive and active laws in the limit of small steps. For sampled and held forces see
+// coupling_passivity_controller.hpp.
 #include <gtest/gtest.h>
 
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kUsualSeed = 83;
 constexpr int kSteps = 4000;
 
-/// Work along a path, and how much was moved there and back altogether.
+/// Work along a path: the net work, and the sum of its magnitudes.
 struct Work {
   double net_j = 0;
   double gross_j = 0;
@@ -27,7 +27,7 @@ CouplingParameters undamped(CouplingParameters c) {
   return c;
 }
 
-/// On the tool, while `handle` is led along a loop around it.
+/// Work on the tool while `handle` follows a loop around it.
 Work work_of_force(const CouplingLaw& law, const Loop& handle) {
   Work work;
   for (int k = 0; k < kSteps; ++k) {
@@ -52,8 +52,8 @@ Work work_of_torque(const CouplingLaw& law, const Loop& orientation) {
 
 class PassiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-// A sum of midpoints over a smooth closed path errs by far less than its step squared (1e-7); at the corners of the
-// path through |θ| = π and at the knee it errs by about that.
+// A midpoint sum over a smooth closed path errs by far less than its step squared (1e-7). At the corners of the path
+// through |θ| = π and at the knee it errs by about that.
 constexpr double kQuadratureShare = 1e-5;
 
 TEST_P(PassiveCouplingLaw, ElasticForceDoesNoWorkAlongAClosedPath) {
@@ -79,13 +79,13 @@ TEST_P(PassiveCouplingLaw, ElasticTorqueDoesNoWorkAlongAClosedPath) {
   }
 }
 
-/// A handle or tool that goes round a closed path, moving and turning.
+/// A handle or tool that follows a closed path, with translation and rotation.
 struct MovingFrame {
   Loop place;
   Loop turn;
 
   Pose at(double s) const { return {place(s), quaternion_of(turn(s))}; }
-  /// Halfway between two poses, with the twist that leads from one to the other in one unit of time.
+  /// Pose halfway between two poses, with the twist that leads from one to the other in one unit of time.
   std::pair<Pose, Twist> between(double s, double t) const {
     const Pose a = at(s), b = at(t);
     const Twist V{b.p - a.p, rotation_vector(b.q * a.q.conjugate())};
@@ -120,7 +120,7 @@ TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, PassiveCouplingLaw, testing::ValuesIn(laws_that_are(true)), law_test_name);
 
-/// What the tool's end of the coupling takes while the handle goes from 0 to `reach_m`, and returns on its way back.
+/// Energy that the coupling stores while the handle moves from 0 to `reach_m`, and returns on its way back.
 struct PushAndRetreat {
   double stored_j = 0;
   double returned_j = 0;
@@ -146,7 +146,7 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
     const CouplingParameters c = undamped(random_parameters(random));
-    // As far as each curve runs below the line: a sharp stable dynamic one crosses it farther out.
+    // The range in which each curve is below the line: a sharp stable dynamic curve crosses it farther out.
     const double reach_m =
         random.uniform(0.2, 1) * c.force_limit_n / c.stiffness_n_per_m * std::min(1.0, 1 / c.curve_sharpness);
     const PushAndRetreat energy = push_and_retreat(*GetParam().make(c), reach_m);
@@ -165,7 +165,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   const PushAndRetreat blunt = push_and_retreat(*law, 0.010);
   EXPECT_NEAR(blunt.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_NEAR(blunt.returned_j, 10.0e-3, 1e-6);
-  // With both readings of the printed 2, exponent and factor.
+  // Both readings of the printed 2: exponent and factor.
   CouplingParameters sharp = kExample;
   sharp.curve_sharpness = 2;
   law->set_parameters(sharp);

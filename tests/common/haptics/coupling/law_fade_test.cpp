@@ -1,4 +1,4 @@
-// A law that changes under a stretched coupling: the force goes from the old law's to the new law's without a step.
+// A change of law while the coupling is stretched: the force moves from the old law's to the new law's without a step.
 #include "common/haptics/coupling/law_fade.hpp"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(LawFade, GoesFromTheForceOfOneLawToThatOfTheOtherInEqualSteps) {
 }
 
 TEST(LawFade, IsNeverSteeperThanTheSteeperOfBothLaws) {
-  // Each as stiff as its own steepest slope allows under one bound.
+  // Each law has the stiffness at which its steepest slope meets the same bound.
   const CouplingParameters flat{.stiffness_n_per_m = 1000, .force_limit_n = 20},
       curved{.stiffness_n_per_m = 1000 / steepest_slope_factor("stable-dynamic", {.curve_sharpness = 10}),
              .force_limit_n = 20,

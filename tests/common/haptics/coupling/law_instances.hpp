@@ -1,4 +1,4 @@
-// The catalog's laws as values of parameterised tests.
+// The laws of the catalog as values of parameterised tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@
 
 namespace tandem::haptics {
 
-/// How GoogleTest prints the law of a failed test.
+/// Prints the law of a failed test for GoogleTest.
 inline void PrintTo(const CouplingLawInfo& law, std::ostream* out) {
   *out << law.name;
 }
 
-/// "StableDynamicLiteral"
+/// Name of the test instance, such as "StableDynamicLiteral".
 inline std::string law_test_name(const testing::TestParamInfo<CouplingLawInfo>& info) {
   std::string name;
   bool is_first = true;
@@ -28,7 +28,7 @@ inline std::string law_test_name(const testing::TestParamInfo<CouplingLawInfo>& 
   return name;
 }
 
-/// Those that the catalog calls passive, or those that it calls active and that pull at the tool at all.
+/// The laws that the catalog calls passive, or the active ones that pull at the tool at all.
 inline std::vector<CouplingLawInfo> laws_that_are(bool is_passive) {
   std::vector<CouplingLawInfo> chosen;
   for (const CouplingLawInfo& law : coupling_laws()) {

@@ -1,4 +1,4 @@
-// The table of laws in common/haptics/coupling/README.md is where people choose one: it must say what the catalog says.
+// Users choose a law from the table in common/haptics/coupling/README.md: it must agree with the catalog.
 #include <gtest/gtest.h>
 
 #include "common/haptics/coupling/laws.hpp"

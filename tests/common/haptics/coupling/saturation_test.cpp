@@ -11,7 +11,7 @@
 namespace tandem::haptics {
 namespace {
 
-// The figures of the thesis: of a device with 6.5 N the last fifth bends.
+// The figures of the thesis: for a device with 6.5 N the last fifth bends.
 constexpr double kLimit = 6.5;
 constexpr double kSoftness = 0.2;
 constexpr double kKnee = 5.2;

@@ -33,7 +33,7 @@ const StabilityFinding* finding_of(const std::vector<StabilityFinding>& findings
   return nullptr;
 }
 
-/// `parameters` with the finding's remedy times `factor` put in.
+/// `parameters` with the finding's remedy, times `factor`.
 CouplingParameters remedied(CouplingParameters parameters, const StabilityFinding& finding, double factor) {
   const double value = finding.remedy * factor;
   if (finding.parameter == "coupling.stiffness_n_per_m") parameters.stiffness_n_per_m = value;
@@ -56,7 +56,7 @@ TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
     device.period_s = model.period_s;
     device.velocity_window = model.velocity_window;
     device.delay_periods = model.delay_periods;
-    // The least damping that passes, by what the warning asks for.
+    // The least damping that passes, from the remedy of the warning.
     device.damping_n_s_per_m = 1e-6;
     for (const StabilityFinding& finding : check_coupling(parameters, model.tool_mass, 0, device)) {
       if (finding.parameter == "device.damping_n_s_per_m") device.damping_n_s_per_m = finding.remedy;
@@ -104,7 +104,7 @@ TEST(CheckCoupling, NamesTheLargestStiffnessThatIsStable) {
 TEST(CheckCoupling, NamesTheDampingWhereNoStiffnessWouldDo) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 200;
-  parameters.damping_n_s_per_m = 400;  // against 0.1 kg and 1 ms: far past m/T
+  parameters.damping_n_s_per_m = 400;  // with 0.1 kg and 1 ms: far beyond m/T
   LoopDevice device = damped_device();
   device.has_torque = false;
   const auto findings = check_coupling(parameters, 0.5, 0, device);
@@ -123,7 +123,7 @@ TEST(CheckCoupling, AsksForDampingWhereThereIsTooLittle) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0;
-  LoopDevice device;  // frictionless: nobody's hand damps the spring
+  LoopDevice device;  // frictionless, and without a hand to damp the spring
   const auto findings = check_coupling(parameters, 0.1, 0, device);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].parameter, "coupling.damping_n_s_per_m");
@@ -225,11 +225,11 @@ TEST(CheckCoupling, GivesItsRemedyInNewtonsPerMetreOfTheWorld) {
   LoopDevice device = damped_device();
   device.has_torque = false;
   const double plain = check_coupling(parameters, 0.1, 0, device).at(0).remedy;
-  // Handle and hand feel a quarter of everything: the same loop at four times the numbers.
+  // Handle and hand feel a quarter of every force: the same loop with four times the numbers.
   device.coupling_scale = 0.25;
   parameters.damping_n_s_per_m *= 4;
   const double scaled = check_coupling(parameters, 0.4, 0, device).at(0).remedy;
-  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // held fast is a quarter as stiff there
+  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // the stiffness of the fixed hand is a quarter there
 }
 
 TEST(CheckedLoops, ScaleCouplingToolAndContactAlike) {

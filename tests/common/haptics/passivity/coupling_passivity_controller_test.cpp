@@ -23,7 +23,7 @@ Wrench force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
-/// A spring and damper to the origin, felt while x > 0 when it is a wall, its velocity by backward difference.
+/// A spring and damper to the origin, only for x > 0 if it is a wall; its velocity is a backward difference.
 struct SampledSpring {
   double stiffness;
   double damping;
@@ -38,7 +38,7 @@ struct SampledSpring {
   }
 };
 
-/// Moves as far as it may along the force that it feels: what is taken out by such a driver is created by sampling.
+/// Moves as far as possible along its force: the energy that this driver extracts is created by sampling.
 class GreedyDriver {
  public:
   GreedyDriver(double speed_limit, Random random)
@@ -48,7 +48,7 @@ class GreedyDriver {
     size_ = std::min(size_ + PortLookAhead::kMaxAcceleration_m_per_s2 * kCouplingPassivityControllerPeriod *
                                  kCouplingPassivityControllerPeriod,
                      most_);
-    // Without a force to follow, it stretches the spring again.
+    // Without a force it stretches the spring in a random direction.
     const double direction = force != 0 ? std::copysign(1.0, force) : (random_.uniform() < 0.5 ? -1.0 : 1.0);
     return direction * size_;
   }
@@ -60,7 +60,7 @@ class GreedyDriver {
 };
 
 struct Taken {
-  double most_j = 0;  ///< by the hand, at the worst instant
+  double most_j = 0;  ///< largest energy that the hand extracted
   double withheld_j = 0;
 };
 
@@ -98,12 +98,12 @@ TEST(CouplingPassivityController, AGreedyDriverGetsNoMoreThanTheInitialCredit) {
       }
     }
   }
-  // Without it the same drivers live on the coupling.
+  // Without a controller the same drivers extract energy from the coupling.
   EXPECT_GT(most_uncontrolled, 3e-4);
 }
 
 TEST(CouplingPassivityController, EvenADamperTwiceWhatTheSpringNeedsFeedsADriverWithoutAController) {
-  // 1000 N/m at 0.5 m/s: half of k dx² a period, 125 µJ, against a damper that never saw a smooth motion.
+  // 1000 N/m at 0.5 m/s: half of k dx² per period, 125 µJ, against a damper for which the motion is never smooth.
   EXPECT_GT(drive(1000, 2, 0.5, false, 1).most_j, 3e-4);
   EXPECT_LE(drive(1000, 2, 0.5, true, 1).most_j, kMaxTaken_j);
 }
@@ -137,13 +137,13 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
     SampledSpring wall{stiffness, stiffness * kCouplingPassivityControllerPeriod, true};
     CouplingPassivityController controller;
     for (int k = 0; k < 4000; ++k) {
-      // From 10 mm off to 4 mm in and back, at 1 Hz.
+      // From 10 mm outside to 4 mm inside and back, at 1 Hz.
       const double x =
           -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kCouplingPassivityControllerPeriod - std::numbers::pi / 2);
       const double f = wall.force(x);
       const double shown = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
-      // While scaled, sF = (E + credit) / δ with δ = |v| T + a T² = 0.14 mm, so that E + credit grows as
-      // credit e^(d/δ); it has caught up with k d δ at 0.45 mm for 3000 N/m, sooner for less.
+      // While scaled, sF = (E + credit) / δ with δ = |v| T + a T² = 0.14 mm, so that E + credit grows as credit
+      // e^(d/δ). It reaches k d δ at 0.45 mm for 3000 N/m, and earlier for lower stiffness.
       if (x > 6e-4 || k > 1000) {
         ASSERT_EQ(shown, f) << "k = " << stiffness << ", tick " << k;
       }
@@ -159,7 +159,7 @@ TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
     controller.apply(tool_at_x(x += 1e-4), force_x(-2), 0, kCouplingPassivityControllerPeriod);
   const double stored = controller.balance_j();
   EXPECT_GT(stored, 0);
-  // Back the way it came, with what is there.
+  // Back along the same path, with the stored energy only.
   double taken = 0;
   double shown = -2;
   for (int k = 0; k < 40; ++k) {
@@ -176,16 +176,17 @@ TEST(CouplingPassivityController, TheHandMayTakeWhatTheToolGivesBeyondWhatItGot)
   CouplingPassivityController controller;
   controller.apply(tool_at_x(0), {}, 0, kCouplingPassivityControllerPeriod);
   controller.apply(tool_at_x(0), {}, 0.5, kCouplingPassivityControllerPeriod);   // lifted
-  controller.apply(tool_at_x(0), {}, -0.5, kCouplingPassivityControllerPeriod);  // and back down: nothing new
+  controller.apply(tool_at_x(0), {}, -0.5, kCouplingPassivityControllerPeriod);  // and back down: no energy remains
   EXPECT_EQ(controller.balance_j(), 0);
-  controller.apply(tool_at_x(0), {}, -0.25,
-                   kCouplingPassivityControllerPeriod);  // fell further: weight, or another user, gave it
+  controller.apply(
+      tool_at_x(0), {}, -0.25,
+      kCouplingPassivityControllerPeriod);  // lower than before: weight or another user supplied the energy
   EXPECT_NEAR(controller.balance_j(), 0.25, 1e-12);
   EXPECT_EQ(controller.apply(tool_at_x(0), force_x(5), 0, kCouplingPassivityControllerPeriod).f.x(), 5);
 }
 
 TEST(CouplingPassivityController, DoesNotStarveAHandThatDragsATool) {
-  // Steadily dragged against friction, from the first tick: the tool takes all that the hand puts in.
+  // Dragged steadily against friction from the first tick: the tool dissipates all energy that the hand supplies.
   CouplingPassivityController controller;
   double x = 0;
   const double drag = 1.0, speed = 0.3;
@@ -247,7 +248,7 @@ TEST(CouplingPassivityController, ForgetsAllOnReset) {
   EXPECT_EQ(controller.balance_j(), 0);
   EXPECT_EQ(controller.withheld_j(), 0);
   controller.apply(tool_at_x(10), {}, 0,
-                   kCouplingPassivityControllerPeriod);  // the jump from before the reset is no work
+                   kCouplingPassivityControllerPeriod);  // the jump from before the reset is not work
   EXPECT_EQ(controller.balance_j(), 0);
 }
 

@@ -1,4 +1,4 @@
-// Running sums of a peer: what is lost does no harm, what is false a bounded one.
+// Running sums from a peer: losses have no effect, and false values a bounded one.
 #include "common/haptics/passivity/energy_report.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ TEST(EnergyReport, ReportsThatArriveInABunchCountWhole) {
   EnergyReport report;
   report.take(0, 0, 0);
   double sum_j = 0;
-  // 2 W for a second, delivered ten at a time, 0.1 ms apart.
+  // 2 W for a second, delivered in groups of ten, 0.1 ms apart.
   for (int k = 1; k <= 200; ++k) sum_j += report.take(0.005 * 2 * k, 0, k % 10 == 0 ? 0.05 : 1e-4);
   EXPECT_NEAR(sum_j, 2, 1e-9);
 }

@@ -1,4 +1,4 @@
-// A tool whose hand supplies the energy that it puts into the world, and one whose hand does not.
+// A tool whose hand supplies the energy that it transfers to the world, and one whose hand does not.
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -14,16 +14,15 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Beyond what the hand supplied, in the five seconds of a push: what the brake is firm at, what is forgiven, and what
-/// 6 N at 0.1 m/s put in until it is braked away.
+/// Bound of the energy created in a push of five seconds: the balance at which the brake is firm, the leak, and the
+/// work of 6 N at 0.1 m/s until it is braked away.
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 
-/// A coupling of at most 6 N that drags a body of 0.5 kg against a damper along x, towards a target that moves at 0.1
-/// m/s; in implicit steps, as the world's.
+/// A coupling of at most 6 N drags a body of 0.5 kg against a damper along x. Its target moves at 0.1 m/s; the steps
+/// are implicit as in the world.
 struct PushedBody {
-  /// `supplied_share`: of the work on the world, what the hand's report says that it put in, late by `report_delay`
-  /// steps.
+  /// `supplied_share`: share of the work on the world that the hand reports as supplied, `report_delay` steps late.
   void run(int steps, double supplied_share, int report_delay) {
     std::vector<double> supplied;
     for (int k = 0; k < steps; ++k) {
@@ -94,7 +93,7 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "what the coupling stores is credited";
 }
 
-// In the air a brake pays nothing back: a tool whose account is empty would hang there for seconds.
+// Without contact a brake recovers no energy: a tool with an empty account would be stuck for seconds.
 TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
@@ -108,7 +107,7 @@ TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
 }
 
 TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
-  // 2 N lift at 0.1 m/s, and the hand says that it paid for 1.7 N: a model that is 15 % too light.
+  // 2 N lift at 0.1 m/s, and the hand reports having supplied 1.7 N: a model that is 15 % too light.
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
   double into_j = 0, brake = 0;

@@ -41,7 +41,7 @@ TEST(ArModel, EveryFitRecoversTheSeriesThatAModelMade) {
     // Standard deviation of an estimate: √((1 − φ_2²)/N) = 0.0095; four of them.
     EXPECT_NEAR(model.phi[0], 1.5, 0.038) << name_of(fit);
     EXPECT_NEAR(model.phi[1], -0.8, 0.038) << name_of(fit);
-    // Of a variance: V √(2/N).
+    // Standard deviation of a variance estimate: V √(2/N).
     EXPECT_NEAR(model.error_variance, 0.01, 4 * 0.01 * std::sqrt(2.0 / 4000)) << name_of(fit);
   }
 }
@@ -55,7 +55,7 @@ TEST(ArModel, LeastSquaresAndBurgPredictANoiselessSinusoidToTheEnd) {
     std::array<double, 2> newest{x[299], x[298]};
     for (int t = 300; t < 310; ++t) {
       const double next = model.next(newest);
-      // The roots are held within 0.999, and Burg's estimate on a sinusoid leans on its phase by some 1/N.
+      // The roots are limited to 0.999, and Burg's estimate for a sinusoid depends on its phase by some 1/N.
       EXPECT_NEAR(next, sine(t), 0.02 * (t - 298)) << name_of(fit);
       newest = {next, newest[0]};
     }
@@ -114,7 +114,7 @@ TEST(ArModel, WhatIsStableIsLeftAlone) {
 }
 
 TEST(ArModel, EveryFitOfAGrowingSeriesIsStable) {
-  // Its own model has a root at 1.1: least squares finds that, and must not keep it.
+  // The series has a root at 1.1: least squares finds it and must not keep it.
   std::vector<double> x;
   for (int t = 0; t < 60; ++t) x.push_back(std::pow(1.1, t));
   for (const ArFit fit : kFits) {
@@ -150,8 +150,8 @@ TEST(FinalPredictionError, FindsTheOrderThatMadeTheSeries) {
   for (const ArFit fit : kFits) {
     const auto orders = fpe_of_orders(second_order_series(1.2, -0.7, 1, 3000, 5), 10, fit, true);
     ASSERT_EQ(orders.size(), 11U);
-    // FPE does not settle on the true order (it overfits with a probability that N does not lower), but never below it,
-    // and what it adds is worth little.
+    // The order selected by FPE does not converge to the true order: it overfits with a probability that N does not
+    // lower. It is never below the true order, and further orders reduce the FPE little.
     const std::size_t best = best_order(orders);
     EXPECT_GE(best, 2U);
     EXPECT_LT(orders[2].fpe, 1.01 * orders[best].fpe);

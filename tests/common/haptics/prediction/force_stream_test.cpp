@@ -25,7 +25,7 @@ constexpr Duration kForceStreamPeriod = milliseconds(5);
 LocalTime at_ms(double ms) {
   return LocalTime(Duration(static_cast<Duration::rep>(ms * 1e6)));
 }
-/// The same in every axis, of its own sign.
+/// A wrench with the same value in every axis, with different signs and factors.
 Wrench all_axes(double value) {
   return {Vec3(value, -value, 2 * value), Vec3(0.1 * value, value, -0.3 * value)};
 }
@@ -37,7 +37,7 @@ ForceStreamSettings of(std::string_view name) {
   return force_stream_settings(name);
 }
 
-/// Pushes `force` every period over [0, end_s] and fits at once.
+/// Pushes `force` every period over [0, end_s] and fits immediately.
 void feed(ForceStream& stream, double end_s, const std::function<double(double)>& force) {
   for (LocalTime now{}; seconds(now) <= end_s; now += kForceStreamPeriod) {
     stream.push(now, all_axes(force(seconds(now))));
@@ -45,7 +45,7 @@ void feed(ForceStream& stream, double end_s, const std::function<double(double)>
   }
 }
 
-/// Mean of |shown − true| in x over all ticks after the first second, samples every 5 ms.
+/// Mean of |output − true force| in x over all ticks after the first second; samples every 5 ms.
 double mean_error(ForceStream& stream, double end_s, const std::function<double(double)>& force) {
   double sum = 0;
   int count = 0;
@@ -73,7 +73,7 @@ TEST(ForceStream, HoldIsTheNewestSampleHoweverOld) {
 TEST(ForceStream, LinearIsTheLineThroughTheLastTwoByTheMeasuredAge) {
   ForceStream stream(of("linear"));
   for (int k = 0; k <= 20; ++k) stream.push(at_ms(5 * k), all_axes(0.1 * k));
-  // 0.02 N/ms; the range of 2 N seen lets it go on to 4 N.
+  // A slope of 0.02 N/ms; the observed range of 2 N allows up to 4 N.
   EXPECT_NEAR(stream.at(at_ms(103)).f.x(), 2.06, 1e-12);
   EXPECT_NEAR(stream.at(at_ms(130)).f.y(), -2.6, 1e-12);
   EXPECT_NEAR(stream.at(at_ms(130)).t.z(), -0.78, 1e-12);
@@ -85,7 +85,8 @@ TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
   const double by_line = mean_error(linear, 3, sine);
   for (const char* name : {"ar", "ar-spline"}) {
     ForceStream stream(of(name));
-    // A straight piece within a period errs by up to f'' T²/8 = 0.4 % of what a line foresees wrong by f'' T² u(1+u)/2.
+    // Linear interpolation within a period errs by up to f'' T²/8, 0.4 % of the line's prediction error f'' T²
+    // u(1+u)/2.
     const double bound = std::string_view(name) == "ar" ? 0.4 : 0.15;
     EXPECT_LT(mean_error(stream, 3, sine), bound * by_line) << name;
   }
@@ -108,7 +109,7 @@ TEST(ForceStream, OnASmoothRampIsTheLine) {
 TEST(ForceStream, OnNoiseIsNoWorseThanHold) {
   for (const char* name : {"ar", "ar-spline"}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
-      // White at 1 kHz: nothing can be foreseen but that it comes back to its middle.
+      // White noise at 1 kHz: only the return to the mean is predictable.
       std::vector<double> noise;
       Random random(seed);
       for (int i = 0; i <= 20'000; ++i) noise.push_back(1 + 0.3 * random.normal());
@@ -156,7 +157,7 @@ TEST(ForceStream, TheSplineGoesThroughItsSamples) {
   }
 }
 
-/// Largest change of the second difference quotient from one step to the next, over all of a stream's output.
+/// Largest change of the second difference quotient between consecutive steps, over the whole output of a stream.
 double largest_bend_change(ForceStream& stream, Duration step) {
   std::vector<double> shown;
   Random random(8);
@@ -180,8 +181,8 @@ TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
   ForceStreamSettings blended = of("ar-spline");
   blended.blend = milliseconds(4);
   ForceStream coarse(blended), fine(blended);
-  // Of a C² curve the second derivative changes by ever less from step to step; a jump in any of the three would keep
-  // its size, or grow.
+  // The second derivative of a C² curve changes less with smaller steps. A jump in any of the three derivatives would
+  // keep its size or grow.
   const double at_coarse = largest_bend_change(coarse, microseconds(50));
   const double at_fine = largest_bend_change(fine, microseconds(5));
   EXPECT_LT(at_fine, 0.2 * at_coarse);
@@ -224,7 +225,7 @@ TEST(ForceStream, AContactChangeForgetsTheModelButNotTheLine) {
   stream.push(at_ms(1505), all_axes(-4), true);
   EXPECT_EQ(stream.figures().resets, 1U);
   EXPECT_EQ(stream.figures().model_weight[0], 0);
-  // What io fits meanwhile is of before: it must not come back.
+  // The io thread's pending fit is from before the reset and must not be used.
   stream.fit();
   stream.push(at_ms(1510), all_axes(-4.1), false);
   EXPECT_EQ(stream.figures().model_weight[0], 0);
@@ -250,7 +251,7 @@ TEST(ForceStream, AFlaggedChangeThatWasForeseenChangesNothing) {
 TEST(ForceStream, TheOutputStaysNearWhatWasSeen) {
   for (const std::string_view name : force_stream_names()) {
     ForceStream stream(of(name));
-    // Steeper and steeper, then nothing: whoever extrapolates is led astray as far as can be.
+    // Increasingly steep, then silent: the worst case for an extrapolation.
     feed(stream, 1, [](double t) { return std::expm1(3 * t); });
     const double top = std::expm1(3.0);
     for (double ms = 1000; ms < 3000; ms += 1) {
@@ -293,7 +294,7 @@ TEST(ForceStream, ForgetsEverythingAtAReset) {
     feed(stream, 1, [](double t) { return std::sin(40 * t); });
     stream.reset();
     EXPECT_EQ(stream.at(at_ms(1010)).f, Vec3::Zero()) << name;
-    // Time may start again: a new connection.
+    // Time may restart: a new connection.
     for (int k = 0; k < 100; ++k) {
       for (ForceStream* one : {&stream, &fresh}) {
         one->push(at_ms(5 * k), all_axes(std::cos(0.3 * k)));
@@ -367,7 +368,7 @@ TEST(ForceStream, SettingsOutOfRangeAreNamed) {
   EXPECT_THAT(complaint([](ForceStreamSettings& s) { s.blend = -milliseconds(1); }), HasSubstr("blend"));
 }
 
-/// From a nanosecond to a year, even in its logarithm; a tenth of them go back.
+/// A gap from a nanosecond to a year, uniform in its logarithm; a tenth of the gaps go backwards.
 Duration random_gap(Random& random) {
   const auto size = static_cast<Duration::rep>(std::exp(random.uniform(0, std::log(3.2e16))));
   return Duration(random.uniform() < 0.1 ? -size : size);
@@ -379,14 +380,14 @@ TEST(ForceStream, NoGapCostsMoreThanAWindowOrLeavesTheRange) {
     ForceStream stream(of(name));
     LocalTime sampled{};
     for (int k = 0; k < 5000; ++k) {
-      // Half of the time an even stream, so that there are models and running errors to spoil.
+      // A regular stream half of the time, so that there are models and running errors that a gap could corrupt.
       sampled += random.uniform() < 0.5 ? kForceStreamPeriod : random_gap(random);
       const std::uint64_t before = stream.figures().resampled;
       stream.push(sampled, all_axes(random.uniform(-5, 5)), random.uniform() < 0.1);
       ASSERT_LE(stream.figures().resampled - before, stream.settings().window) << name << ", sample " << k;
       stream.fit();
       const Wrench shown = stream.at(sampled + random_gap(random));
-      // −10 … 10 N are the range of the largest axis; the output may leave it by as much as it is wide.
+      // The largest axis has the range −10 … 10 N; the output may leave it by its width.
       ASSERT_TRUE(is_finite(shown)) << name << ", sample " << k;
       ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), 30 + 1e-9) << name << ", sample " << k;
     }

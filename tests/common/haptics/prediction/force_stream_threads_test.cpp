@@ -1,4 +1,4 @@
-// One thread pushes and reads, another fits: what the mailboxes are for.
+// One thread pushes and reads while another fits, connected by the mailboxes.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -19,7 +19,7 @@ TEST(ForceStreamThreads, CoefficientsComeFromAnotherThread) {
     }
   });
   LocalTime now{};
-  // Until some fits came back, however slow the other thread is.
+  // Runs until some fits are returned, however slow the other thread is.
   for (int k = 0; k < 2'000'000 && stream.figures().fits < 20; ++k) {
     now += std::chrono::milliseconds(5);
     Wrench wrench;

@@ -1,5 +1,5 @@
-// A trajectory that is known only until a while ago: movements are continued, tremor is not, and it is never much worse
-// than to hold.
+// Forecast of a trajectory that is known with a delay: movements are continued, tremor is not, and the forecast is
+// never much worse than the zero-order hold.
 #include "common/haptics/prediction/trajectory_forecast.hpp"
 
 #include <gtest/gtest.h>
@@ -17,12 +17,13 @@ namespace {
 
 constexpr double kTrajectoryForecastPeriod_s = 1e-3;
 
-/// How far along its way a movement of least jerk is after a part of its time (Flash and Hogan, 1985).
+/// Position of a minimum-jerk movement after a fraction of its time, as a fraction of its length (Flash and Hogan,
+/// 1985).
 double least_jerk(double part) {
   return part * part * part * (10 - 15 * part + 6 * part * part);
 }
 
-/// Movements of least jerk and pauses, at random, with tremor.
+/// Random minimum-jerk movements and pauses, with tremor.
 std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
   Random random(seed);
   std::vector<Vec3> path{Vec3::Zero()};
@@ -69,7 +70,7 @@ TEST(TrajectoryForecast, ErrsHalfAsMuchAsToHoldOverATenthOfASecondAndLessOverThr
   }
 }
 
-/// Movements of least jerk along x that take 0.4 to 2 s, with pauses of up to 0.5 s.
+/// Minimum-jerk movements along x that take 0.4 to 2 s, with pauses of up to 0.5 s.
 std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   Random random(seed);
   std::vector<double> path{0};
@@ -83,7 +84,7 @@ std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   return path;
 }
 
-/// Of what x does in a horizon, by what it has done: least squares over the whole path.
+/// Coefficients that predict the change of x over a horizon from its past: least squares over the whole path.
 Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizon_s) {
   const double h = kTrajectoryForecastPeriod_s;
   const double fast_part = low_pass_part(TrajectoryForecast::kFast_hz, h);
@@ -113,7 +114,7 @@ TEST(TrajectoryForecast, BeginsWithWhatIsBestForMovementsOfLeastJerk) {
 }
 
 TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
-  // A random walk: its past says nothing of its future.
+  // A random walk: its past does not predict its future.
   Random random(7);
   std::vector<Vec3> path{Vec3::Zero()};
   for (int k = 0; k < 60000; ++k) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kGodObjectRadius_m = 1e-3;
 constexpr double kGodObjectTick_s = 1e-3;
-/// What remains when an update ends: a step of a micrometre.
+/// Remaining distance when an update ends: a step of a micrometre.
 constexpr double kSettled_m = 2e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -31,7 +31,7 @@ TEST(GodObject, IsWhereTheHandIsInFreeSpace) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const Vec3 goal(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(0.0011, 0.05));
-    // Ten centimetres in one update, close to the sheet: that takes several.
+    // A move of ten centimetres close to the sheet takes several updates.
     for (int more = 0; more < 40 && proxy.update(goal).faults != 0; ++more)
       EXPECT_EQ(proxy.state().faults, kProxyHeldBack);
     EXPECT_LT((proxy.state().p_W - goal).norm(), 1e-12);
@@ -46,7 +46,7 @@ TEST(GodObject, KeepsUpWithAHandAtOneMetrePerSecondOnAMesh) {
   drag(proxy, {-0.09, 0, -0.004}, 50);
   for (int i = 0; i < 180; ++i) {
     const std::uint8_t faults = proxy.update({-0.09 + 1e-3 * i, 0, -0.004}).faults;
-    // The first reach is that of a hand at rest; from the third update on it is that of this one.
+    // The initial search range is for a hand at rest; from the third update on it matches this speed.
     if (i >= 3) {
       EXPECT_EQ(faults, 0) << i;
     }
@@ -77,7 +77,8 @@ TEST(GodObject, DamperActsAlongThePullAlone) {
   EXPECT_LT((proxy_force_on_hand_W(proxy.state(), *law, {0, 0, -0.1}) - still - Vec3(0, 0, 0.2)).norm(), 1e-12);
 }
 
-/// A hand that moves at `v_z` along z over a plane from height `from_m` of the centre above its rest; the forces on it.
+/// Forces on a hand that moves at `v_z` along z over a plane, from the height `from_m` above the centre's rest
+/// position.
 std::vector<Vec3> forces_on_way(const CouplingLaw& law, double from_m, double v_z, int ticks) {
   GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(contact::half_space_field())});
   std::vector<Vec3> forces;
@@ -105,7 +106,7 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
   for (const CouplingLawInfo& info : coupling_laws()) {
     const auto law = info.make(given);
     for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
-      // No curve is steeper than k, and the damper gains b v on the way to its full depth.
+      // No curve is steeper than k, and the damper rises to b v over its full depth.
       const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
       const double bound = slope * speed * kGodObjectTick_s + 1e-12;
       for (const double phase : {0.0, 0.3, 0.7}) {
@@ -129,7 +130,7 @@ TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
     const Quat turn = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::Unit(axis));
     walls.push_back(touchable(contact::half_space_field(), {0.02 * Vec3::Unit(axis), turn}));
   }
-  // The same corner from the inside of a mesh.
+  // The same corner as the inside of a mesh.
   for (const std::vector<ProxyObstacle>& corner :
        {walls, {touchable(contact::subdivided(contact::box_mesh({0.04, 0.04, 0.04}), 3))}}) {
     GodObject proxy = proxy_at(Vec3::Zero(), corner);
@@ -144,7 +145,7 @@ TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
 }
 
 TEST(GodObject, FollowsTheGroovesOfAConcaveEdgeWithoutVibration) {
-  // A groove along y of 120°, felt from above.
+  // A groove along y with an angle of 120°, touched from above.
   GodObject proxy = proxy_at(
       {0, 0, 0.02}, {touchable(height_mesh(0.1, 20, [](double x, double) { return std::abs(x) / std::sqrt(3.0); }))});
   drag(proxy, {0, -0.03, -0.005}, 30);
@@ -181,8 +182,8 @@ TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
   const double radius = 0.03;
   const int cuts = 5;
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(radius, cuts))});
-  // A facet with sides of length s lies s²/6R inside; the proxy's foot may be off by what its tilt, s/(√3 R), makes of
-  // the depth.
+  // A facet with sides of length s lies s²/6R inside the sphere. Its tilt s/(√3 R) times the depth moves the proxy's
+  // foot.
   const double side = radius * std::numbers::pi / 2 / (1 << cuts) * 1.5;
   const double tilt = side / (std::sqrt(3.0) * radius);
   Random random(3);
@@ -216,12 +217,12 @@ TEST(GodObject, GoesRoundTheRimOfASheetOnlyWhenTheHandLeadsItThere) {
 }
 
 TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
-  // Ground, and a block 0.4 mm high on it from x = 0 on.
+  // A floor, and a block 0.4 mm high on it from x = 0 on.
   GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(contact::half_space_field()),
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
   EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kGodObjectRadius_m)).norm(), 1e-9);
-  // Pulled along the ground it meets the rim where the ball does, nearer than its radius.
+  // Pulled along the floor, the ball meets the rim at less than its radius.
   drag(proxy, {-0.00075, 0, 0.0005}, 50);
   const double gap = std::sqrt(kGodObjectRadius_m * kGodObjectRadius_m - 0.0006 * 0.0006);
   EXPECT_NEAR(proxy.state().p_W.x(), -gap, kSettled_m);

@@ -47,13 +47,13 @@ TEST(PlaneProjection, SaysSoWhenNothingIsAboveAllPlanes) {
   EXPECT_EQ(projection.point(), Vec3(0, 0, 1));
 }
 
-// The conditions of Karush, Kuhn and Tucker, which only the optimum of a convex problem meets.
+// The Karush-Kuhn-Tucker conditions, which hold only at the optimum of a convex problem.
 TEST(PlaneProjection, MeetsTheConditionsOfTheOptimumForRandomPlanes) {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
   for (int round = 0; round < 2000; ++round) {
     std::vector<AllowedSide> sides;
-    // All above the origin's surroundings, as the proxy's planes all leave its own place free.
+    // All planes leave the origin free, as the planes of the proxy leave its own position free.
     for (int i = 0; i < 12; ++i) sides.push_back({random_vector(random).normalized(), -random.uniform()});
     PlaneProjection projection;
     const Vec3 goal = 3 * random_vector(random);

@@ -1,4 +1,4 @@
-// What the tests of the proxy touch, and how they ask for it.
+// Surfaces and motions for the tests of the proxy.
 #pragma once
 
 #include <cmath>
@@ -62,7 +62,7 @@ inline geometry::TriangleMesh height_mesh(double width_m, int pieces, const std:
   return mesh;
 }
 
-/// Moves the goal there in a straight line, `steps` updates.
+/// Moves the goal to `to_W` in a straight line, in `steps` updates.
 inline void drag(GodObject& proxy, const Vec3& to_W, int steps) {
   const Vec3 from_W = proxy.state().goal_W;
   for (int i = 1; i <= steps; ++i) proxy.update(from_W + (to_W - from_W) * i / steps);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kProxyShadingRadius_m = 0.03;
 
-/// The largest turn of the force between updates 0.05 mm apart, along a great circle 2 mm under a coarse sphere.
+/// Largest rotation of the force between updates 0.05 mm apart, along a great circle 2 mm inside a coarse sphere.
 double largest_turn_rad(bool is_shaded) {
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kProxyShadingRadius_m, 3))}, is_shaded);
   const Vec3 aside(0.31, 0.95, 0);
@@ -30,8 +30,8 @@ double largest_turn_rad(bool is_shaded) {
 TEST(ProxyShading, ForceTurnsSmoothlyOverTheFacetsOfACoarseSphere) {
   const double facets = largest_turn_rad(false);
   const double shaded = largest_turn_rad(true);
-  // Facets of 512 triangles meet at up to 0.2 rad, and the force jumps by most of that. Shaded, it turns with the
-  // hand: 0.0018 rad a step, up to three times faster where the interpolated normals turn fast.
+  // The facets of 512 triangles meet at up to 0.2 rad, and the force jumps by most of that. With shading it rotates
+  // with the hand: 0.0018 rad a step, up to three times faster where the interpolated normals rotate fast.
   EXPECT_GT(facets, 0.08);
   EXPECT_LT(shaded, 3 * 5e-5 / (kProxyShadingRadius_m - 0.002));
 }
@@ -59,7 +59,7 @@ TEST(ProxyShading, KeepsTheEdgesOfACube) {
 TEST(ProxyShading, StaysAtRestForAHandAtRestInABowlDeeperThanItsRadius) {
   const geometry::TriangleMesh bowl = height_mesh(0.04, 40, [](double x, double y) { return 100 * (x * x + y * y); });
   GodObject proxy = proxy_at({0, 0, 0.02}, {touchable(bowl)}, true);
-  // Radius of curvature 5 mm at the bottom, goal up to 12 mm below.
+  // Radius of curvature 5 mm at the bottom; the goal is up to 12 mm below.
   drag(proxy, {0.0015, 0.0007, -0.012}, 200);
   for (int i = 0; i < 300; ++i) proxy.update({0.0015, 0.0007, -0.012});
   const Vec3 rest = proxy.state().p_W;

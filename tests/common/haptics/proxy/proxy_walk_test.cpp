@@ -1,4 +1,4 @@
-// Long random walks of the hand with jumps: whatever it does, the ball stays outside and on its side.
+// Long random walks of the hand with jumps: the ball always stays outside, on its side.
 #include <gmock/gmock.h>
 
 #include "common/base/random.hpp"
@@ -21,8 +21,8 @@ struct Walk {
   double friction = 0;
 };
 
-/// Clearance is checked by the exact distance in every step; the side by the sign of that distance, which for a sheet
-/// holds away from its rim.
+/// Checks the clearance with the exact distance in every step. The sign of that distance checks the side; for a sheet
+/// it is valid away from its rim.
 void expect_outside(const Walk& walk) {
   const geometry::TriangleTree tree(walk.mesh);
   GodObject proxy = proxy_at(walk.start, {with_friction(touchable(walk.mesh), walk.friction, walk.friction)}, true);

@@ -1,4 +1,4 @@
-// What effects do to energy: passive ones give out nothing for any tool, and the figures of those that do.
+// Energy balance of effects: passive ones give out no energy for any tool; the others are measured.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::array<double, 5> kMasses_kg = {0.005, 0.02, 0.05, 0.3, 2};
 
-/// Those of which the README says so.
+/// The effects for which the README's table has `value` in `column`.
 std::vector<EffectModel> models_where(const std::string& column, const std::string& value) {
   const std::vector<test::TableRow> rows = rows_of_readme();
   std::vector<EffectModel> models;
@@ -27,7 +27,7 @@ std::vector<EffectModel> models_where(const std::string& column, const std::stri
   return models;
 }
 
-/// A way out and back to where it began, at rest at both ends; what a hand can do at most: tremor of 15 Hz and all.
+/// A closed path, at rest at both ends, with the fastest motion of a hand: it includes a tremor of 15 Hz.
 class ClosedPath {
  public:
   explicit ClosedPath(std::uint64_t seed) {
@@ -56,11 +56,11 @@ class ClosedPath {
   std::vector<Wave> waves_;
 };
 
-/// Σ F_k · (x_{k+1} − x_k), and the highest that it got on the way above what it was before.
+/// Σ F_k · (x_{k+1} − x_k), and its largest value on the way.
 struct Work {
   double net_j = 0;
   double highest_j = 0;
-  Vec3 end = Vec3::Zero();  ///< what pulls keeps the tool a little off the path's end
+  Vec3 end = Vec3::Zero();  ///< an attractive effect holds the tool slightly off the path's end
 };
 
 Work work_along(const Effect& effect, SteppedTool tool, const ClosedPath& path) {
@@ -102,7 +102,7 @@ TEST(EffectEnergy, AMagnetGivesNoMoreThanItsPotentialOnEveryPath) {
       const ClosedPath path(seed);
       const Work work = work_along(effect, tool, path);
       const double from_potential_j = magnet_potential_j(magnet, path.start) - magnet_potential_j(magnet, work.end);
-      // Of the 35 mJ that it is deep.
+      // Tolerance relative to the magnet's depth of 35 mJ.
       EXPECT_LT(work.net_j - from_potential_j, 2e-5) << "mass " << mass_kg << " seed " << seed;
     }
   }
@@ -135,7 +135,7 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
         Random random(seed);
         SteppedTool tool;
         tool.mass_kg = mass_kg;
-        // A magnet's tool starts where it is pulled least, so that kinetic energy is all it can have.
+        // The magnet's tool starts at the potential minimum, so that kinetic energy is all that it has.
         tool.p = is_magnet ? Vec3(0.005, 0, 0) : random_vec3(random, 0.02);
         tool.v = random_vec3(random, 0.3);
         const double start_j = tool.kinetic_j();
@@ -148,7 +148,7 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
   }
 }
 
-/// What a tool could get back: a spring that was stretched beyond breaking is no longer worth more.
+/// Energy that a tool could recover: a spring stretched beyond breaking stores no more than at breakaway.
 double with_spring_j(const SteppedTool& tool, const StickSlip& model) {
   const double k = tool.memory.stiffness_n_per_m;
   const double pull_n = std::min(k * (tool.p - tool.memory.anchor_E).norm(), model.breakaway_force_n);
@@ -211,7 +211,7 @@ TEST(EffectEnergy, VibrationDoesTheWorkOfASinusoidOnADamper) {
   constexpr double kHz = 20, kAmplitude_n = 0.5, kStiffness = 300, kDamping = 5, kMass_kg = 0.05;
   const Effect effect(effect_with(Vibration{kHz, kAmplitude_n, 0, Vec3::UnitX()}));
   SteppedTool tool;
-  tool.step_s = 1e-5;  // so that the closed form of continuous time holds
+  tool.step_s = 1e-5;  // small enough for the closed form of continuous time
   tool.mass_kg = kMass_kg;
   double work_j = 0;
   constexpr int kSettle = 50000, kMeasure = 100000;  // 10 and 20 periods
@@ -225,7 +225,7 @@ TEST(EffectEnergy, VibrationDoesTheWorkOfASinusoidOnADamper) {
   EXPECT_NEAR(work_j / (kMeasure * tool.step_s), power_w, 0.01 * power_w);
 }
 
-/// Over one crest and back down, with the normal force as `press` has it.
+/// Work over one crest and back down, with the normal force from `press`.
 double texture_work_j(const std::function<double(bool is_uphill)>& press) {
   const Effect effect(effect_with(Texture{2e-4, 4e-3, 0}));
   EffectMemory memory;
@@ -233,7 +233,7 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
   constexpr int kSteps = 2000;
   for (int i = 0; i < kSteps; ++i) {
     const double way_m = 4e-3 / kSteps;
-    // Height a sin(2πx/λ) rises in the first and last quarter.
+    // The height a sin(2πx/λ) rises in the first and last quarter.
     const bool is_uphill = i < kSteps / 4 || i >= 3 * kSteps / 4;
     const EffectInput input{0,   1e-3, {way_m * i, 0, 0}, {{way_m / 1e-3, 0, 0}, Vec3::Zero()},
                             0.3, 1e-5, press(is_uphill),  Vec3::UnitZ()};

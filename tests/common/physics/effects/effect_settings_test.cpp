@@ -1,4 +1,4 @@
-// Settings that cannot be used are refused by name, with what would be right.
+// Invalid settings are refused by name, with the valid range.
 #include "common/physics/effects/effect_settings.hpp"
 
 #include <gmock/gmock.h>

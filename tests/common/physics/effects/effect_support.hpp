@@ -1,4 +1,4 @@
-// Effects of every kind for the tests, and a tool that is stepped with them as the server steps one.
+// Effects of every kind for the tests, and a tool that is stepped with them as in the server.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ inline EffectSettings effect_with(const EffectModel& model) {
   return settings;
 }
 
-/// In a ball of 2 cm, except the magnet, which has its range.
+/// The effect in a ball with a radius of 2 cm; the magnet keeps its own range.
 inline EffectSettings ball_with(const EffectModel& model) {
   EffectSettings settings = effect_with(model);
   if (!std::holds_alternative<Magnet>(model)) settings.region = SphereRegion{0.02};
@@ -35,7 +35,7 @@ inline std::string name_of(const EffectModel& model) {
   return std::string(effect_name(model));
 }
 
-/// What authors read of the effects, in the order of EffectModel.
+/// Rows of the catalog that scene authors read, in the order of EffectModel.
 inline std::vector<test::TableRow> rows_of_readme() {
   return test::table_under(test::source_path("common/physics/effects/README.md").string(), "## Catalog");
 }
@@ -53,7 +53,7 @@ inline double magnet_potential_j(const Magnet& magnet, const Vec3& p) {
   return s2 < 1 ? -depth_j * std::pow(1 - s2, 3) : 0;
 }
 
-/// A free ball. First what acts from outside, held for the step, then what the hand does, implicitly.
+/// A free ball. A step applies the effect's force explicitly, then the hand's spring and damper implicitly.
 struct SteppedTool {
   double mass_kg = 0.05;
   double step_s = 1e-3;
@@ -67,10 +67,10 @@ struct SteppedTool {
     return {time_s, step_s, p, {v, Vec3::Zero()}, mass_kg, 1e-5, normal_force_n, Vec3::UnitZ()};
   }
 
-  /// Moves without a hand; returns the force on the tool.
+  /// Steps without a hand; returns the force on the tool.
   Vec3 step(const Effect& effect) { return step_to(effect, Vec3::Zero(), 0, 0); }
 
-  /// Pulled to `target` by a spring and damper.
+  /// Steps with a spring and damper to `target`; returns the force of the effect.
   Vec3 step_to(const Effect& effect, const Vec3& target, double stiffness, double damping) {
     const Vec3 f = effect.wrench_on_tool_O(input(), memory).f;
     const double h = step_s;

@@ -1,5 +1,4 @@
-// README.md is what authors read before they choose an effect: its table has every effect, and does not contradict
-// itself.
+// Authors choose an effect from the table in README.md: it must contain every effect and be consistent.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/effects/effect_support.hpp"
