@@ -158,7 +158,7 @@ TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
 
 TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
   const auto never_asked = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
-  // The delay of each datagram is 1 ms longer than that of the previous one.
+  // Each datagram is delayed by 1 ms more than the previous one.
   for (int i = 0; i < 200; ++i) {
     now_ += kMs;
     if (!client_.admits(now_, true, never_asked)) continue;
