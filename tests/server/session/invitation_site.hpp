@@ -145,7 +145,8 @@ class Site {
     if (!keeps_checkpoints_) return;
     kept_ = kept_in_memory_;
     for (auto& credential : *kept_.mutable_credentials()) {
-      if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));  // written now
+      if (credential.lost_ms() == 0)
+        credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));  // the checkpoint is written now
     }
   }
   /// Advances the time until the rate limits on joins (limits.hpp) do not delay any.
