@@ -113,7 +113,7 @@ def parameter_flood(port, count):
 
 
 def _tell_a_slow_reader(port, count, message_of):
-    """One client sends 90 broadcasts a second; another joins and never reads. Its queue must not grow, nor its connection end."""
+    """One client sends 90 broadcasts a second, another never reads. The server must neither grow nor end the slow reader."""
     slow = RawClient(port)
     slow.stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.join("slow", OBSERVER)

@@ -1,4 +1,4 @@
-"""Measures exit code, time, memory and message of a server that loads a hostile file (tests/system/hostile_files.py)."""
+"""Measures exit code, time, memory and output of a server for a hostile file (tests/system/hostile_files.py)."""
 import os
 import sys
 import tempfile

@@ -1,4 +1,4 @@
-"""The attack suite: `python3 tests/attack/run.py` runs every attack, prints the tables and fails if a bound is violated.
+"""The attack suite: `python3 tests/attack/run.py` runs all attacks, prints the tables and fails if a bound is violated.
 
 --short    some attacks for 1.5 s each, with only the bounds that do not depend on the speed of the machine
 --write    also writes tables without violations into README.md

@@ -1,7 +1,7 @@
 // Runs a program with an emulated USB device: fake_device falcon|spacemouse PROGRAM ARGUMENT...
 //
-// Needs umockdev-wrapper. Lines on stdin move the device and inject faults; `tell` answers with a line on stderr. It
-// ends with the program and returns its exit code. The command `stop` sends SIGTERM to the program.
+// Needs umockdev-wrapper. Lines on stdin move the device and inject faults; the command `tell` prints a line on stderr,
+// `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>

@@ -1,5 +1,5 @@
 // Writes the seeds of contact_asset_fuzz: assets of a small solid and a small sheet in the current format. Committed
-// seeds would be refused by their version number after a change of the format, and nobody would notice.
+// seeds would become useless unnoticed: after a change of the format their version number is refused.
 #include <filesystem>
 #include <iostream>
 #include <string>

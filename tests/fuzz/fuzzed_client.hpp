@@ -58,8 +58,8 @@ class FuzzedClient {
   /// Advances the clock without a tick.
   void stall(Duration duration) { now_ += duration; }
 
-  /// Runs one tick of 1 ms, in which the hand moves up and down. Checks that the force is finite, within the limits and
-  /// slew limit of the device, and that the stage processes no more samples than its bound.
+  /// Runs one tick of 1 ms, in which the hand moves up and down. Checks that the force is finite and within the
+  /// device's force and slew limits. Also checks that the stage processes no more samples than its bound.
   void tick() {
     if (++ticks_ > kMaxTicks) return;
     now_ += kTick;

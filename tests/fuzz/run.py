@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Fuzzes all readers of external bytes with Clang's libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer.
 
-Builds into build/fuzz. Starts from the seeds of the real writers, the earlier inputs in corpus/TARGET.txt and the corpus of the
-last run (build/fuzz/corpus). Inputs with failures are stored in build/fuzz/findings; the exit code is then 1.
+Builds into build/fuzz. Starts from the seeds of the real writers, the earlier inputs in corpus/TARGET.txt and the
+corpus of the last run (build/fuzz/corpus). Inputs with failures are stored in build/fuzz/findings; the exit code is then 1.
 """
 
 import argparse

@@ -1,6 +1,6 @@
-"""The soak test: `python3 tests/stress/soak.py` runs clients over bad links against a server that is repeatedly stopped and
-killed. It fails if a client does not rejoin by itself, a force exceeds its bounds, memory grows, a checkpoint is lost or a
-sanitizer reports an error. README.md lists the criteria and has the table of the last long run.
+"""The soak test: `python3 tests/stress/soak.py` runs clients over bad links against a server that is repeatedly stopped
+and killed. It fails if a client does not rejoin by itself, a force exceeds its bounds, memory grows, a checkpoint is
+lost or a sanitizer reports an error. README.md lists the criteria and has the table of the last long run.
 
 --seconds S   duration of the events [600]; start, end and evaluation take one to three minutes more
 --seed N      seed of events, links and hands [random, printed]
@@ -8,8 +8,8 @@ sanitizer reports an error. README.md lists the criteria and has the table of th
 --all         all clients, not only some, are of $TANDEM_BIN with real-time rights: for machines with many cores
 --keep DIR    keeps traces, logs, recordings and checkpoint in DIR
 --write       also writes the table into README.md
-The programs are those of $TANDEM_BIN, or build/asan/bin. tandem-lab and tandem-replay are not under test and may be those of
-build/release/bin; so may most clients.
+The programs are those of $TANDEM_BIN, or build/asan/bin. tandem-lab and tandem-replay are not under test and may be those
+of build/release/bin; so may most clients.
 """
 import argparse
 import collections
@@ -54,7 +54,7 @@ def other_client():
 
 
 def sanitize(folder):
-    """Sets the sanitizer options: a quarantine of a few megabytes, so that memory growth is visible, and reports as files."""
+    """Sets the sanitizer options: a quarantine of a few megabytes, so that growth is visible, and reports as files."""
     os.makedirs(folder)
     options = f"log_path={folder}/report:print_stacktrace=1"
     os.environ["ASAN_OPTIONS"] = options + ":quarantine_size_mb=8:malloc_context_size=12:detect_leaks=1"
@@ -84,7 +84,7 @@ def judge_recording(path):
 
 
 def judge_clients(soak, over_s):
-    """Evaluates all clients. Returns traces, longest times to return and to rejoin, number of starved silences, problems."""
+    """Evaluates all clients. Returns traces, longest times to return and to rejoin, starved silences, problems."""
     problems, traces = [], []
     with concurrent.futures.ProcessPoolExecutor(os.cpu_count()) as pool:
         for client in soak.clients:

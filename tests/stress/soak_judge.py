@@ -95,12 +95,12 @@ class Trace:
             self.say(at, f"{size:.3f} N and {turn:.4f} N·m, above the device's limit")
         self._take_step(tick, at, force, torque)
         if self._before is not None and age > self._before[2] + at - self._before[1] + AGE_JUMP_S:
-            self._late_for = LATE_TICKS  # the newest state was already old when the server sent it, which the client only detects now
+            self._late_for = LATE_TICKS  # detected only now: the state was old when the server sent it
         self._take_silence(at, age, size + turn)
         self._before = row
 
     def _take_step(self, tick, at, force, torque):
-        """A force may rise by at most the slew limit of 1 ms, and fall by the slew limit of the time since the last tick."""
+        """A force may rise by the slew limit of 1 ms, and fall by the slew limit of the time since the last tick."""
         self._late_for = max(0, self._late_for - (1 if self._before is None else tick - self._before[0]))
         elapsed_s = at - self._before[1] if self._before is not None else math.inf
         if elapsed_s > LATE_S:
@@ -204,7 +204,7 @@ def judge_memory(name, samples):
 
 
 def judge_restart(number, log, rooms, down_ms, killed):
-    """Checks in a server's log that every room resumed from the newest checkpoint. Returns problems and number of resumed rooms."""
+    """Checks that every room resumed from the newest checkpoint. Returns problems and the number of resumed rooms."""
     problems, resumed = [], 0
     for room in rooms:
         found = [re.search(rf"room {re.escape(room)} goes on as it was (\d+) ms ago", line) for line in log]

@@ -15,9 +15,9 @@ from support import program
 
 STEP_RATE_HZ = 60
 PRESS_PERIOD_S = 6
-# Two cores can run some of the sixteen haptic loops in real time, but hardly one of a sanitizer build in contact. SANITIZED
-# are the rooms with one client of that build; FEELING are those with one client of the other build with real-time rights.
-# These clients are on different sides of the block.
+# Two cores can run some of the sixteen haptic loops in real time, but hardly one of a sanitizer build in contact.
+# SANITIZED are the rooms with one client of that build. FEELING are the rooms with one client of the other build with
+# real-time rights. These clients are on different sides of the block.
 SANITIZED, FEELING = (0, 1), (2, 3)
 # Stages of the clients, by side: with a local model, or rendering received states.
 STAGES = ("local-model", "local-model", "ar-spline", "late-pose")
@@ -55,8 +55,8 @@ def memory_mb(process):
 
 
 def scene(name, is_solid):
-    """A block on a spring with a tool on each side, to be pressed, pushed and held; or wind in a viscous fluid, whose forces
-    need no contacts. Shapes are small, because their surface is sampled at joining."""
+    """A block on a spring with a tool on each side, to be pressed, pushed and held; or wind in a viscous fluid,
+    whose forces need no contacts. Shapes are small, because their surface is sampled at joining."""
     block = {"name": "block", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.2, "anchor": {},
              "graspable": True, "placement": {"position_m": [0, 0, 0 if is_solid else -0.1]}}
     tools = [{"name": side, "placement": {"position_m": [0.04 * x, 0.04 * y, 0]}, "mass_kg": 0.03,
@@ -116,7 +116,7 @@ class SoakServer(KeptServer):
         return sum(self.metrics.get(name, {"samples": {}})["samples"].values())
 
     def recordings(self):
-        """Paths of the recordings; none of a server that ran shorter than JUST_BEGUN_S, whose recordings may be empty."""
+        """Paths of the recordings; none if it ran shorter than JUST_BEGUN_S: they may be empty."""
         if self.lived_s < JUST_BEGUN_S:
             return []
         return [os.path.join(self.records, name) for name in sorted(os.listdir(self.records)) if name.endswith(".mcap")]

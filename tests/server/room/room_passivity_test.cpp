@@ -67,7 +67,7 @@ class Flung {
       rest(1, true);
     }
   }
-  /// The hand rests `away_m` from the tool.
+  /// Lets the hand rest `away_m` from the initial pose of the tool for 1.5 s.
   void begin_at(double away_m) {
     handle_p_ = room_.world().tool(0).tool.X.p + Vec3(0, away_m, 0);
     rest(1500, true);

@@ -144,9 +144,9 @@ class Site {
     bench->hub->poll(VirtualClock(bench->now));
     if (!keeps_checkpoints_) return;
     kept_ = kept_in_memory_;
+    // The checkpoint is written now: users without a loss time count as lost now.
     for (auto& credential : *kept_.mutable_credentials()) {
-      if (credential.lost_ms() == 0)
-        credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));  // the checkpoint is written now
+      if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));
     }
   }
   /// Advances the time until the rate limits on joins (limits.hpp) do not delay any.
