@@ -153,7 +153,7 @@ class Session {
 
   Vec3 vector(double most) { return most * Vec3(in_.share(), in_.share(), in_.share()); }
   Quat rotation() { return quaternion_of(vector(3)); }
-  /// State of which a tenth is out of range.
+  /// Random state; about a tenth of these states are out of range.
   RigidState anywhere() {
     constexpr double kBeyond = 0.65;  // share of a cube's diagonal
     return {{vector(kBeyond * proto::kMaxPositionM), rotation()},

@@ -29,7 +29,7 @@ class ServerCheckpointTest : public testing::Test {
         state, bench.rooms, "key", [this] { return unix_ms; },
         [this](const std::string& line) { news.push_back(line); });
   }
-  /// Makes the file unwritable, even for root, by a file in place of its folder.
+  /// Makes the state folder unwritable, even for root: replaces it by a file.
   void make_unwritable() {
     std::filesystem::rename(state, root_ / "aside");
     std::ofstream(state.string()) << "in the way";
