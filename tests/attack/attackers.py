@@ -1,5 +1,6 @@
-"""Those who misbehave towards a server: `attackers.py NAME PORT SECONDS` attacks 127.0.0.1:PORT and prints
-{"sent": messages, "ended": connections that the server ended}. Bounded in time; run.py starts each as a process of its own.
+"""Attackers of a server: `attackers.py NAME PORT SECONDS` attacks 127.0.0.1:PORT and prints
+{"sent": messages, "ended": connections that the server ended}. Bounded in time; run.py starts each
+in a separate process.
 """
 import json
 import os
@@ -27,7 +28,7 @@ class Count:
 
 
 def flood_stream(client, message, count, keep_alive=False, reads=True):
-    """Sends it as fast as it goes, until the server ends the connection or the time is over."""
+    """Sends a message at the highest possible rate until the server ends the connection or the time is over."""
     blob, pending = message * max(1, AT_ONCE_BYTES // len(message)), b""
     client.stream.setblocking(False)
     alive_at = 0.0
@@ -52,7 +53,7 @@ def flood_stream(client, message, count, keep_alive=False, reads=True):
 
 
 def join_and_flood(port, count, name, role, message_of, **how):
-    """Comes anew whenever it is ended."""
+    """Floods a connection, and reconnects whenever the server ends it."""
     while count.is_running():
         try:
             client = RawClient(port)
@@ -70,7 +71,7 @@ def ping_flood(port, count):
 
 
 def ping_flood_before_joining(port, count):
-    """As an attack on the first version of the server: hello, then pings."""
+    """Attack on the first version of the server: hello, then pings."""
     while count.is_running():
         try:
             client = RawClient(port)
@@ -84,7 +85,7 @@ def ping_flood_before_joining(port, count):
 
 
 def many_pings_at_the_limit(port, count):
-    """Forty connections, each with 95 pings a second: none of them floods, together they do."""
+    """Forty connections with 95 pings a second each: below the limit of one connection, but a flood in total."""
     clients = {}
     while count.is_running():
         begin = time.monotonic()
@@ -112,7 +113,7 @@ def parameter_flood(port, count):
 
 
 def _tell_a_slow_reader(port, count, message_of):
-    """One says something to all at 90 a second; the other, who joins and never reads, must not grow or be ended for that."""
+    """One client sends 90 broadcasts a second, another never reads. The server must neither grow nor end the slow reader."""
     slow = RawClient(port)
     slow.stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.join("slow", OBSERVER)
@@ -136,7 +137,7 @@ def resets_to_a_slow_reader(port, count):
 
 
 def slow_reader(port, count):
-    """Joins, asks for assets and never reads."""
+    """Joins, requests assets and never reads."""
     join_and_flood(port, count, NAME, OBSERVER, lambda client: wire.get_asset(largest_asset(client)), reads=False)
 
 
@@ -145,18 +146,18 @@ def largest_asset(client):
 
 
 def asset_flood(port, count):
-    """Asks for assets as fast as it goes, and reads them."""
+    """Requests assets at the highest possible rate, and reads them."""
     join_and_flood(port, count, NAME, OBSERVER, lambda client: wire.get_asset(largest_asset(client)))
 
 
 def big_messages(port, count):
-    """A hello of as many words as fit: much to parse."""
+    """Sends hellos with the maximum number of fields, which are slow to parse."""
     words = wire.part(3, b"") * ((1 << 18) // 2 - 32)
     join_and_flood(port, count, NAME, None, lambda _: wire.control(wire.HELLO, words))
 
 
 def _stay(port, count, at_once, hello=b"", secure=False):
-    """Connects, says `hello` and stays, `at_once` at a time, again and again."""
+    """Repeatedly connects, sends `hello` and stays connected, with `at_once` connections at a time."""
     silent = []
     while count.is_running():
         try:
@@ -174,12 +175,12 @@ def _stay(port, count, at_once, hello=b"", secure=False):
 
 
 def half_open(port, count):
-    """Connects and says nothing, 200 at a time."""
+    """Connects and sends nothing, 200 connections at a time."""
     _stay(port, count, 200)
 
 
 def silent_64(port, count):
-    """Sixty-four connections that say nothing and stay."""
+    """Keeps sixty-four silent connections open."""
     silent = [RawClient(port, 1.0) for _ in range(64)]
     count.sent += 64
     while count.is_running():
@@ -235,7 +236,7 @@ def datagram_unknown(port, count):
 
 
 def datagram_of_a_user(port, count):
-    """A user's own datagrams, with rising sequences, as fast as they go."""
+    """Sends a user's own datagrams with rising sequence numbers at the highest possible rate."""
     while count.is_running():
         client = RawClient(port)
         try:
@@ -254,17 +255,17 @@ def datagram_of_a_user(port, count):
 
 
 def tls_handshakes(port, count):
-    """Whole handshakes, and then nothing: the dearest that a stranger can ask for."""
+    """Complete handshakes without further messages: the most expensive request of an unauthenticated peer."""
     _stay(port, count, 16, secure=True)
 
 
 def tls_half_hello(port, count):
-    """The first half of a ClientHello, by 200 at a time that stay."""
+    """Sends the first half of a ClientHello, on 200 open connections at a time."""
     _stay(port, count, 200, hello=bytes.fromhex("1603010200010001fc0303") + bytes(100))
 
 
 def tls_joins_by_guess(port, count):
-    """Joins with tokens that nobody has signed."""
+    """Joins with random tokens without a valid signature."""
     while count.is_running():
         try:
             client = RawClient(port, 1.0, True)
@@ -276,11 +277,11 @@ def tls_joins_by_guess(port, count):
 
 
 def datagram_sealed_by_nobody(port, count):
-    """As long as a user's, to nobody's connection."""
+    """Random datagrams of the usual length, to an unknown connection."""
     datagrams(port, count, wire.header(wire.CLIENT_UPDATE, 0x1234567890ABCDEF, 0, 1) + os.urandom(120))
 
 
-# Of servers as they are by default; the others attack one with --insecure.
+# Attacks on servers with default security; all others attack a server with --insecure.
 OF_SECURE_SERVERS = {function.__name__: function for function in (
     tls_handshakes, tls_half_hello, tls_joins_by_guess, datagram_sealed_by_nobody)}
 ATTACKS = {function.__name__: function for function in (

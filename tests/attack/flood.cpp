@@ -1,9 +1,10 @@
-// Sends one datagram over and over to a port of this machine, faster than a script can: batches by sendmmsg.
+// Sends one datagram repeatedly to a local port, faster than a script can: in batches by sendmmsg.
 //
 //   attack-flood PORT SECONDS RATE HEX [--count]
 //
-// RATE is datagrams a second at most, 0: as fast as they go. --count: bytes 9 to 16 are a sequence, which goes up by one with
-// each datagram. Prints {"sent": n, "seconds": s}. Goes to 127.0.0.1 and nowhere else, for at most a minute.
+// RATE is the maximum rate in datagrams per second; 0 is no limit. With --count, bytes 9 to 16 are a sequence number
+// that rises by one with each datagram. Prints {"sent": n, "seconds": s}. Sends to 127.0.0.1 only, for at most a
+// minute.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

@@ -1,6 +1,6 @@
-"""A hostile server towards the real client: a proxy before a real server, which from some moment on lies.
+"""A hostile server for the real client: a proxy in front of a real server that falsifies messages from a given time on.
 
-Before that moment the hand presses a real wall, so there is a force to lose.
+Before that time the hand presses a real wall, so that a force is displayed.
 """
 import os
 import select
@@ -20,12 +20,12 @@ LIES_AFTER_S = 2.5
 LIES_FOR_S = 6.0
 ZERO_WITHIN_S = 5.0
 MEMORY_MB = 200
-COUPLING, STIFFNESS = 5, 2  # of Scene, of Coupling (proto/tandem/scene.proto)
-STEPPED = 2  # of ServerUpdate: server time of the step (proto/tandem/state.proto)
+COUPLING, STIFFNESS = 5, 2  # fields of Scene and of Coupling (proto/tandem/scene.proto)
+STEPPED = 2  # field of ServerUpdate: server time of the step (proto/tandem/state.proto)
 
 
 def raw_fields(data):
-    """(number, the field's bytes with its key) in order."""
+    """Yields (number, bytes of the field with its key) in order."""
     at = 0
     while at < len(data):
         start = at
@@ -42,12 +42,12 @@ def raw_fields(data):
 
 
 def replaced(data, number, field):
-    """With `field` in place of those of that number."""
+    """Returns `data` with `field` in place of all fields of this number."""
     return b"".join(raw for n, raw in raw_fields(data) if n != number) + field
 
 
 class Lies:
-    """What a scenario changes; all of it is passed on as it is, unless overridden."""
+    """Changes of a scenario. Messages are forwarded unchanged unless a method is overridden."""
 
     def __init__(self):
         self.is_lying = False
@@ -57,16 +57,16 @@ class Lies:
         return body
 
     def state(self, payload):
-        """Of a ServerUpdate; None: not passed on."""
+        """Changed payload of a ServerUpdate; None if it is dropped."""
         return payload
 
     def control(self):
-        """What to say to the client besides, again and again while lying."""
+        """Additional control bytes, sent to the client repeatedly while lying."""
         return b""
 
 
 class Frozen(Lies):
-    """One state for ever, under rising sequences."""
+    """Repeats one state with rising sequence numbers."""
 
     kept = None
 
@@ -76,7 +76,7 @@ class Frozen(Lies):
 
 
 class Timeless(Lies):
-    """Steps go on, the time of the world does not."""
+    """Step numbers rise; the time of the world is constant."""
 
     first = None
 
@@ -93,7 +93,7 @@ class Silent(Lies):
 
 
 class Replacing(Lies):
-    """A field of each state with absurd numbers."""
+    """Replaces one field of each state by absurd numbers."""
 
     def __init__(self, number, field):
         super().__init__()
@@ -104,7 +104,7 @@ class Replacing(Lies):
 
 
 class Saying(Lies):
-    """Something on the control channel, as fast as it is read."""
+    """Sends a message on the control channel as fast as the client reads it."""
 
     def __init__(self, text):
         super().__init__()
@@ -150,7 +150,7 @@ def many_users():
     return b"".join(user_joined(user) for user in range(1, 5000))
 
 
-# What must happen: the force is zero, or the program has ended and says why.
+# Required result: the force is zero, or the program has ended with an error message.
 SCENARIOS = {
     "frozen step, rising sequence": Frozen,
     "frozen time, rising steps": Timeless,
@@ -168,7 +168,7 @@ SCENARIOS = {
     "a mass of 1e300 kg": lambda: Joined(with_mass(HUGE)),
     "assets of 2^40 bytes": lambda: Joined(with_asset(1 << 40)),
 }
-# With these the hand is shown what the server says, or what the assets that there are give: the force may stay.
+# The force may stay in these: the display uses the server's states or the remaining assets.
 HARMLESS = {"assets of 2^40 bytes", "a mass of 1e300 kg"}
 GROWING = {"users without end": lambda: Saying(many_users())}
 
@@ -272,7 +272,7 @@ def memory_mb(pid):
 
 
 def run_scenario(name, make_lies, lies_for_s=LIES_FOR_S):
-    """One row of the table."""
+    """Runs one scenario. Returns its row of the table."""
     lies = make_lies()
     with tempfile.TemporaryDirectory() as folder:
         trace = os.path.join(folder, "trace.csv")

@@ -1,8 +1,8 @@
-"""The attack suite: `python3 tests/attack/run.py` runs every attack, prints the tables and fails where a bound does not hold.
+"""The attack suite: `python3 tests/attack/run.py` runs all attacks, prints the tables and fails if a bound is violated.
 
---short    some attacks for a second and a half each, and only bounds that do not depend on how fast the machine is
---write    also puts the tables whose bounds hold into README.md
-NAME ...   only these
+--short    some attacks for 1.5 s each, with only the bounds that do not depend on the speed of the machine
+--write    also writes tables without violations into README.md
+NAME ...   only these attacks
 The programs are those of $TANDEM_BIN, or build/release/bin. Sends to loopback only, for about four minutes.
 """
 import argparse
@@ -23,7 +23,7 @@ NOT_REAL_TIME = ("--rt-priority", "0")
 WITHOUT_RIGHTS = ("datagram_garbage",)
 
 KEPT, SILENCE_MS, FORCE_STEP_N_PER_MS, GROWTH_MB, JOIN_MS = 0.95, 60, 0.1, 100, 2000
-FLOOD_PER_S = 150_000  # fewer datagrams are no flood: the row says nothing
+FLOOD_PER_S = 150_000  # at a lower rate the row is not meaningful
 
 
 def attack_problems(row, is_short, may_be_late):
@@ -95,8 +95,8 @@ def run_attacks(names, is_short):
         problems = attack_problems(row, is_short, bool(rights))
         if rights:
             row["attack"] += ", server without real-time rights"
-            # The room's own loop is late then, whoever attacks, and a hand is let go for it; what the user sends must
-            # arrive all the same.
+            # Without real-time rights the room's loop is late under any attack, so that states are lost. The user's
+            # inputs must still arrive.
             problems = [problem for problem in problems if not problem.startswith("states")]
         rows.append(attack_cells(row))
         failures += [f"{row['attack']}: {problem}" for problem in problems]

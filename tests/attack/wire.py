@@ -1,4 +1,4 @@
-"""Just enough of proto/WIRE.md, by hand, to be a client or a server that does not behave."""
+"""Minimal implementation of proto/WIRE.md for misbehaving clients and servers."""
 import base64
 import math
 import socket
@@ -16,7 +16,7 @@ PONG = 13
 KEPT_POSE, POSE_TAKEN, POINTED, POSE_DELETED, POSE_PROGRESS = 17, 18, 19, 20, 21
 
 
-# Protobuf, one field each.
+# Protobuf encoding of one field each.
 def varint(value):
     out = b""
     while value > 0x7F:
@@ -38,7 +38,7 @@ def fixed64(number, value):
 
 
 def part(number, data):
-    """A string, bytes or a message."""
+    """Field with a string, bytes or a message."""
     return varint(number << 3 | 2) + varint(len(data)) + data
 
 
@@ -51,7 +51,7 @@ def floats(number, values):
 
 
 def fields(data):
-    """(number, value) of each field: an int, or bytes."""
+    """Yields (number, value) of each field; the value is an int or bytes."""
     at = 0
     while at < len(data):
         key, at = _read_varint(data, at)
@@ -83,7 +83,7 @@ def frame(message):
 
 
 def receive_frame(stream):
-    """The next message. Fails: ConnectionError at the end of the stream."""
+    """Receives the next message. Fails: ConnectionError at the end of the stream."""
     (size,) = struct.unpack(">I", receive_exactly(stream, 4))
     return receive_exactly(stream, size)
 
@@ -111,7 +111,7 @@ def join(name, role, token=b""):
 
 
 def token_bytes(text):
-    """JoinRoom.token of a token as tandem-token and a server's invitation write it."""
+    """Decodes the token text of tandem-token or of a server's invitation into JoinRoom.token."""
     return base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
 
 
@@ -139,7 +139,7 @@ def rigid_state(number, position_m=(0.0, 0.0, 0.0), rotation=(1.0, 0.0, 0.0, 0.0
 
 
 def client_update(tick, sent_ns, position_m=None):
-    """Of a hand at `position_m`; None: of nobody's hand."""
+    """ClientUpdate with the hand at `position_m`; None for an invalid handle."""
     place = position_m or (0.0, 0.0, 0.0)
     return whole(1, tick) + rigid_state(2, place) + whole(4, int(position_m is not None)) + fixed64(5, sent_ns)
 
@@ -151,7 +151,7 @@ def server_update(step, time_ns, position_m, force_n=(0.0, 0.0, 0.0), bodies=b""
 
 
 def tls(stream):
-    """That stream with TLS, to any server."""
+    """Wraps a stream in TLS without verification of the server."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     context.set_alpn_protocols(["tandem/2"])
@@ -159,7 +159,7 @@ def tls(stream):
 
 
 class RawClient:
-    """A client that says what it is told to say. Loopback only."""
+    """A client that sends arbitrary messages. Loopback only."""
 
     def __init__(self, port, timeout_s=5.0, is_secure=False):
         self.port = port
@@ -172,7 +172,7 @@ class RawClient:
         self.assets = []
 
     def join(self, name, role=OBSERVER, state="state-udp", token=b""):
-        """Fails: ConnectionError, refused."""
+        """Joins the server. Fails: ConnectionError if refused."""
         self.stream.sendall(hello(state))
         for number, value in fields(self.receive_kind(WELCOME)):
             self.connection = value if number == 4 else self.connection
@@ -185,7 +185,7 @@ class RawClient:
         self.datagrams.connect(("127.0.0.1", self.port))
 
     def receive_kind(self, kind):
-        """The body of the next message, which must be of that kind. Fails: ConnectionError says what came instead."""
+        """Body of the next message, which must be of this kind. Fails: ConnectionError with the received message."""
         for number, value in fields(self.receive()):
             if number == kind:
                 return value
@@ -197,7 +197,7 @@ class RawClient:
         return receive_frame(self.stream)
 
     def datagram(self, position_m=None):
-        """The next one that an honest client would send."""
+        """Next datagram of a correct client."""
         self.sequence += 1
         self.tick += 1
         return (header(CLIENT_UPDATE, self.connection, self.epoch, self.sequence) +

@@ -1,4 +1,4 @@
-// What is believed of a device's samples, and what is not.
+// Samples of a device that the reader accepts, and samples that it treats as faults.
 #include "devices/device_reader.hpp"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Gives what the test says, stamped with the time of the read unless told otherwise.
+/// Device that returns the sample set by the test. The time stamp is the read time minus `age`.
 class SpokenDevice final : public Device {
  public:
   SpokenDevice() {

@@ -1,4 +1,5 @@
-// The clamp: last, exact, and with limits that only a verified data sheet can widen.
+// The force clamp of the writer: it is the last stage, it is exact, and only a verified data sheet can widen its
+// limits.
 #include "devices/device_writer.hpp"
 
 #include <gtest/gtest.h>

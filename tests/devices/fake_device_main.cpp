@@ -1,7 +1,7 @@
-// Runs a program with a device that is not there: fake_device falcon|spacemouse PROGRAM ARGUMENT...
+// Runs a program with an emulated USB device: fake_device falcon|spacemouse PROGRAM ARGUMENT...
 //
-// By umockdev, whose wrapper has to start it. Lines on stdin move the device and break it, `tell` answers in a line on
-// stderr. Ends with the program, and with its exit code; `stop` sends it SIGTERM.
+// Needs umockdev-wrapper. Lines on stdin move the device and inject faults; the command `tell` prints a line on stderr,
+// `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kFirmwareSize = 7914;
 
-/// What a line does, by its first word.
+/// Handler of each command, by the first word of its line.
 using Commands = std::map<std::string, std::function<void(std::istream&)>>;
 
 void say(const std::string& line) {
@@ -33,12 +33,12 @@ void say(const std::string& line) {
 struct FakeFalcon {
   FalconSimulator falcon{kFirmwareSize};
   UsbBus bus{falcon};
-  Vec3 at_m = Vec3(0, 0, 0.125);  ///< with the bus's lock
+  Vec3 at_m = Vec3(0, 0, 0.125);  ///< guarded by the bus's lock
 
   FakeFalcon() {
     std::thread([this] { tremble(); }).detach();
   }
-  /// As a hand does: encoders that stand still under a force are taken for frozen.
+  /// Moves the grip slightly, as a hand does. Encoders that do not change under a force count as frozen.
   [[noreturn]] void tremble() {
     for (int i = 0;; ++i) {
       bus.with_falcon([&](FalconSimulator& f) { f.grip_m = at_m + Vec3(2e-4 * (i % 2), 0, 0); });
@@ -92,7 +92,7 @@ struct FakeSpaceMouse {
             {"plug", [this](std::istream&) { node.plug_in(); }},
             {"tell", [this](std::istream&) { say("light " + std::to_string(node.light())); }}};
   }
-  /// Bytes in hexadecimal numbers; sent again and again, as a cap that is held.
+  /// Parses a report of hexadecimal bytes. It is sent repeatedly, like a cap that is held deflected.
   void report(std::istream& in) {
     std::vector<std::uint8_t> bytes;
     for (unsigned byte = 0; in >> std::hex >> byte;) bytes.push_back(static_cast<std::uint8_t>(byte));
@@ -126,11 +126,11 @@ int run(const Commands& commands, char** program_and_arguments) {
 
 template <class Fake>
 int run_with(char** program_and_arguments) {
-  // As quick as a kernel, where that is allowed: its threads inherit it.
+  // Real-time priority, where allowed, for kernel-like response times. All later threads inherit it.
   const sched_param priority{.sched_priority = 75};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   Fake fake;
-  std::_Exit(run(fake.commands(), program_and_arguments));  // the thread waits for stdin still
+  std::_Exit(run(fake.commands(), program_and_arguments));  // not exit(): the command thread still blocks on stdin
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// A shared library with the functions of Force Dimension's and 3D Systems' SDKs that the drivers use: it answers with what
-// the test sets and keeps what it is told. With WITHOUT_FORCE it lacks those that show a force or let it go.
+// A shared library with the functions of Force Dimension's and 3D Systems' SDKs that the drivers use. It returns the
+// values that the test sets and records the values it receives. With WITHOUT_FORCE it omits the functions that set or
+// release a force.
 #include <cstring>
 
 #define EXPORTED extern "C" __attribute__((visibility("default")))
@@ -14,11 +15,11 @@ struct HdError {
 
 }  // namespace
 
-// What the test sets, and sees.
+// Inputs set by the test, and outputs that it inspects.
 extern "C" {
 __attribute__((visibility("default"))) int fake_is_there = 1;
-__attribute__((visibility("default"))) double fake_place[3] = {};    // metres for DHD, millimetres for HD
-__attribute__((visibility("default"))) double fake_rows[3][3] = {};  // of the handle's rotation
+__attribute__((visibility("default"))) double fake_place[3] = {};    // position [m] for DHD, [mm] for HD
+__attribute__((visibility("default"))) double fake_rows[3][3] = {};  // rotation matrix of the handle
 __attribute__((visibility("default"))) double fake_velocity_mm_per_s[3] = {};
 __attribute__((visibility("default"))) int fake_buttons = 0;
 __attribute__((visibility("default"))) double fake_force[6] = {};
@@ -31,7 +32,7 @@ __attribute__((visibility("default"))) int fake_is_in_frame = 0;
 __attribute__((visibility("default"))) int fake_calls_out_of_frame = 0;
 }
 
-// NOLINTBEGIN(readability-identifier-naming): their makers' names
+// NOLINTBEGIN(readability-identifier-naming): names given by the vendors
 EXPORTED int dhdOpen() {
   fake_is_open = fake_is_there;
   return fake_is_there != 0 ? 0 : -1;

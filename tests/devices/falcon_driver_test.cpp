@@ -32,7 +32,7 @@ class SimulatedPort final : public FalconPort {
   bool write(std::span<const std::uint8_t> bytes) override { return falcon_.write(bytes); }
   bool is_written() const override { return true; }
   int read(std::span<std::uint8_t> bytes, Duration longest) override {
-    // The bridge gives a packet each millisecond.
+    // The bridge delivers one packet each millisecond.
     for (Duration waited{0}; waited <= longest; waited += milliseconds(1)) {
       const auto packet = falcon_.read();
       if (!packet) return -1;
@@ -78,21 +78,21 @@ struct Rig {
     for (int i = 0; i < steps; ++i) sample = step(wrench);
     return sample;
   }
-  /// Steps of at most `most` until the device is in this state.
+  /// Steps until the device is in `state`, at most `most` times.
   DeviceSample until(DeviceState state, int most) {
     DeviceSample sample = step();
     for (int i = 0; i < most && sample.state != state; ++i) sample = step();
     EXPECT_EQ(sample.state, state) << sample.reason;
     return sample;
   }
-  /// With firmware, homed, in the middle.
+  /// Brings the device to the ready state: firmware loaded, homed, grip at the centre.
   void make_ready() {
     falcon.has_firmware = falcon.is_homed = true;
     until(DeviceState::kReady, 100);
     run(5);
   }
 
-  /// In, and out again.
+  /// Homes the device: moves the grip in and out again.
   DeviceSample home() {
     falcon.grip_m = Vec3(0, 0, 0.078);
     run(3);
@@ -105,7 +105,7 @@ struct Rig {
   LocalTime now{seconds(100)};
 };
 
-/// The force on the hand that the motors make, in D.
+/// Force of the motors on the hand, in D.
 Vec3 shown_force(const FalconSimulator& falcon) {
   const Vec3 f = falcon_jacobian(falcon.grip_m)->transpose() * (falcon.motors.cast<double>() / -10000.0);
   return {f.x(), -f.z(), f.y()};
@@ -163,7 +163,7 @@ TEST(FalconDriver, WithoutFirmwareItSaysWhatToGiveIt) {
   const DeviceSample sample = rig.run(3000);
   EXPECT_EQ(sample.state, DeviceState::kOpening);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("--firmware"));
-  rig.falcon.has_firmware = true;  // by another program
+  rig.falcon.has_firmware = true;  // loaded by another program
   rig.until(DeviceState::kHoming, 2000);
 }
 
@@ -293,7 +293,7 @@ TEST(FalconDriver, EncodersOfNoPlaceGiveNoSampleAndNoForce) {
   rig.make_ready();
   rig.falcon.grip_m = Vec3(0, 0, 0.18);
   rig.run(10);
-  rig.falcon.is_homed = false;  // a device that lost its zero is homed again
+  rig.falcon.is_homed = false;  // a device that lost its zero must be homed again
   EXPECT_EQ(rig.step({Vec3(0, 0, 2), Vec3::Zero()}).state, DeviceState::kHoming);
   rig.step({Vec3(0, 0, 2), Vec3::Zero()});
   EXPECT_TRUE(rig.falcon.motors.isZero());

@@ -1,11 +1,12 @@
-// A Falcon at protocol level: bytes and requests of its FTDI bridge in, bytes out, with faults on request.
+// A Falcon at protocol level. It takes the bytes and requests of the FTDI bridge, returns bytes, and injects faults on
+// request.
 //
-//   LOADER  (9600)    once DTR went from low to high: 0A 44 2C 0D to 0A 43 0D; then it waits for the upload's speed
-//   UPLOAD  (0x0015)  41 comes back, then each byte of the firmware
-//   RUN     (0x0002)  with its firmware: a packet for each packet; without: nothing
+//   LOADER  (9600)    after DTR rises: answers 0A 44 2C 0D with 0A 43 0D, then waits for the upload's baud rate
+//   UPLOAD  (0x0015)  echoes 41, then each byte of the firmware
+//   RUN     (0x0002)  with firmware: one packet for each packet; without: nothing
 //
-// When it answers, and that it is homed when the grip passes z = 0.08 m while it is asked to home, is this simulator's
-// choice, fitted to what the host does; no hardware was looked at.
+// The response times are choices of this simulator, fitted to the host's protocol; no hardware was examined. So is the
+// homing rule: the grip passes z = 0.08 m while homing is requested.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +21,13 @@
 namespace tandem::devices {
 
 struct FalconFaults {
-  int greetings_ignored = 0;      ///< of the loader, at first
-  bool greets_with_zero = false;  ///< a 00 before its answer
-  int uploads_corrupted = 0;      ///< of the first so many one byte comes back wrong
-  bool stops_in_upload = false;   ///< after 1000 bytes it says nothing more
+  int greetings_ignored = 0;      ///< greetings that the loader ignores at first
+  bool greets_with_zero = false;  ///< sends a byte 00 before its answer
+  int uploads_corrupted = 0;      ///< number of uploads, from the first, in which one byte is echoed wrong
+  bool stops_in_upload = false;   ///< sends nothing more after 1000 bytes
   bool sends_garbage = false;     ///< before each reply
-  bool splits_replies = false;    ///< over three packets of the bus
-  int replies_delayed_by = 0;     ///< packets of the bus without data before each
+  bool splits_replies = false;    ///< over three USB packets
+  int replies_delayed_by = 0;     ///< empty USB packets before each reply
   bool has_frozen_encoders = false;
   bool is_mute = false;
   bool is_unplugged = false;
@@ -36,18 +37,18 @@ class FalconSimulator {
  public:
   explicit FalconSimulator(std::size_t firmware_size) : firmware_size_(firmware_size) {}
 
-  /// False: gone.
+  /// Returns false if the device is disconnected.
   bool control(std::uint8_t request, std::uint16_t value);
   bool write(std::span<const std::uint8_t> bytes);
-  /// The next packet of the bus: two bytes of status, then data if there are any. None: gone.
+  /// Next USB packet: two status bytes, then data if there are any. Empty if the device is disconnected.
   std::optional<std::vector<std::uint8_t>> read();
-  /// Without power its firmware is gone.
+  /// Clears the firmware, as a loss of power does.
   void cycle_power();
 
   FalconFaults faults;
-  Vec3 grip_m = Vec3(0, 0, 0.125);  ///< in the device's own frame
+  Vec3 grip_m = Vec3(0, 0, 0.125);  ///< position in the device's own frame [m]
   std::uint8_t buttons = 0;
-  FalconCounts motors = FalconCounts::Zero();  ///< told last
+  FalconCounts motors = FalconCounts::Zero();  ///< last received motor counts
   std::uint8_t lights_and_home = 0;
   bool has_firmware = false;
   bool is_homed = false;

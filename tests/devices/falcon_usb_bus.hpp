@@ -1,4 +1,5 @@
-// The kernel's side of a Falcon on USB, by umockdev: the simulator gets every URB. For programs that umockdev-wrapper runs.
+// Kernel side of a Falcon on USB, emulated by umockdev: the simulator receives every URB. For programs that run under
+// umockdev-wrapper.
 #pragma once
 
 #include <glib.h>
@@ -24,7 +25,7 @@ namespace tandem::devices {
 
 inline constexpr const char* kFalconPath = "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-2";
 inline constexpr const char* kFalconNode = "/dev/bus/usb/001/011";
-// A device and a configuration with an interface and two bulk endpoints of 64 bytes, as an FTDI bridge has them.
+// A device and a configuration with one interface and two bulk endpoints of 64 bytes, like those of an FTDI bridge.
 inline constexpr const char* kFalconUsbDevice = R"(P: /devices/pci0000:00/0000:00:14.0/usb1/1-2
 N: bus/usb/001/011
 E: DEVNAME=/dev/bus/usb/001/011
@@ -41,7 +42,7 @@ A: idProduct=cb48\n
 H: descriptors=1201100100000008030448CB0004010203010902200001010080FA0904000002FFFFFF000705810240000007050202400000
 )";
 
-/// The kernel's side of one USB device: takes URBs, gives them back when they are done.
+/// Kernel side of one USB device: accepts URBs and returns them when they are complete.
 class UsbBus {
  public:
   explicit UsbBus(FalconSimulator& falcon) : falcon_(falcon), testbed_(umockdev_testbed_new()) {
@@ -62,7 +63,7 @@ class UsbBus {
   UsbBus(const UsbBus&) = delete;
   UsbBus& operator=(const UsbBus&) = delete;
 
-  /// The simulator, which the bus uses meanwhile.
+  /// Calls `use` with the simulator, under the lock that the bus uses too.
   template <class Use>
   auto with_falcon(Use use) {
     const std::lock_guard lock(mutex_);
@@ -82,7 +83,7 @@ class UsbBus {
 
  private:
   struct Urb {
-    UMockdevIoctlData* data;  ///< struct usbdevfs_urb of the program
+    UMockdevIoctlData* data;  ///< the program's struct usbdevfs_urb
     UMockdevIoctlData* buffer;
     bool is_cancelled = false;
   };
@@ -134,7 +135,7 @@ class UsbBus {
     waiting_.push_back({data, buffer});
     umockdev_ioctl_client_complete(client, 0, 0);
   }
-  /// Out, and done at once: as a watchdog has it.
+  /// Synchronous bulk transfer to the device, as the watchdog sends it. It completes at once.
   void transfer(UMockdevIoctlClient* client) {
     UMockdevIoctlData* const data =
         umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(usbdevfs_bulktransfer), nullptr);
@@ -160,7 +161,7 @@ class UsbBus {
   void reap(UMockdevIoctlClient* client) {
     const auto done = std::ranges::find_if(waiting_, [this](Urb& urb) { return finish(urb); });
     if (done == waiting_.end()) {
-      // The file behind the device can always be polled: without a pause libusb would ask without end.
+      // The file behind the device is always ready for poll(): without a pause libusb would poll in a busy loop.
       std::this_thread::sleep_for(std::chrono::microseconds(200));
       return umockdev_ioctl_client_complete(client, -1, EAGAIN);
     }
@@ -171,7 +172,7 @@ class UsbBus {
     --outstanding;
     waiting_.erase(done);
   }
-  /// Whether it is done by now, and with what.
+  /// Completes the URB with its result if it is due. Returns whether it was.
   bool finish(Urb& urb) {
     usbdevfs_urb& fields = urb_of(urb.data);
     if (urb.is_cancelled) return end(urb, -ENOENT, 0);

@@ -1,5 +1,5 @@
-// The Falcon's driver by the real libusb: umockdev stands for the kernel's USB devices, and the simulator behind it gets
-// every URB. Run by umockdev-wrapper, which comes between libusb and the system.
+// The Falcon's driver with the real libusb. umockdev emulates the kernel's USB devices, and the simulator receives
+// every URB. Runs under umockdev-wrapper, which intercepts the system calls of libusb.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <umockdev.h>
@@ -17,7 +17,7 @@
 #include "tests/devices/falcon_usb_bus.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
-// libusb 1.0.26 loses 56 bytes of its own when a context ends after a device was unplugged.
+// libusb 1.0.26 leaks 56 bytes when a context is closed after a device was unplugged.
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libusb-1.0";
 }
@@ -38,7 +38,8 @@ FalconSettings settings() {
   return result;
 }
 
-/// Ticks as the haptic loop does, with this force when the sample is believed, until `is_over`. False: not within 60 s.
+/// Ticks like the haptic loop until `is_over` is true, and writes `force` while samples are valid. Returns false after
+/// a timeout of 60 s.
 template <class Over>
 bool tick_until(Device& device, const Vec3& force, Over is_over) {
   DeviceReader reader(device);
@@ -95,7 +96,7 @@ TEST_F(FalconUsb, LoadsHomesAndShowsAForceAndItsEndIsZero) {
     believed += sample.is_valid ? 1 : 0;
     return believed >= 300;
   }));
-  // Asked between ticks: a loop that waits here for the lock stands still, and gets zero.
+  // Evaluated between ticks: a loop that blocks on the lock here counts as stalled, and the force falls to zero.
   EXPECT_TRUE(tick_until(*device, Vec3(0, 0, 2), [this](const DeviceSample&) {
     return bus.with_falcon([](FalconSimulator& f) { return !f.motors.isZero(); });
   }));

@@ -1,4 +1,5 @@
-// A mouse jumps; the hand that follows it does not, gives way to what it feels, and never goes where it must not.
+// A mouse pointer jumps; the simulated hand that follows it does not. The hand yields to forces and respects its
+// limits.
 #include "devices/mouse/mouse_device.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ DeviceSpec six_axes() {
 }
 
 struct Bench {
-  /// A window that points anew 60 times a second, a loop that reads at 1 kHz; `each` sees every sample.
+  /// Reads the device at 1 kHz for `for_s` seconds. `each` receives every sample.
   void run(double for_s, const std::function<void(const DeviceSample&)>& each = {}) {
     for (const LocalTime end = now + from_seconds(for_s); now < end;) {
       now += std::chrono::milliseconds(1);

@@ -1,4 +1,4 @@
-// Each device that is listed can be opened, and says so; a mistake is answered with what would do.
+// Each listed device can be opened and reports its name. An error message lists the valid choices.
 #include "devices/registry.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What a driver on a thread of its own is given, and what becomes of what it says.
+// A driver on its own thread: the forces it receives, and the handling of the samples it returns.
 #include "devices/threaded_device.hpp"
 
 #include <fcntl.h>
@@ -21,13 +21,13 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// What driver and test share.
+/// State shared by the driver and the test.
 struct Seen {
-  std::atomic<double> force_n{0};  ///< given last
+  std::atomic<double> force_n{0};  ///< last force received [N]
   std::atomic<double> most_n{0};
   std::atomic<bool> throws{false};
   std::atomic<bool> hangs{false};
-  std::atomic<bool> sends_nothing{false};  ///< but reads states
+  std::atomic<bool> sends_nothing{false};  ///< but still reads states
 };
 
 class PlainDriver final : public DeviceDriver {
@@ -108,7 +108,7 @@ TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
 }
 
-/// The newest of what a pipe was told; −1: nothing.
+/// Newest byte written to a pipe; −1 if there is none.
 int newest_byte(int pipe) {
   std::array<std::uint8_t, 64> bytes{};
   const ssize_t count = read(pipe, bytes.data(), bytes.size());

@@ -1,5 +1,5 @@
-// The drivers by vendors' SDKs against a library of the same functions: which are called, in what units and axes, and what
-// is refused. Its answers are what the public documentation says; no hardware and no vendor's library was here.
+// The drivers of the vendor SDKs against a library with the same functions: the calls, their units and axes, and
+// refusals. Its answers follow the public documentation. It was not checked against hardware or a vendor's library.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-/// The library's own variables.
+/// Access to the variables of the fake library.
 class FakeSdk {
  public:
   FakeSdk() : handle_(dlopen(TANDEM_FAKE_SDK, RTLD_NOW)) {

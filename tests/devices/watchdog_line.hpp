@@ -1,4 +1,4 @@
-// A line to a device with little room, and a reader of it that accepts whole frames only.
+// A line to a device with a small buffer, and a reader that accepts whole frames only.
 #pragma once
 
 #include <arpa/inet.h>
@@ -22,7 +22,7 @@ namespace tandem::devices {
 
 inline constexpr std::size_t kFrame = 300;
 inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
-/// Magic, kind, let-go that the owner knew; the rest repeats the kind.
+/// Frame: magic, kind, let-go count that the owner knew; all other bytes repeat the kind.
 inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t let_go_known = 0) {
   std::vector<std::uint8_t> frame(kFrame, kind);
   frame[0] = kMagic;
@@ -32,7 +32,7 @@ inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t let_g
 
 enum class LineKind : std::uint8_t { kPipe, kTcp };
 
-/// The two ends of a line with little room.
+/// Both ends of a line with a small buffer.
 struct TestLine {
   explicit TestLine(LineKind kind) {
     if (kind == LineKind::kPipe) {
@@ -69,12 +69,12 @@ struct TestLine {
   int reading = -1, writing = -1;
 };
 
-/// Reads a line and checks that it is nothing but whole frames.
+/// Reads a line and checks that it consists of whole frames only.
 class Reader {
  public:
   explicit Reader(int line) : line_(line) {}
 
-  /// Takes at most so many bytes of what there is. False: none.
+  /// Reads at most `most` bytes of those available. Returns false if there are none.
   bool take(std::size_t most = 65536) {
     std::array<std::uint8_t, 65536> bytes;
     const ssize_t count = read(line_, bytes.data(), std::min(most, bytes.size()));
@@ -88,7 +88,7 @@ class Reader {
     return true;
   }
   bool is_between_frames() const { return data_.empty(); }
-  /// Reads until `is_so`, at most for `longest`.
+  /// Reads until `is_so` is true, at most for `longest`.
   template <class Is>
   bool until(Is is_so, Duration longest = std::chrono::seconds(20)) {
     const SteadyClock clock;
@@ -101,10 +101,10 @@ class Reader {
     return is_so();
   }
 
-  int zeros = 0;     ///< since the last force
-  int silences = 0;  ///< in which the watchdog wrote zero
+  int zeros = 0;     ///< number of zero frames since the last force
+  int silences = 0;  ///< number of silences in which the watchdog wrote zero
   int forces = 0, replies = 0;
-  std::uint8_t last = kForce;  ///< that is no reply
+  std::uint8_t last = kForce;  ///< kind of the last frame that is no reply
   std::uint32_t let_go_of_last_force = 0;
   bool is_whole = true;
   bool has_ended = false;

@@ -1,5 +1,6 @@
-// The watchdog over a line that takes nothing for a while: an owner process fills a pipe or a TCP connection and is killed,
-// stopped or continued; then the line is read. TANDEM_WATCHDOG_TRIALS: how often each case is tried, 1 where it is not set.
+// The watchdog over a line that accepts no bytes for a while. An owner process fills a pipe or a TCP connection and is
+// killed, stopped or continued; then the line is read. TANDEM_WATCHDOG_TRIALS is the number of trials of each case, by
+// default 1.
 #include "devices/watchdog.hpp"
 
 #include <gtest/gtest.h>
@@ -42,7 +43,7 @@ int trials() {
   return given != nullptr ? std::stoi(given) : 1;
 }
 
-/// In a child: without the other lines, whose ends would not be seen.
+/// Closes all other lines in a child process: otherwise their ends would never be detected.
 void keep_only(int descriptor) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int other = 3; other < 512; ++other) {
@@ -50,16 +51,16 @@ void keep_only(int descriptor) {
   }
 }
 
-/// Memory that the test and an owner share.
+/// Memory shared by the test and an owner process.
 struct Shared {
-  std::atomic<bool> is_busy{false};  ///< the line takes no more
+  std::atomic<bool> is_busy{false};  ///< the line accepts no more bytes
   std::atomic<std::uint32_t> let_go{0};
-  std::atomic<bool> wants_zero{false};  ///< the owner shall let go by itself
-  std::atomic<bool> is_off{false};      ///< … and has
+  std::atomic<bool> wants_zero{false};  ///< request to the owner to release the force itself
+  std::atomic<bool> is_off{false};      ///< the owner has released it
   std::atomic<bool> should_end{false};
 };
 
-/// A process that shows a force over a line.
+/// A process that writes a force to a line.
 class Owner {
  public:
   Owner(LineKind kind, int line) : kind_(kind), line_(line) {
@@ -126,7 +127,8 @@ bool wait_for(Is is_so) {
   return is_so();
 }
 
-/// A process that only waits until a pipe of its own takes a byte: how soon this machine lets any process act.
+/// A process that only waits until its own pipe accepts a byte. Reference for how soon this machine schedules a
+/// process.
 class Peer {
  public:
   Peer() : line_(LineKind::kPipe) {
@@ -170,7 +172,7 @@ struct Case {
   int busy_ms;
 };
 
-/// One owner that meets its end while its line is busy.
+/// One owner that is killed or stopped while its line is full.
 struct Trial {
   explicit Trial(const Case& what) : one(what), line(what.line), owner(what.line, line.writing), reader(line.reading) {}
 
@@ -178,10 +180,10 @@ struct Trial {
     EXPECT_TRUE(wait_for([this] { return owner.shared->is_busy.load(); }));
     let_go_before = owner.shared->let_go;
     owner.send_signal(one.end == End::kKilled ? SIGKILL : SIGSTOP);
-    // What is in the line then is read by nobody until it opens.
+    // Nothing reads the bytes in the line until open().
     ended = clock.now();
   }
-  /// Reads from now on. How long after that zero came, and the peer acted.
+  /// Starts to read. Measures the delays until a zero arrives and until the peer acts.
   void open(Peer& peer) {
     const LocalTime opened = clock.now();
     peer.open();
@@ -234,7 +236,7 @@ std::string describe(const Case& one) {
          kEnds[static_cast<std::size_t>(one.end)] + ", busy for " + std::to_string(one.busy_ms) + " ms";
 }
 
-/// All of these at the same time.
+/// Runs all cases concurrently.
 std::vector<std::unique_ptr<Trial>> tried(std::vector<Case> cases) {
   std::ranges::stable_sort(cases, {}, &Case::busy_ms);
   std::vector<std::unique_ptr<Trial>> result;
@@ -253,8 +255,8 @@ std::vector<std::unique_ptr<Trial>> tried(std::vector<Case> cases) {
   return result;
 }
 
-// Whether a machine lets a process act within 10 ms is not the watchdog's: one that is late is tried again, and counts as
-// late when it is each time while the peer is in time.
+// The scheduling latency of the machine is no property of the watchdog. A late trial is therefore repeated; it counts
+// as late only if it is late each time while the peer is in time.
 TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
   std::vector<Case> cases;
   for (const LineKind line : {LineKind::kPipe, LineKind::kTcp}) {
@@ -292,7 +294,7 @@ TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
             << " tried again\n";
 }
 
-/// Reads a few bytes at a time while the owner is stopped, continued and killed at any instant.
+/// Reads a few bytes at a time while the owner is stopped, continued and killed at random instants.
 TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
   const std::uint64_t seed = test::test_seed(59);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
@@ -359,7 +361,7 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
 }
 
-/// False: the machine held the owner up for so long that its watchdog wrote the zero, and nothing is claimed.
+/// Returns false if the machine stalled the owner until its watchdog wrote the zero; the trial then proves nothing.
 bool an_owners_zero_waits(LineKind kind) {
   TestLine line(kind);
   Owner owner(kind, line.writing);
@@ -393,7 +395,7 @@ TEST(WatchdogLine, AnOwnerThatEndsWithItsForceOnABusyLineLeavesAWatchdogThatLets
     Reader reader(line.reading);
     ASSERT_TRUE(wait_for([&owner] { return owner.shared->is_busy.load(); }));
     owner.shared->should_end = true;
-    std::this_thread::sleep_for(seconds(1));  // longer than it waits for its watchdog
+    std::this_thread::sleep_for(seconds(1));  // longer than the owner waits for its watchdog
     close(std::exchange(line.writing, -1));
     EXPECT_TRUE(reader.until([&reader] { return reader.has_ended; }));
     EXPECT_EQ(reader.last, kZero);
@@ -401,7 +403,7 @@ TEST(WatchdogLine, AnOwnerThatEndsWithItsForceOnABusyLineLeavesAWatchdogThatLets
   }
 }
 
-/// Ids of this process's children.
+/// Process ids of the children of this process.
 std::vector<pid_t> children() {
   std::vector<pid_t> result;
   const std::string path = "/proc/self/task/" + std::to_string(getpid()) + "/children";

@@ -1,5 +1,6 @@
-// Any bytes as a surface, a drawing or a molecule that a server sends, as the first byte chooses: what is read is sound, and a
-// surface or a molecule the same after it was written. The checksum at the end is set right first, or nothing would get past it.
+// Arbitrary bytes as an asset from a server: a surface, a drawing or a molecule, by the first byte. Every accepted
+// asset is sound, and a surface or molecule is unchanged by writing and reading. The target first corrects the checksum
+// at the end, or every input would be refused.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -1,11 +1,11 @@
-// What a fuzz target demands of what it has read.
+// Condition that a fuzz target requires of its results.
 #pragma once
 
 #include <cstdlib>
 
 namespace tandem::fuzz {
 
-/// In every build; a fuzzer keeps the input that ended the program.
+/// Aborts in every build, unlike assert(); a fuzzer keeps the input that ended the program.
 inline void check(bool is_good) {
   if (!is_good) std::abort();
 }

@@ -1,6 +1,6 @@
-// The states of a real session, with hostile times, steps, sequences, counts, ids and numbers in them (timeline.hpp), to a
-// client of each stage, by the path on which states are received. Beside what FuzzedClient checks: once no state that was
-// accepted is younger than the silence limit, the force is zero.
+// A client of each stage receives the states of a real session with hostile times, steps, sequences, counts, ids and
+// numbers (timeline.hpp). They take the normal path of received states. In addition to the checks of FuzzedClient: the
+// force is zero once no accepted state is younger than the silence limit.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -24,16 +24,17 @@ using namespace tandem;
 using fuzz::check;
 using fuzz::TimelineAct;
 
-/// How old a state may be, and in how many ticks the force is then gone (client/README.md, What the hand can rely on).
+/// Maximum age of a state, and number of ticks until the force is then zero (client/README.md, What the hand can rely
+/// on).
 constexpr Duration kSilence = std::chrono::milliseconds(150);
 constexpr int kTicksToZero = 25;
 
-/// What a hub said to a client of one stage, up to its first state, and its states.
+/// Messages of a hub to a client of one stage up to its first state, and the states.
 struct Recording {
   std::vector<proto::Bytes> messages;
   std::vector<proto::ServerUpdate> states;
   wire::Welcome welcome;
-  /// The scene's shapes, so that a client need not make them again.
+  /// shapes of the scene, so that a client need not build them again
   std::vector<std::shared_ptr<const contact::ContactShape>> shapes;
 };
 
@@ -131,13 +132,13 @@ class Session {
 
  private:
   ServerTime server_time() const {
-    // Within what the wire takes.
+    // Clamped to the range of time stamps on the wire.
     constexpr Duration kMost = proto::kMaxTimestamp;
     const Duration now = it_.now().time_since_epoch();
     return ServerTime(std::clamp(offset_, -now, kMost - now) + now);
   }
 
-  /// The next recorded state with times and counts as a room would have them now.
+  /// Next recorded state, with times and counts updated to the present.
   proto::ServerUpdate next() {
     constexpr Duration kWay = std::chrono::milliseconds(10);
     proto::ServerUpdate update = recording_.states[played_++ % recording_.states.size()];
@@ -152,9 +153,9 @@ class Session {
 
   Vec3 vector(double most) { return most * Vec3(in_.share(), in_.share(), in_.share()); }
   Quat rotation() { return quaternion_of(vector(3)); }
-  /// A tenth of them are out of range.
+  /// Random state; about a tenth of these states are out of range.
   RigidState anywhere() {
-    constexpr double kBeyond = 0.65;  // of a cube's diagonal
+    constexpr double kBeyond = 0.65;  // share of a cube's diagonal
     return {{vector(kBeyond * proto::kMaxPositionM), rotation()},
             {vector(kBeyond * proto::kMaxSpeedMPerS), vector(kBeyond * proto::kMaxTurnRadPerS)}};
   }
@@ -204,7 +205,8 @@ class Session {
     contact.lever_m = std::abs(in_.share()) * proto::kMaxPositionM;
   }
 
-  /// Ids follow each other from any number on: those of the scene, others, or both.
+  /// Replaces bodies and users by many with consecutive ids from any first number: ids of the scene, unknown ids, or
+  /// both.
   proto::ServerUpdate crowded(proto::ServerUpdate update) {
     const std::size_t bodies = in_.byte() % (proto::kMaxBodies + 1), users = in_.byte() % (proto::kMaxUsers + 1);
     const auto first = static_cast<std::uint32_t>(in_.whole());
@@ -241,7 +243,7 @@ class Session {
     kept_back_ = update.sent - update.stepped;
   }
 
-  /// Datagrams of state that passed all checks.
+  /// Number of state datagrams that passed all checks.
   std::uint64_t accepted() {
     const proto::ChannelCounters& counters = it_.session().counters();
     std::uint64_t count = counters.datagrams_received;

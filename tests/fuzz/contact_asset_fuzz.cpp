@@ -1,5 +1,5 @@
-// Any bytes as a contact asset, as a client or the cache reads it: what is read can be asked anything and survives
-// being written and read again. The checksum at the end is set right first, or nothing would get past it.
+// Arbitrary bytes as a contact asset, read as by a client or the cache. Every accepted asset can be queried anywhere
+// and survives writing and reading. The target first corrects the checksum at the end, or every input would be refused.
 #include <cmath>
 #include <cstdint>
 #include <vector>

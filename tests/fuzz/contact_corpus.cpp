@@ -1,5 +1,5 @@
-// Writes what contact_asset_fuzz starts from: assets of a small solid and a small sheet, as this version writes them.
-// Committed ones would be refused at their version number after the first change of the format, and nobody would see.
+// Writes the seeds of contact_asset_fuzz: assets of a small solid and a small sheet in the current format. Committed
+// seeds would become useless unnoticed: after a change of the format their version number is refused.
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -12,7 +12,8 @@ namespace {
 
 using namespace tandem;
 
-/// Not packed, so that a changed byte reaches the readers. As small as can be, for the runner changes every byte: coarse cells, and few points.
+/// Options of small assets, because the runner changes every byte: coarse cells and few points. They are not packed, so
+/// that a changed byte reaches the readers.
 contact::ContactShapeOptions coarse_options() {
   contact::ContactShapeOptions options;
   options.cell_m = 2e-3;

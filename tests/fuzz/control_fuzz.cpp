@@ -1,5 +1,5 @@
-// Any bytes as a control stream, read by either side. The input's size chooses the size of the pieces in which
-// the stream arrives, so that the cutting into frames is exercised as well.
+// Arbitrary bytes as a control stream, read by either side. The size of the input selects the size of the pieces in
+// which the stream arrives; this covers the framing as well.
 #include <algorithm>
 #include <cstdint>
 #include <span>

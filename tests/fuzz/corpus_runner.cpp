@@ -1,6 +1,6 @@
-// Runs a fuzz target without a fuzzer, so that it is built and run by every compiler: over every *.hex file of a folder, its
-// prefixes, and it with single bytes changed; and over every line of a file, each an input in hexadecimal. With --around N at most some N
-// inputs are made of each *.hex file, for targets that take long.
+// Runs a fuzz target without a fuzzer, so that every compiler builds and runs it. Inputs: every *.hex file of a folder,
+// its prefixes, and its copies with single changed bytes; and every line of a file, in hexadecimal. --around N limits
+// the inputs from each *.hex file to about N, for slow targets.
 #include <array>
 #include <cctype>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Any bytes as a datagram, read by either side; what is read must survive being written and read again.
+// Arbitrary bytes as a datagram, read by either side. Every accepted datagram must survive writing and reading.
 #include <cstdint>
 #include <span>
 

@@ -1,4 +1,4 @@
-// Any bytes as what a server says, to a whole client with its local model and a device.
+// Arbitrary bytes as the messages of a server, received by a whole client with its local model and a device.
 #include <cstdint>
 
 #include "tests/fuzz/fuzzed_client.hpp"

@@ -1,4 +1,5 @@
-// Any bytes as a join token, and as the text of an invitation: what is read is within its ranges and reads back.
+// Arbitrary bytes as a join token, and as the text of an invitation. Every accepted value is within its ranges and
+// survives writing and reading.
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -13,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const secure::KeyPair kIssuer = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
   static const std::vector<secure::PublicKey> kIssuers{kIssuer.public_key()};
   const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
-  check(!proto::read_token(bytes, kIssuers));  // nobody has signed it
+  check(!proto::read_token(bytes, kIssuers));  // the token has no valid signature
   if (const auto claims = proto::peek_token(bytes)) {
     check(proto::read_token(proto::sign_token(*claims, kIssuer), kIssuers).has_value());
   }

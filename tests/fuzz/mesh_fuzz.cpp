@@ -1,5 +1,5 @@
-// Any corners and triangles as a mesh that somebody brings: it is made ready for touch, or refused. What parses files is a
-// program of its own with bounded memory and time, and not tested here.
+// Arbitrary vertices and triangles as a user's mesh: it is prepared for contact, or refused. The parser of mesh files
+// is a separate program with bounded memory and time, and is not tested here.
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -22,7 +22,8 @@ void check(const geometry::TriangleMesh& mesh) {
   }
 }
 
-/// Model   power of two of the unit, count of vertices, x y z of each as signed bytes, then corners of triangles
+/// Model   exponent of the power of two of the unit, number of vertices, x y z of each as signed bytes, then vertex
+///         indices of triangles
 geometry::TriangleMesh mesh_of(std::span<const std::uint8_t> bytes) {
   geometry::TriangleMesh mesh;
   if (bytes.size() < 2) return mesh;

@@ -1,4 +1,5 @@
-// Writes what recording_fuzz starts from, by the real writer: a whole recording, one that was killed, an empty one.
+// Writes the seeds of recording_fuzz by the real writer: a complete recording, one of a killed program, and an empty
+// one.
 #include <cstdint>
 #include <filesystem>
 #include <iostream>

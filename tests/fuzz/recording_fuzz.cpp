@@ -1,5 +1,5 @@
-// Any bytes as a recording: the reader ends, what it gives lies within the file's limits, and what it read can be written and
-// read again.
+// Arbitrary bytes as a recording. The reader terminates, its results are within the limits of the file, and they
+// survive writing and reading.
 #include <cstdint>
 #include <sstream>
 

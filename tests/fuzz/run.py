@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Fuzzes what reads bytes from outside, with Clang's libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer.
+"""Fuzzes all readers of external bytes with Clang's libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer.
 
-Builds into build/fuzz, begins with the seeds of the real writers and with what was found before (corpus/TARGET.txt), and goes on
-from where the last run stopped (build/fuzz/corpus). What is found lies in build/fuzz/findings. Exit code 1 if there is something.
+Builds into build/fuzz. Starts from the seeds of the real writers, the earlier inputs in corpus/TARGET.txt and the
+corpus of the last run (build/fuzz/corpus). Inputs with failures are stored in build/fuzz/findings; the exit code is then 1.
 """
 
 import argparse
@@ -20,9 +20,9 @@ SOURCE = HERE.parents[1]
 BUILD = SOURCE / "build" / "fuzz"
 README = HERE / "README.md"
 MARKS = ("<!-- runs -->\n", "<!-- end of runs -->")
-# Of one input: no message, datagram or file of a test is longer. A reader that takes longer, or more memory, is a finding.
+# Limits of one input. No message, datagram or file of a test is longer; exceeding the time or the memory is a finding.
 MAX_BYTES, MAX_SECONDS, MAX_MEMORY_MB = 65536, 60, 2048
-# What is committed of what a run has found to reach new code: the small ones.
+# Limits of the committed inputs: only small inputs that reach new code are kept.
 KEPT_INPUTS, KEPT_BYTES = 150, 600
 COLUMNS = ("target", "minutes", "inputs", "inputs/s", "edges reached", "findings")
 
@@ -42,7 +42,7 @@ def build():
 
 
 def inputs_of(target, seeds):
-    """A folder with all that the target begins with, raw."""
+    """Folder with all raw inputs that the target starts from."""
     folder = BUILD / "corpus" / target
     folder.mkdir(parents=True, exist_ok=True)
     lines = [file.read_text() for file in sorted(seeds.glob("*.hex"))]
@@ -55,7 +55,7 @@ def inputs_of(target, seeds):
 
 
 def fuzz(target, seeds, seconds):
-    """A row of the table."""
+    """Fuzzes one target. Returns its row of the table."""
     folder = inputs_of(target, seeds)
     findings = BUILD / "findings" / target
     findings.mkdir(parents=True, exist_ok=True)
@@ -73,7 +73,7 @@ def fuzz(target, seeds, seconds):
 
 
 def keep(target):
-    """What reaches most with least, small, as corpus/TARGET.txt."""
+    """Writes a minimal set of small inputs with the same coverage to corpus/TARGET.txt."""
     least = BUILD / "least" / target
     shutil.rmtree(least, ignore_errors=True)
     least.mkdir(parents=True)
@@ -91,7 +91,7 @@ def table(rows):
 
 
 def rows_with(old, rows, targets):
-    """The rows of a table as it stands, with those of this run in the place of theirs, in the order of the targets."""
+    """Rows of the existing table, updated by those of this run, in the order of the targets."""
     cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in old.splitlines()[2:]]
     of = {row[0]: row for row in cells + rows}
     return [of[name] for name in targets if name in of]

@@ -1,5 +1,6 @@
-// Any bytes as a sealed datagram, at either end of a connection whose keys are known: past the seal, so that what an
-// authentic but hostile peer says is read too. What is opened once is not opened again.
+// Arbitrary bytes as a sealed datagram, at either end of a connection with known keys. The target passes the seal, so
+// that messages of an authentic but hostile peer are covered too. A datagram that was opened once is refused as a
+// replay.
 #include <cstdint>
 #include <span>
 

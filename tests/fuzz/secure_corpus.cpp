@@ -1,5 +1,5 @@
-// Writes what the fuzz targets of the transport start from, by the real writers: sealed datagrams, tokens, invitations, the
-// first words of a client.
+// Writes the seeds of the fuzz targets of the transport by the real writers: sealed datagrams, tokens, invitations, and
+// the first message of a client.
 #include <filesystem>
 #include <iostream>
 

@@ -1,4 +1,4 @@
-// What the seeds of the fuzz targets of the transport are made with, so that they get past its first checks.
+// Connection id and secret of the transport's seeds and fuzz targets, so that seeds pass the first checks.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What the corpus programs write, and the fuzz targets begin with.
+// Seed files: written by the corpus programs, read by the fuzz targets.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace tandem::fuzz {
 
-/// FILE.seed, raw, for a fuzzer; FILE.hex for the runner.
+/// Writes FILE.seed, raw, for a fuzzer, and FILE.hex for the runner.
 inline void write_seed(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream raw(file.string() + ".seed", std::ios::binary), hex(file.string() + ".hex");

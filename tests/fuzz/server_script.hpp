@@ -1,4 +1,4 @@
-// What a server says to a client, as bytes: the input of hostile_server_fuzz.
+// Actions of a server towards a client, as bytes: the input of hostile_server_fuzz.
 #pragma once
 
 #include <algorithm>
@@ -9,14 +9,14 @@
 
 namespace tandem::fuzz {
 
-/// One thing that happens to the client. Unknown kinds are time.
+/// One action. Unknown kinds count as kTime.
 enum class ServerAct : std::uint8_t {
   kMessage,   ///< a control message in a frame
-  kStream,    ///< bytes of the control stream as they are
-  kDatagram,  ///< likewise a datagram
-  kState,     ///< a state behind a header that is right
-  kHangUp,    ///< the connection ends
-  kTime,      ///< as many milliseconds as there are bytes
+  kStream,    ///< raw bytes of the control stream
+  kDatagram,  ///< raw bytes of a datagram
+  kState,     ///< a state behind a valid header
+  kHangUp,    ///< end of the connection
+  kTime,      ///< one millisecond for each byte
 };
 
 struct ScriptedAct {
@@ -24,7 +24,7 @@ struct ScriptedAct {
   std::span<const std::byte> bytes;
 };
 
-/// Model   act (1 byte), size (2 bytes, little-endian), bytes; cut off where the input ends
+/// Model   act (1 byte), size (2 bytes, little-endian), bytes; truncated at the end of the input
 inline ScriptedAct next_act(std::span<const std::byte>& script) {
   constexpr std::size_t kHead = 3;
   const auto number = [&script](std::size_t i) { return std::to_integer<std::size_t>(script[i]); };

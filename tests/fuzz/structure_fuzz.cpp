@@ -1,5 +1,5 @@
-// Any bytes as a structure file, of the format that the first byte chooses: what is read is finite, within the limits and
-// hangs together, or it is refused in one line.
+// Arbitrary bytes as a structure file, in the format that the first byte selects. An accepted structure is finite,
+// within the limits and consistent; a refusal is an error of one line.
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -1,4 +1,4 @@
-// What is done to the states of a recorded session before a client gets them: the input of client_stages_fuzz.
+// Changes to the states of a recorded session before a client receives them: the input of client_stages_fuzz.
 #pragma once
 
 #include <algorithm>
@@ -15,19 +15,19 @@
 
 namespace tandem::fuzz {
 
-/// One thing that happens. Unknown kinds are a true state.
+/// One action. Unknown kinds count as kTrue.
 enum class TimelineAct : std::uint8_t {
-  kTrue,      ///< the next recorded states, each a millisecond after the other, with true times
-  kSilence,   ///< as many milliseconds without a state
-  kSpoilt,    ///< the next recorded state, with some of its numbers replaced
-  kCrowd,     ///< likewise, with as many bodies and users as there is place for
-  kSequence,  ///< the next datagrams go on so far ahead
-  kStall,     ///< the client is held up for so long
-  kOffset,    ///< from now on the server's clock is so much ahead
+  kTrue,      ///< the next recorded states, 1 ms apart, with true times
+  kSilence,   ///< a number of milliseconds without a state
+  kSpoilt,    ///< the next recorded state, with some numbers replaced
+  kCrowd,     ///< the same, with up to the maximum number of bodies and users
+  kSequence,  ///< the sequence of the next datagrams is advanced by a number
+  kStall,     ///< the client stalls for a time
+  kOffset,    ///< the server's clock is advanced from now on
   kStage,     ///< another stage or predictor
 };
 
-/// Reads bytes as numbers of every size; zeros once they are used up.
+/// Reads bytes as numbers of every magnitude; zeros after the end of the input.
 class TimelineReader {
  public:
   explicit TimelineReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -39,13 +39,13 @@ class TimelineReader {
     bytes_ = bytes_.subspan(1);
     return first;
   }
-  /// From 0 up to 2^63, as often small as large: one byte is the exponent, the other what follows it.
+  /// From 0 up to 2^63, log-uniform: one byte is the exponent, the other the digits after the leading one.
   std::uint64_t whole() {
     const unsigned exponent = byte() % 64U;
     const std::uint64_t digits = byte();
     return exponent < 8 ? digits >> (8 - exponent) : (256 + digits) << (exponent - 8) & ~(std::uint64_t{1} << 63U);
   }
-  /// Likewise, of either sign.
+  /// From −2^63 to 2^63, log-uniform, of either sign.
   std::int64_t number() {
     const bool is_negative = byte() % 2 == 1;
     const auto size = static_cast<std::int64_t>(whole());
@@ -58,7 +58,8 @@ class TimelineReader {
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Of each of `stages` stages: all true; with a silence; with a state of each kind of spoilt number.
+/// Seeds of each of `stages` stages: true states only; a silence; one state with each kind of replaced number; and the
+/// other actions.
 inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_t stages = 8) {
   const auto act = [](TimelineAct kind) { return static_cast<std::uint8_t>(kind); };
   const auto write = [&folder](std::size_t stage, const std::string& name, std::vector<std::uint8_t> bytes) {
@@ -77,7 +78,7 @@ inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_
             {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), mask, 0, 0, kYear, 255, act(TimelineAct::kTrue),
              30, act(TimelineAct::kSpoilt), 0, mask, 1, kYear, 255, act(TimelineAct::kSilence), 200});
     }
-    // All times a year ahead in one state that echoes nothing, so that the clock's offset does not follow.
+    // One state with all times a year ahead. It echoes no input, so that the estimated clock offset does not follow.
     constexpr std::uint8_t kAheadWithoutEcho = 1U << 7U | 1U << 3U;
     write(stage, "ahead",
           {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), kAheadWithoutEcho, 0, 0, 0, 0, kYear, 255,

@@ -1,5 +1,5 @@
-// Any bytes as what a stranger says to a server, or a server to a client, in TLS: the connection ends or waits, and nothing
-// is delivered before both know each other.
+// Arbitrary bytes as TLS from a stranger to a server, or from a server to a client. The connection ends or waits, and
+// delivers nothing before both ends are authenticated.
 #include <cstdint>
 #include <cstdlib>
 #include <span>

@@ -26,7 +26,7 @@ Bytes sealed_by(DatagramSeal& seal, std::uint64_t sequence, const Bytes& payload
   return datagram;
 }
 
-/// What it says when it opens, else the reason.
+/// Opens a datagram. Returns its payload, or the reason of the drop.
 std::pair<DropReason, Bytes> opened_by(DatagramSeal& opener, const Bytes& datagram) {
   DatagramHeader header;
   if (const DropReason reason = parse_header(datagram, header); reason != DropReason::kNone) return {reason, {}};
@@ -117,7 +117,7 @@ TEST(ReplayWindow, KnowsEachOfTheLastSequencesAndNoneBefore) {
   EXPECT_EQ(window.check(kNewest + 1), DropReason::kNone) << "a gap that nobody has seen";
 }
 
-/// The two ends of an encrypted connection.
+/// Both ends of an encrypted connection.
 class SealedChannel : public testing::Test {
  protected:
   static DatagramChannel::Settings settings(DatagramType sends) {

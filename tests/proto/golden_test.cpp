@@ -1,5 +1,5 @@
-// What is on the wire stays as it is: these bytes are what programs in the field send. A difference here is a new
-// protocol version, or a mistake. To accept it: TANDEM_UPDATE_GOLDEN=1 test_wire_golden, and say why in the commit.
+// The wire format is frozen: programs in the field send these bytes. A difference is a new protocol version or a
+// mistake. To accept it: TANDEM_UPDATE_GOLDEN=1 test_wire_golden, and state the reason in the commit.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -50,12 +50,12 @@ std::string read_text(const std::string& path) {
   return text.str();
 }
 
-/// The golden file's bytes.
+/// Bytes of a golden file.
 Bytes golden(const std::string& name) {
   return bytes_of(read_text(path_of(name)));
 }
 
-/// The message in a golden control frame.
+/// Message in a golden control frame.
 template <class Message>
 std::string control_in(const std::string& name) {
   FrameReader reader;

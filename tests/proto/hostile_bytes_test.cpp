@@ -1,5 +1,5 @@
-// Damaged and malicious bytes: every golden message cut at every byte, with every bit flipped, and with random
-// damage, is refused or read, and what is read is within its ranges. Meant for the sanitizers above all.
+// Damaged and malicious bytes: every golden message cut at every byte, with every bit flipped, and with random damage.
+// Each is either refused or read, and all values read are within their ranges. Intended mainly for the sanitizers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace tandem::proto {
 namespace {
 
-/// A rigid state that a loop can compute with. Written apart from the codec's own checks.
+/// Whether a loop can compute with a rigid state. Independent of the codec's own checks.
 bool is_usable(const RigidState& state) {
   return is_finite(state.X) && is_finite(state.V) && std::abs(state.X.q.norm() - 1.0) < 1e-9 &&
          state.X.p.norm() <= kMaxPositionM && state.V.v.norm() <= kMaxSpeedMPerS && state.V.w.norm() <= kMaxTurnRadPerS;
@@ -37,7 +37,8 @@ bool is_usable(const ServerUpdate& update) {
   return is_good;
 }
 
-/// Looks at the message as text, one field a line, which touches every field. A string's line ends in a quote.
+/// Checks the text form of the message, one field a line, which visits every field. The line of a string ends in a
+/// quote.
 bool has_finite_numbers(const google::protobuf::Message& message) {
   std::istringstream text(message.DebugString());
   for (std::string line; std::getline(text, line);) {
@@ -48,7 +49,7 @@ bool has_finite_numbers(const google::protobuf::Message& message) {
   return true;
 }
 
-/// What became of damaged bytes.
+/// Result of reading damaged bytes.
 enum class Outcome { kRefused, kRead, kUnusable };
 
 template <class Message>
@@ -89,7 +90,7 @@ Outcome outcome_of(Packing packing, std::span<const std::byte> bytes) {
   return Outcome::kUnusable;
 }
 
-/// Exactly sized on the heap, so that AddressSanitizer sees a read one byte past the end.
+/// Reads a copy of exact size on the heap, so that AddressSanitizer detects a read one byte past the end.
 Outcome outcome_of_copy(Packing packing, std::span<const std::byte> bytes) {
   const Bytes copy(bytes.begin(), bytes.end());
   return outcome_of(packing, copy);
@@ -123,7 +124,7 @@ TEST(HostileBytes, EveryTruncationIsRefusedOrRead) {
     for (std::size_t size = 0; size < message.bytes.size(); ++size) {
       const Outcome outcome = outcome_of_copy(message.packing, std::span(message.bytes).first(size));
       ASSERT_NE(outcome, Outcome::kUnusable) << message.name << " cut to " << size;
-      // A frame says how long it is; a datagram may be cut between two fields.
+      // A frame states its length; a datagram may be cut between two fields.
       if (is_frame) {
         ASSERT_EQ(outcome, Outcome::kRefused) << message.name << " cut to " << size;
       }

@@ -306,7 +306,7 @@ DatagramHeader server_header() {
           .sequence = 0x334455};
 }
 
-// Unit quaternions of numbers that binary fractions give exactly, so that reading changes nothing.
+// The components of the unit quaternions are exact binary fractions, so that reading does not change them.
 ClientUpdate client_update() {
   ClientUpdate update;
   update.input_tick = Tick{120'000};
@@ -355,7 +355,7 @@ ServerUpdate server_update() {
   return update;
 }
 
-// As a cushion of two springs would be: K = Σ k gᵀg with g of binary fractions.
+// Contact of a cushion with two springs: K = Σ k gᵀg, where g consists of binary fractions.
 SoftContact soft_contact() {
   SoftContact contact;
   contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};

@@ -1,4 +1,4 @@
-// Messages that several tests of proto/ use: typical ones, which are also the golden ones, and the largest ones.
+// Messages shared by several tests of proto/: typical ones, which are also the golden messages, and the largest ones.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace tandem::proto {
 
-/// How a golden message is packed, and so which reader it is for.
+/// Packing of a golden message; it selects the reader.
 enum class Packing { kClientControlFrame, kServerControlFrame, kClientDatagram, kServerDatagram };
 
-/// A message as it goes onto the wire, with the name of its file in tests/golden/wire.
+/// A message as sent, with the name of its file in tests/golden/wire.
 struct GoldenMessage {
   std::string name;
   Packing packing;
@@ -33,32 +33,32 @@ wire::ServerControl pose_progress();
 wire::ServerControl pointed();
 wire::ServerControl room_start();
 wire::ServerControl welcome();
-/// With a scene that has every kind of shape, and numbers that defaults would not give.
+/// Message with a scene that has every kind of shape. Its numbers differ from the defaults.
 wire::ServerControl joined();
 wire::ServerControl error();
 wire::ServerControl goodbye();
 wire::ServerControl asset_chunk();
 wire::ServerControl room_reset();
-/// A block that is pressed in at its middle.
+/// Shape of a block that is pressed in at its centre.
 wire::ServerControl soft_shape();
 DatagramHeader client_header();
 DatagramHeader server_header();
-/// With a local model's tool.
+/// Update with the tool of a local model.
 ClientUpdate client_update();
 SoftContact soft_contact();
-/// Two bodies (one moving and held, one resting) and another user.
+/// Update with two bodies (one moving and held, one resting) and another user.
 ServerUpdate server_update();
 
-/// All of the above, packed by the project's own writers.
+/// All messages above, packed by the project's own writers.
 std::vector<GoldenMessage> golden_messages();
 
-/// Every varint at its longest, every double with all its bytes, within what readers accept.
+/// Update with every varint at its longest and every double with all its bytes, within the limits of the readers.
 ClientUpdate largest_client_update(ClientMode mode = ClientMode::kLocalModel);
-/// kMaxBodies moving bodies held by others and kMaxUsers moving users with the longest ids, and likewise all else.
-/// The body with index `held` is held by the reader.
+/// Update with kMaxBodies moving bodies held by others and kMaxUsers moving users with the longest ids. All other
+/// fields have their largest size too. The reader holds the body with index `held`.
 ServerUpdate largest_server_update(std::size_t held);
 
-/// A pose and twist with no number that is zero or short, different for each `index`.
+/// Pose and twist without a zero or short number, different for each `index`.
 RigidState moving_state(std::size_t index);
 RigidState resting_state(std::size_t index);
 

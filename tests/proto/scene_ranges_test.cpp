@@ -1,4 +1,5 @@
-// Every number of a scene has one range, and a file and the wire accept the same: server and client are linked.
+// Every number of a scene has one range, and scene files and the wire accept the same values. Links both server and
+// client.
 #include "proto/scene_ranges.hpp"
 
 #include <gmock/gmock.h>
@@ -30,8 +31,8 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Every message that a scene can have, and numbers beside which each one may go to either end of its range. Small
-/// shapes, which are made quickly.
+/// Scene with every message that a scene can have. The other numbers allow each number to reach both ends of its range.
+/// The shapes are small, so that they build quickly.
 std::string sample_json() {
   std::string tools;
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
@@ -55,13 +56,13 @@ std::string sample_json() {
    "soft_bodies": [{"name": "soft", "block": {"size_m": [0.001, 0.001, 0.001], "spacing_m": 100}}]})";
 }
 
-/// "Message" and "field" of a row.
+/// Message and field name of a row.
 std::pair<std::string, std::string> names_of(const SceneRange& range) {
   const std::size_t dot = range.field.find('.');
   return {std::string(range.field.substr(0, dot)), std::string(range.field.substr(dot + 1))};
 }
 
-/// The first message of `type` that is set in `message`, itself included.
+/// Finds the first message of `type` that is set in `message`, itself included.
 Message* find_message(Message& message, const std::string& type) {
   if (message.GetDescriptor()->name() == type) return &message;
   const Reflection& values = *message.GetReflection();
@@ -79,7 +80,7 @@ Message* find_message(Message& message, const std::string& type) {
   return nullptr;
 }
 
-/// Sets the first number of the row's field, where the sample has it first.
+/// Sets the first occurrence of the row's field in the sample.
 void set(Message& root, const SceneRange& range, double value) {
   const auto [type, name] = names_of(range);
   Message* message = find_message(root, type);
@@ -102,7 +103,7 @@ bool is_of_a_file(const SceneRange& range) {
   return !range.field.starts_with("MassProperties.");
 }
 
-/// Sampling the surface of a shape of 100 m takes minutes.
+/// Whether a range belongs to a primitive shape. Sampling the surface of such a shape of 100 m takes minutes.
 bool is_of_a_primitive(const SceneRange& range) {
   const std::string type = names_of(range).first;
   return type == "Sphere" || type == "Box" || type == "Cylinder" || type == "Capsule";
@@ -115,7 +116,7 @@ bool is_whole(const SceneRange& range) {
   return message->FindFieldByName(name)->cpp_type() == FieldDescriptor::CPPTYPE_UINT32;
 }
 
-/// One ulp below and above, or one; nothing is below an unsigned 0.
+/// Values one ulp (for integers: one) below and above the range. No value is below an unsigned 0.
 std::vector<double> just_outside(const SceneRange& range) {
   const double below = std::nextafter(range.low, -kInfinity);
   if (!is_whole(range)) return {below, std::nextafter(range.high, kInfinity)};
@@ -141,7 +142,7 @@ class SceneRanges : public ::testing::Test {
     joined_.set_role(wire::ROLE_MANIPULATOR);
     for (const auto& body : scene->world.bodies) fill(body.mass, *joined_.add_body_masses());
     for (const auto& tool : scene->world.tools) fill(tool.mass, *joined_.add_tool_masses());
-    // The first mass that is found is then one of a body that moves.
+    // The first mass found is then that of a moving body.
     joined_.mutable_body_masses()->SwapElements(0, 1);
     joined_.mutable_scene()->mutable_bodies()->SwapElements(0, 1);
     for (const server::Asset& asset : scene->assets) assets_[asset.sha256] = asset.bytes;
@@ -162,7 +163,7 @@ class SceneRanges : public ::testing::Test {
     set(scene, range, value);
     return scene;
   }
-  /// Of the text of a scene file. Empty: accepted.
+  /// Error of reading the scene as the text of a scene file; empty if accepted.
   std::string refusal_from_file(const wire::Scene& scene) const {
     google::protobuf::util::JsonPrintOptions options;
     options.preserve_proto_field_names = true;
@@ -176,7 +177,7 @@ class SceneRanges : public ::testing::Test {
     }
     return "";
   }
-  /// Without its meshes, which take long. Empty: accepted.
+  /// Error of checking the scene without its meshes, which take long; empty if accepted.
   static std::string refusal_of_numbers(wire::Scene scene) {
     try {
       server::complete_and_check(scene, server::SceneField("test.json"));
@@ -266,7 +267,7 @@ TEST_F(SceneRanges, WhatIsJustInsideIsAcceptedFromAFileAndFromTheWire) {
       }
       if (!is_of_a_file(range)) continue;
       const std::string refusal = refusal_of_numbers(sample_with(range, value));
-      // What a polynomial gives has a range of its own.
+      // The values of a polynomial have a range of their own.
       const bool is_polynomial = range.field.starts_with("AdaptiveFit") && range.low < 0;
       EXPECT_THAT(refusal, is_polynomial ? HasSubstr(" gives ") : HasSubstr(""));
       EXPECT_EQ(refusal.empty(), !is_polynomial) << refusal;

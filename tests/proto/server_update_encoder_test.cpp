@@ -1,4 +1,4 @@
-// The byte budget and who is thinned first, at the limits of every field.
+// The byte budget and the order of thinning, at the limits of every field.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Encodes with one encoder over many messages and reads each back.
+/// Encodes many messages with one encoder and reads each of them back.
 class Receiver {
  public:
   ServerUpdate receive(const ServerUpdate& update) {
@@ -27,7 +27,7 @@ class Receiver {
     return read;
   }
 
-  /// How often each body is in `messages` messages.
+  /// Number of times each body is in `messages` messages.
   std::map<BodyId, int> body_counts(const ServerUpdate& update, int messages) {
     std::map<BodyId, int> counts;
     for (int i = 0; i < messages; ++i) {
@@ -59,7 +59,7 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
       EXPECT_EQ(read.sent, update.sent);
       ASSERT_TRUE(names(read, update.held_body));
     }
-    // The largest item has 72 bytes: as long as more than that were free, one more would have been put in.
+    // The largest item has 72 bytes: the encoder adds items while more than that is free.
     EXPECT_GT(receiver.largest_bytes, kMaxPayloadBytes - 72);
   }
 }
@@ -109,7 +109,8 @@ TEST(ServerUpdateEncoder, NothingStarvesWhenEverythingMoves) {
 TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
   ServerUpdate update = server_update();
   update.bodies.clear();
-  // 8 beside all that this user's own part can have; what has no grasp, wave or soft contact has room for more.
+  // 8 bodies fit beside the largest own part of this user. A user without grasp, wave or soft contact has room for
+  // more.
   for (std::uint32_t id = 1; id <= 8; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
   for (int message = 0; message < 50; ++message) {
@@ -123,7 +124,7 @@ TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
 TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    const bool is_moving = id > kMaxBodies - 8;  // last in the list, so that order alone would thin them
+    const bool is_moving = id > kMaxBodies - 8;  // last in the list, so that the order alone would thin them
     update.bodies.push_back(body_of(id, is_moving ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;

@@ -66,7 +66,7 @@ TEST(SoftShape, HostileOnesAreRefused) {
   }
 }
 
-// Each edge is of two triangles, in both directions; and what is enclosed is the whole box.
+// Each edge belongs to two triangles, once in each direction, and the enclosed volume is the whole box.
 TEST(SoftLattice, IsAClosedSurfaceSeenFromOutside) {
   std::map<std::pair<int, int>, int> edges;
   double volume = 0;

@@ -1,4 +1,4 @@
-// The codecs run at 1 kHz on io threads: after the first messages they must not allocate.
+// The codecs run at 1 kHz on io threads: they must not allocate after the first messages.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -17,7 +17,7 @@ TEST(StateCodec, CodingAllocatesNothingAfterTheFirstMessages) {
   auto client_read = std::make_unique<ClientUpdate>();
   auto server_read = std::make_unique<ServerUpdate>();
   Bytes bytes;
-  bytes.reserve(kMaxDatagramBytes);  // what is thinned differs, and so the size
+  bytes.reserve(kMaxDatagramBytes);  // the thinned items differ between messages, and so does the size
   const auto code_once = [&] {
     bytes.clear();
     append_client_update(client, bytes);

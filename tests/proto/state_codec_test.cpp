@@ -1,4 +1,4 @@
-// What goes in comes out, and nothing else gets in: every field once beyond its limit.
+// Reading returns the written values, and refuses every field once beyond its limit.
 #include "proto/state_codec.hpp"
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
     ClientUpdate read = largest_client_update(ClientMode::kWave);  // a reused slot
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);
-    // Normalising a unit quaternion moves it by rounding only.
+    // Normalising a unit quaternion changes it by rounding only.
     expect_same(read.handle, written.handle, 1e-12);
     EXPECT_EQ(read.handle_valid, written.handle_valid);
     EXPECT_EQ(read.buttons, written.buttons);
@@ -227,7 +227,7 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   const ServerUpdate written = server_update();
   Bytes bytes;
   ServerUpdateEncoder().append(written, bytes);
-  ServerUpdate read = largest_server_update(0);  // what a reused slot holds must not shine through
+  ServerUpdate read = largest_server_update(0);  // reading must overwrite all contents of a reused slot
   ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
   EXPECT_EQ(read.step, written.step);
   EXPECT_EQ(read.stepped, written.stepped);
@@ -342,7 +342,7 @@ TEST(ServerUpdateCodec, EachPartOfASoftContactIsCheckedOnReading) {
   EXPECT_EQ(answer([](auto& c) { c.mutable_pose()->RemoveLast(); }), DropReason::kMalformed);
   EXPECT_EQ(answer([](auto& c) { c.clear_trust_radius_m(); }), DropReason::kNotFinite);
   EXPECT_EQ(answer([](auto& c) { c.set_lever_m(-1e-9); }), DropReason::kNotFinite);
-  // Its first diagonal number: a spring that pushes a tool on wherever it goes.
+  // First diagonal element: a negative stiffness would push a tool on in its direction of motion.
   EXPECT_EQ(answer([](auto& c) { c.set_stiffness(0, -1000); }), DropReason::kNotFinite);
   for (const double bad : {kNan, kInfinity, -kInfinity, 1e38, -1e38}) {
     SCOPED_TRACE(bad);

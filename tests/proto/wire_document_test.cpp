@@ -1,4 +1,4 @@
-// WIRE.md is normative, so it must say what the code does: its tables are read and compared.
+// WIRE.md is normative, so it must match the code: the test reads its tables and compares them.
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ using google::protobuf::FileDescriptor;
 using testing::UnorderedElementsAreArray;
 
 using Row = std::vector<std::string>;
-using Table = std::vector<Row>;  ///< without the head
+using Table = std::vector<Row>;  ///< without the header row
 
 std::string trimmed(const std::string& text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -36,7 +36,7 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-/// The cells of `| a | b |`; a bar after a backslash belongs to its cell.
+/// Cells of `| a | b |`; a bar after a backslash belongs to its cell.
 Row cells_of(const std::string& line) {
   Row cells;
   std::string cell;
@@ -55,7 +55,7 @@ bool is_rule(const Row& row) {
   return !row.empty() && row[0].starts_with("---");
 }
 
-/// Every table of WIRE.md under a heading, in order.
+/// All tables of WIRE.md under a heading, in order.
 std::vector<Table> tables_under(const std::string& heading) {
   std::ifstream file(test::source_path("proto/WIRE.md"));
   EXPECT_TRUE(file.good()) << test::source_path("proto/WIRE.md") << " cannot be read";
@@ -85,14 +85,14 @@ Table table_under(const std::string& heading, std::size_t index = 0) {
   return tables[index];
 }
 
-/// First column → second column.
+/// Maps the first column to the second.
 std::map<std::string, double> numbers_in(const Table& table) {
   std::map<std::string, double> numbers;
   for (const Row& row : table) numbers[row.at(0)] = std::stod(row.at(1));
   return numbers;
 }
 
-/// The first `columns` cells of each row.
+/// First `columns` cells of each row.
 std::vector<Row> columns_of(const Table& table, std::size_t columns) {
   std::vector<Row> rows;
   for (const Row& row : table) rows.emplace_back(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(columns));
@@ -166,7 +166,7 @@ TEST(WireDocument, ThinningConstantsAreThoseOfTheCode) {
   EXPECT_EQ(numbers_in(table_under("Thinning of a ServerUpdate")), expected);
 }
 
-/// Where a header's only bytes that are not zero (first byte apart) are, from the code.
+/// Offset and length of the nonzero bytes of a header, without its first byte.
 std::pair<std::size_t, std::size_t> extent_in(const Bytes& header) {
   std::size_t first = 1;
   while (first < header.size() && header[first] == std::byte{0}) ++first;
@@ -190,7 +190,7 @@ TEST(WireDocument, HeaderLayoutIsThatOfTheCode) {
   Bytes with_sequence;
   append_header({.connection = {}, .sequence = ~0ULL}, with_sequence);
   EXPECT_EQ(documented["sequence"], extent_in(with_sequence));
-  // The tag is what is left, and what makes a header refused by kTag: tested bit by bit in hostile_bytes_test.cpp.
+  // The tag is the rest of the header. Its refusal by kTag is tested bit by bit in hostile_bytes_test.cpp.
   EXPECT_EQ(documented["tag"], std::pair(kTagOffset, kTagBytes));
   EXPECT_EQ(documented["payload"].first, kDatagramHeaderBytes);
 }
@@ -222,7 +222,7 @@ TEST(WireDocument, ChecksOnReceiveNameOnlyDropReasons) {
   }
 }
 
-/// A datagram that fails the header checks number `first` and all after it.
+/// A datagram that fails the header checks from number `first` on.
 Bytes failing_from(int first) {
   if (first == 1) return Bytes(kDatagramHeaderBytes - 1);
   Bytes bytes(first == 2 ? kMaxDatagramBytes + 1 : kDatagramHeaderBytes);
@@ -262,7 +262,7 @@ TEST(WireDocument, BodyIdsAreThoseOfTheCode) {
   }
 }
 
-/// Fields of `file` that hold the id of a body or user: those that are named so.
+/// Adds the fields of `file` with an id of a body or user, recognised by their names.
 void add_id_fields(const FileDescriptor& file, std::set<std::string>& names) {
   const std::set<std::string> of_ids{"id", "body", "user", "held_body", "holds_body", "held_by_user"};
   for (const Row& field : fields_of(file)) {

@@ -1,4 +1,4 @@
-// Shapes that a scene names by a few numbers: the same numbers are the same shape while somebody has it.
+// Shapes that a scene defines by a few numbers: equal numbers give the same shape object while it is in use.
 #include "proto/world_from_wire.hpp"
 
 #include <gtest/gtest.h>

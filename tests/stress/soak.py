@@ -1,15 +1,15 @@
-"""The soak test: `python3 tests/stress/soak.py` runs clients over bad links against a server that is ended and killed again
-and again, and fails where a client does not come back by itself, a force is not bounded, memory grows, a checkpoint is lost
-or a sanitizer has something to say. README.md says what is judged, and has the table of the last long run.
+"""The soak test: `python3 tests/stress/soak.py` runs clients over bad links against a server that is repeatedly stopped
+and killed. It fails if a client does not rejoin by itself, a force exceeds its bounds, memory grows, a checkpoint is
+lost or a sanitizer reports an error. README.md lists the criteria and has the table of the last long run.
 
---seconds S   how long things happen [600]; it takes a minute or three more, to start, to end and to judge
---seed N      of what happens, and of links and hands [drawn, and printed]
---clients N, --rooms N   how many, in how many rooms
---all         every client is one of $TANDEM_BIN with real-time rights, not only some: for machines of many cores
---keep DIR    leave traces, logs, recordings and checkpoint there
---write       also put the table into README.md
-The programs are those of $TANDEM_BIN, or build/asan/bin; tandem-lab and tandem-replay, which are not judged, may be those of build/release/bin, and
-so may most clients.
+--seconds S   duration of the events [600]; start, end and evaluation take one to three minutes more
+--seed N      seed of events, links and hands [random, printed]
+--clients N, --rooms N   number of clients and of rooms
+--all         all clients, not only some, are of $TANDEM_BIN with real-time rights: for machines with many cores
+--keep DIR    keeps traces, logs, recordings and checkpoint in DIR
+--write       also writes the table into README.md
+The programs are those of $TANDEM_BIN, or build/asan/bin. tandem-lab and tandem-replay are not under test and may be those
+of build/release/bin; so may most clients.
 """
 import argparse
 import collections
@@ -34,10 +34,10 @@ import soak_world as world  # noqa: E402
 from support import BIN, PATIENCE_S, free_port  # noqa: E402
 
 LINK = ("--delay", "20ms", "--jitter", "200ms", "--reorder", "--loss", "25%", "--duplication", "25%")
-BACK_S = 20          # a client is joined again, and states come, within this after the event
-JOINED_S = 60        # one that is started anew has joined within this while there is a server, processor or not
-SHORT_S = 120        # what lasts longer must have felt a force and have had every kind of event
-LEAST_FORCE_N = 0.5  # of the largest; else there was no force to bound
+BACK_S = 20          # limit from an event until the client has rejoined and receives states
+JOINED_S = 60        # limit for a restarted client to join while a server runs, even without processor time
+SHORT_S = 120        # longer runs must include a force and every kind of event
+LEAST_FORCE_N = 0.5  # minimum of the largest force; with less the bounds are not tested
 ENDED = (0,)
 
 
@@ -54,7 +54,7 @@ def other_client():
 
 
 def sanitize(folder):
-    """A quarantine of a few megabytes, so that what grows is seen; reports as files."""
+    """Sets the sanitizer options: a quarantine of a few megabytes, so that growth is visible, and reports as files."""
     os.makedirs(folder)
     options = f"log_path={folder}/report:print_stacktrace=1"
     os.environ["ASAN_OPTIONS"] = options + ":quarantine_size_mb=8:malloc_context_size=12:detect_leaks=1"
@@ -78,13 +78,13 @@ def lines_of(path):
 
 def judge_recording(path):
     done = subprocess.run([tool("tandem-replay"), "info", path, "--json"], capture_output=True, text=True, timeout=PATIENCE_S)
-    # A kill may leave a record that is written in part.
+    # A kill may leave an incomplete record at the end.
     is_good = done.returncode == 0 or done.returncode == 3 and "within a record" in done.stderr
     return [] if is_good else [f"{os.path.basename(os.path.dirname(path))}: {done.stderr.strip()[:200]}"]
 
 
 def judge_clients(soak, over_s):
-    """Rows of the table, and problems."""
+    """Evaluates all clients. Returns traces, longest times to return and to rejoin, starved silences, problems."""
     problems, traces = [], []
     with concurrent.futures.ProcessPoolExecutor(os.cpu_count()) as pool:
         for client in soak.clients:
@@ -115,7 +115,7 @@ def judge_clients(soak, over_s):
         last = lives[-1][1] if lives else None
         if last is None or last.ended is None or last.ended < over_s - 2 or (last.silences and last.silences[-1][1] >= over_s):
             problems.append(f"{client.name}: it was not there in the end")
-        # From the event that ended a life to the next one's first state.
+        # Time from the event that ended a process to the first state of the next one.
         for event in soak.events:
             if event.client is client and event.kind in ("kill", "leave") and event.end is not None:
                 joined = [judge.time_to_join(event.end, trace.began, downs) for _, trace in lives

@@ -1,27 +1,27 @@
-"""What must hold of a soak run, judged from what its programs left: traces, logs, exit codes, memory, checkpoints.
+"""Criteria of a soak run, evaluated from the output of its programs: traces, logs, exit codes, memory, checkpoints.
 
-Each function returns what it found; `problems` are lines, one for each thing that does not hold. Nothing here runs a program.
+Each function returns its findings; `problems` has one line for each violated criterion. No function runs a program.
 """
 import math
 import os
 import re
 import statistics
 
-SILENT_S = 0.150         # the force is zero from here on
-FRESH_S = 0.150          # a client whose newest state is younger has come back
-SILENCE_NOTED_S = 1.0    # a silence that needs an event to explain it
-LATE_S = 0.021           # a tick after more than this falls in steps (SafetySettings::late_tick)
-AGE_JUMP_S = 0.002       # of a state's age, beyond the time that went by
-LATE_TICKS = 25          # by then it is zero: 20, and those until the next full one
-LEAST_SHARE = 0.5        # of its rate: a loop that runs more slowly has no processor, and connections are lost by that
+SILENT_S = 0.150         # age of the newest state from which the force must be zero
+FRESH_S = 0.150          # a client with a younger state has returned
+SILENCE_NOTED_S = 1.0    # a longer silence must be explained by an event
+LATE_S = 0.021           # after a longer interval between ticks the force falls in steps (SafetySettings::late_tick)
+AGE_JUMP_S = 0.002       # increase of a state's age beyond the elapsed time
+LATE_TICKS = 25          # ticks until the force is zero: 20, plus those until the next full one
+LEAST_SHARE = 0.5        # of the nominal rate: a slower loop lacks processor time, which loses connections
 PACE_S, TICKS_PER_S = 0.25, 1000
-ROUNDING = 1e-6          # of nine digits
-MEMORY_GROWTH = 1.15     # of the last quarter of a program's life beside its second …
-MEMORY_SPARE_MB = 30     # … and what a model of the scene and a pool may take besides
-STEPS_LIVED_S = 30       # shorter lives of a server say nothing of its rooms' rate
-MEMORY_LIVED_S = 120     # a client's grows with its first three sessions, then no more
+ROUNDING = 1e-6          # numbers have nine digits
+MEMORY_GROWTH = 1.15     # limit of the last quarter of a program's life, relative to its second quarter …
+MEMORY_SPARE_MB = 30     # … plus an allowance for a model of the scene and a pool
+STEPS_LIVED_S = 30       # shorter lives of a server do not give a rate of its rooms
+MEMORY_LIVED_S = 120     # a client's memory grows during its first three sessions only
 CHECKPOINT_LATE_MS = 1500
-STEPS_KEPT = 0.7         # of a room's steps per second in the second quarter, in the last
+STEPS_KEPT = 0.7         # minimum step rate in the last quarter, relative to the second quarter
 REPORT = re.compile(r"ERROR: (Address|Leak|Undefined)\w*Sanitizer|runtime error:|AddressSanitizer:DEADLYSIGNAL")
 
 
@@ -37,7 +37,7 @@ def columns(names, wanted):
 
 
 def rows_of(lines):
-    """(tick, time [s], age of the newest state [s], force, torque) of each whole row."""
+    """Yields (tick, time [s], age of the newest state [s], force, torque) of each complete row."""
     names = next(lines, "").strip().split(",")
     if names == [""]:
         return
@@ -46,7 +46,7 @@ def rows_of(lines):
     torque = columns(names, [f"displayed_torque_{axis}_n_m" for axis in "xyz"])
     for line in lines:
         if not line.endswith("\n"):
-            return  # the program was killed while it wrote this one
+            return  # the program was killed while it wrote this row
         cells = line.split(",")
         tick, local_ns, age = (cells[i] for i in head)
         yield (int(tick), int(local_ns) * 1e-9, float(age) if age else math.inf,
@@ -62,14 +62,14 @@ def step(now, before):
 
 
 class Trace:
-    """What one client's hand was shown, row by row."""
+    """Displayed forces of one client, evaluated row by row."""
 
     def __init__(self, name, limits):
         self.name, self.limits = name, limits
         self.rows = self.felt_rows = 0
         self.largest_n = self.largest_step = 0.0
         self.silences = []  # (from, to) [s]
-        self.pace = []      # (time [s], ticks run by then) now and then
+        self.pace = []      # (time [s], number of ticks so far), sampled every PACE_S
         self.problems = []
         self._before = None
         self._late_for = 0
@@ -95,18 +95,18 @@ class Trace:
             self.say(at, f"{size:.3f} N and {turn:.4f} N·m, above the device's limit")
         self._take_step(tick, at, force, torque)
         if self._before is not None and age > self._before[2] + at - self._before[1] + AGE_JUMP_S:
-            self._late_for = LATE_TICKS  # a state has come that the server sent long after its step: noticed only now
+            self._late_for = LATE_TICKS  # detected only now: the state was old when the server sent it
         self._take_silence(at, age, size + turn)
         self._before = row
 
     def _take_step(self, tick, at, force, torque):
-        """Rises by the slew limit of a millisecond at most; falls, in time, by that of the time since the last tick."""
+        """A force may rise by the slew limit of 1 ms, and fall by the slew limit of the time since the last tick."""
         self._late_for = max(0, self._late_for - (1 if self._before is None else tick - self._before[0]))
         elapsed_s = at - self._before[1] if self._before is not None else math.inf
         if elapsed_s > LATE_S:
             self._late_for = LATE_TICKS
         if self._before is None or tick != self._before[0] + 1:
-            return  # of others than neighbours no step is known
+            return  # only neighbouring ticks give a step
         fall_s = 0.001 if elapsed_s > LATE_S + 0.001 else max(0.001, elapsed_s)
         for now, before, slew, unit in ((force, self._before[3], self.limits.slew_n_per_s, "N"),
                                         (torque, self._before[4], self.limits.slew_n_m_per_s, "N·m")):
@@ -130,7 +130,7 @@ class Trace:
             self._silent_since, self._fresh = None, at
 
     def has_run(self, begin, end):
-        """Whether its loop kept half its rate around then."""
+        """Whether the loop ran at half its rate or more from 2 s before `begin` until `end`."""
         within = [(at, tick) for at, tick in self.pace if begin - 2 <= at <= end]
         if len(within) < 2:
             return False
@@ -138,7 +138,7 @@ class Trace:
         return newest - tick >= LEAST_SHARE * TICKS_PER_S * (last - first)
 
     def end(self, at):
-        """The run is over, or the program was ended, at that time."""
+        """Closes an open silence at the end of the run or of the program."""
         if self._silent_since is not None:
             self.silences.append((self._silent_since, at))
 
@@ -157,7 +157,7 @@ def judge_trace(lines, name, limits, ended_at):
 
 
 def unexplained(silences, events, within_s):
-    """Silences that do not lie within what events and the time to come back from them cover together."""
+    """Silences that are not covered by the events, each extended by the time to return from it."""
     covered = []
     for begin, end in sorted(events):
         begin, end = begin - SILENT_S, end + within_s
@@ -169,11 +169,11 @@ def unexplained(silences, events, within_s):
 
 
 def time_back(silences, events):
-    """The longest time from an event's end until states came again, of those that broke a client's stream."""
+    """Longest time from the end of an event that interrupted the stream to the next state."""
     worst = 0.0
     for begin, end in silences:
         if any(e_begin <= end < e_end for e_begin, e_end in events):
-            continue  # the next one had begun
+            continue  # the next event had begun
         ends = [e_end for e_begin, e_end in events if e_begin <= end and e_end >= begin - SILENCE_NOTED_S and e_end <= end]
         if ends:
             worst = max(worst, end - max(ends))
@@ -181,12 +181,12 @@ def time_back(silences, events):
 
 
 def time_to_join(begin, joined, downs):
-    """From `begin` until `joined`, less the time without a server, `downs`: (begin, end) that do not overlap."""
+    """Time from `begin` to `joined` without the times `downs`, disjoint (begin, end) without a server."""
     return joined - begin - sum(max(0.0, min(end, joined) - max(start, begin)) for start, end in downs)
 
 
 def judge_memory(name, samples):
-    """`samples`: (time [s], MB) of one program's life. Mean of its second quarter, of its last, problems."""
+    """`samples`: (time [s], MB) of one program. Returns the means of its second and last quarter, and problems."""
     if len(samples) < 8 or samples[-1][0] - samples[0][0] < MEMORY_LIVED_S:
         return None
     begin, lived = samples[0][0], samples[-1][0] - samples[0][0]
@@ -195,7 +195,7 @@ def judge_memory(name, samples):
         return [mb for at, mb in samples if low <= (at - begin) / lived <= high]
 
     if not part(0.25, 0.5):
-        return None  # the machine stood still
+        return None  # the machine stalled
     second, last = statistics.mean(part(0.25, 0.5)), statistics.mean(part(0.75, 1.0))
     problems = []
     if last > MEMORY_GROWTH * second + MEMORY_SPARE_MB:
@@ -204,7 +204,7 @@ def judge_memory(name, samples):
 
 
 def judge_restart(number, log, rooms, down_ms, killed):
-    """A server's log after its start: every room went on from the newest checkpoint. Problems, and how many did."""
+    """Checks that every room resumed from the newest checkpoint. Returns problems and the number of resumed rooms."""
     problems, resumed = [], 0
     for room in rooms:
         found = [re.search(rf"room {re.escape(room)} goes on as it was (\d+) ms ago", line) for line in log]
@@ -221,7 +221,7 @@ def judge_restart(number, log, rooms, down_ms, killed):
 
 
 def judge_steps(room, samples):
-    """`samples`: (time [s], steps) of one room in one server's life; the counter runs on at the same rate."""
+    """`samples`: (time [s], steps) of one room on one server. Checks that the step rate does not fall."""
     if len(samples) < 8 or samples[-1][0] - samples[0][0] < STEPS_LIVED_S:
         return []
     begin, lived = samples[0][0], samples[-1][0] - samples[0][0]
@@ -246,7 +246,7 @@ def judge_end(name, code, expected, log):
 
 
 def sanitizer_reports(folder):
-    """What a sanitizer wrote, a line each; those files are written only where something is wrong."""
+    """One line for each sanitizer report; a sanitizer creates a file only on an error."""
     problems = []
     for name in sorted(os.listdir(folder)):
         with open(os.path.join(folder, name), errors="replace") as file:

@@ -1,4 +1,4 @@
-"""What soak_judge.py finds: in what is as it should be nothing, and each fault that is planted."""
+"""soak_judge.py accepts correct data and finds each injected fault."""
 import os
 import sys
 import tempfile
@@ -24,7 +24,7 @@ def judged(rows, until_s=1e9):
 
 
 def after_start(*rows):
-    """Behind so many quiet ticks that the beginning excuses nothing."""
+    """Rows after enough quiet ticks that the exemption of the start has ended."""
     return [row(tick) for tick in range(1, judge.LATE_TICKS + 5)] + [*rows]
 
 

@@ -1,4 +1,4 @@
-"""The programs of a soak run: a server that is started again and again, links, and clients that stay."""
+"""Programs of a soak run: a server that is restarted repeatedly, links, and clients that run throughout."""
 import json
 import os
 import random
@@ -15,20 +15,21 @@ from support import program
 
 STEP_RATE_HZ = 60
 PRESS_PERIOD_S = 6
-# Two cores bear some of sixteen loops, and hardly one of a sanitizer's build that presses: the rooms that have a client of
-# that build, and those that have one of the other build with real-time rights. Each is on another side of the block.
+# Two cores can run some of the sixteen haptic loops in real time, but hardly one of a sanitizer build in contact.
+# SANITIZED are the rooms with one client of that build. FEELING are the rooms with one client of the other build with
+# real-time rights. These clients are on different sides of the block.
 SANITIZED, FEELING = (0, 1), (2, 3)
-# Who asks the local model for what, and who shows what comes.
+# Stages of the clients, by side: with a local model, or rendering received states.
 STAGES = ("local-model", "local-model", "ar-spline", "late-pose")
 JUST_BEGUN_S = 5
-OTHERS_TRACE_EVERY = 5  # rows of a trace cost as much as the ticks
+OTHERS_TRACE_EVERY = 5  # writing a row of a trace costs as much as a tick
 ALL_JOINED_S = 120
-ENDED_S = 300  # a leak check takes a few seconds of a processor that it has not for itself
-STARTED_AGAIN_AFTER_S = 2.5  # by then the server has noticed that the killed one is gone
+ENDED_S = 300  # a leak check takes a few seconds of processor time, on a shared processor
+STARTED_AGAIN_AFTER_S = 2.5  # by then the server has detected the loss of the killed client
 
 
 def clock_s():
-    """That of a trace's column local_ns."""
+    """Time on the clock of a trace's column local_ns [s]."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
@@ -37,7 +38,7 @@ def stand_back():
 
 
 def keep_time():
-    """What stands for the network must not wait for a processor."""
+    """Gives the calling process real-time priority if allowed: the emulated network must not wait for a processor."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
     except PermissionError:
@@ -45,7 +46,7 @@ def keep_time():
 
 
 def memory_mb(process):
-    """None: it is no more."""
+    """Resident memory of a process [MB]; None if it has ended."""
     try:
         with open(f"/proc/{process.pid}/status") as file:
             return int(re.search(r"VmRSS:\s+(\d+) kB", file.read()).group(1)) / 1024
@@ -54,8 +55,8 @@ def memory_mb(process):
 
 
 def scene(name, is_solid):
-    """A block on a spring with a tool on each side, to be pressed, pushed and held; or wind in a thick bath, where forces
-    cost a server no contacts. Small, for what is sampled of shapes at joining is their surface."""
+    """A block on a spring with a tool on each side, to be pressed, pushed and held; or wind in a viscous fluid,
+    whose forces need no contacts. Shapes are small, because their surface is sampled at joining."""
     block = {"name": "block", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.2, "anchor": {},
              "graspable": True, "placement": {"position_m": [0, 0, 0 if is_solid else -0.1]}}
     tools = [{"name": side, "placement": {"position_m": [0.04 * x, 0.04 * y, 0]}, "mass_kg": 0.03,
@@ -69,9 +70,9 @@ def scene(name, is_solid):
 
 
 def hand(side, seconds, is_solid):
-    """Presses towards the block's middle and lets go again and again; some grab it while they press."""
+    """Hand that repeatedly presses towards the block's centre and retreats; some hands grab while they press."""
     direction = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))[side % 4]
-    # From 40 mm off: two press, one grabs what it touches, one only comes near. A contact is what costs most.
+    # The start is 40 mm away. Two hands press, one grabs, one only approaches, because contacts cost most.
     depth = (0.030, 0.030, 0.0285, 0.020)[side % 4] if is_solid else 0.033
     grabs = ["grab"] if is_solid and side % 4 == 2 else []
     points, at = [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"}], 1.5 * side
@@ -85,7 +86,7 @@ def hand(side, seconds, is_solid):
 
 
 class SoakServer(KeptServer):
-    """One life of the server: resumes, records, and says how it is."""
+    """One process of the server, with --resume, recordings and metrics."""
 
     def __init__(self, folder, port, number, scenes):
         self.records = os.path.join(folder, f"records{number}")
@@ -111,18 +112,18 @@ class SoakServer(KeptServer):
         self.metrics = families
 
     def total(self, name):
-        """Of a counter without labels, when it was asked last."""
+        """Last sampled value of a counter without labels."""
         return sum(self.metrics.get(name, {"samples": {}})["samples"].values())
 
     def recordings(self):
-        """Those that have something to read: of a server that had just begun they may be empty."""
+        """Paths of the recordings; none if it ran shorter than JUST_BEGUN_S: they may be empty."""
         if self.lived_s < JUST_BEGUN_S:
             return []
         return [os.path.join(self.records, name) for name in sorted(os.listdir(self.records)) if name.endswith(".mcap")]
 
 
 def pace_of(samples, begin, end):
-    """Steps a second around then, as far as they are known."""
+    """Steps per second from 3 s before `begin` to 2 s after `end`; None if unknown."""
     within = [(at, steps) for at, steps in samples if begin - 3 <= at <= end + 2]
     if len(within) < 2:
         return None
@@ -130,7 +131,7 @@ def pace_of(samples, begin, end):
 
 
 class Links:
-    """tandem-lab link, one for each client, in one process."""
+    """One process of tandem-lab with a link for each client."""
 
     def __init__(self, lab, addresses, port, seed, link):
         listen = [part for address in addresses for part in ("--listen", address)]
@@ -153,7 +154,7 @@ class Links:
 
 
 class SoakClient:
-    """One user, for as long as the run lasts; each life is a program."""
+    """One user during the whole run; each life is one process."""
 
     def __init__(self, number, side, feels, folder, room, address, program_file):
         self.number, self.feels, self.folder, self.room, self.address = number, feels, folder, room, address
@@ -162,7 +163,7 @@ class SoakClient:
         self.stage = STAGES[side % len(STAGES)]
         self.hand = os.path.join(folder, f"hand{number}.json")
         self.lives, self.process = [], None
-        self.is_busy = False  # something happens to it
+        self.is_busy = False  # an event is in progress
 
     def start(self, server):
         life = {"begin": clock_s(), "memory": [], "expected": (0,), "tried": 0}
@@ -191,7 +192,7 @@ class SoakClient:
             self.process.send_signal(number)
 
     def note_end(self):
-        """After the program has ended."""
+        """Records exit code and time; the program has ended."""
         self.life["code"], self.life["end"] = self.process.wait(ENDED_S), clock_s()
 
     def sample(self):
@@ -201,7 +202,7 @@ class SoakClient:
 
 
 def is_fresh(client):
-    """Whether the newest row of its trace is of now, and of a state that came lately."""
+    """Whether the newest row of the trace is recent and its state is younger than 1 s."""
     try:
         with open(client.life["trace"], "rb") as file:
             names = file.readline().decode().strip().split(",")
@@ -222,7 +223,7 @@ class Event:
 
 
 class Soak:
-    """What happens, and when: drawn from one seed."""
+    """Events and their times, drawn from one seed."""
 
     KINDS = ("cut", "reset", "move", "stop", "kill", "leave")
 
@@ -230,7 +231,7 @@ class Soak:
         self.folder, self.settings, self.lab = folder, settings, lab
         self.random = random.Random(settings.seed)
         self.events, self.servers, self.restarts, self.problems = [], [], [], []
-        self.pending = []  # (when, what to do)
+        self.pending = []  # (time, action)
         self.refused = 0
 
     def path(self, name):
@@ -302,7 +303,7 @@ class Soak:
             action()
         self.pending = []
         quiet = clock_s() + self.settings.back_s
-        # A machine that is slow gets more time in the end; who never comes back is found.
+        # A slow machine gets more time at the end; a client that never returns is still detected.
         while clock_s() < quiet or (clock_s() < quiet + ALL_JOINED_S and not all(map(is_fresh, self.clients))):
             self.do_what_is_due(clock_s())
             self.look_after_clients(clock_s())
@@ -325,7 +326,7 @@ class Soak:
                 client.sample()
 
     def look_after_clients(self, now):
-        """One that could not get in is started again, as a person would; any other end by itself is a fault."""
+        """Restarts clients that failed to join, as a user would. Any other exit without an event is a fault."""
         for client in self.clients:
             if client.is_busy or client.process.poll() is None:
                 continue
@@ -368,7 +369,7 @@ class Soak:
             self.server = self.start_server()
             event.end = clock_s()
             self.note("server started again")
-            # What the new one read is as old as the old one's end, and what it took to start.
+            # Age of the checkpoint when read: time since the end of the old server, including the start of the new one.
             self.restarts.append((self.server, (time.time() - server.ended_at) * 1e3, kills))
         self.later(now + self.random.uniform(0.2, 3.0), start)
 
@@ -412,7 +413,7 @@ class Soak:
 
     def _leave(self, client, event, now, _):
         client.signal(signal.SIGTERM)
-        client.life["expected"] = (0, 1)  # 1: while it had no session
+        client.life["expected"] = (0, 1)  # 1 if it had no session
 
         def when_ended():
             if client.process.poll() is None:
@@ -437,7 +438,7 @@ class Soak:
             server.end(signal.SIGTERM)
 
     def kill(self):
-        """Whatever is still there, after a fault of this test itself."""
+        """Kills all remaining processes after a fault of the test itself."""
         processes = [client.process for client in getattr(self, "clients", []) if client.process is not None]
         processes += [server.process for server in self.servers]
         if hasattr(self, "links"):

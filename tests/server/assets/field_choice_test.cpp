@@ -1,4 +1,4 @@
-// What a room sums between two molecules, how it reports what that loses, and what it chooses for large pairs.
+// The sum over a pair of molecules in a room: its model, the report of its errors, and its choice for large pairs.
 #include "server/assets/field_choice.hpp"
 
 #include <gmock/gmock.h>
@@ -83,7 +83,7 @@ TEST(ChooseField, TakesTheGridWhereThereIsOneAndTheSameForSwappedRoles) {
 TEST(ChooseField, OfTooManyAtomsForAGridIsTheSmallestCutOffThatKeepsTheWellOrErrsLeast) {
   const ProteinPair pair(12'100, 12'050);
   const Vec3 offset(0, 0, 60);
-  // Without charges: what attracts adds up, and each wider cut-off errs less.
+  // Without charges all terms attract and add up, so a wider cut-off has a smaller error.
   FieldModel chosen;
   choose_field(pair.a, pair.b, offset, chosen);
   EXPECT_FALSE(chosen.has_far_grid);

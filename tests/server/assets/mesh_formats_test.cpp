@@ -1,5 +1,5 @@
-// Files of every format, generated, against the surface that they were written from: what a parser gives is not taken for
-// what a file says.
+// Generated files of every format, against the surface that they were written from: a parser's result may differ from
+// the contents of a file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class MeshFormats : public ::testing::Test {
     write(name, bytes);
     return read_mesh_file(directory_ / name, "");
   }
-  /// Empty: the file was read.
+  /// Error of reading the file; empty if it was read.
   std::string refusal(const std::string& name, const std::string& bytes) const {
     try {
       read(name, bytes);
@@ -59,16 +59,16 @@ class MeshFormats : public ::testing::Test {
   std::filesystem::path directory_;
 };
 
-/// Of 1 by 2 by 3 units.
+/// A box of 1 by 2 by 3 units.
 test::Surface box() {
   return test::prism({{0, 0}, {1, 0}, {1, 2}, {0, 2}}, 3);
 }
 
-/// A convex prism about as wide as high, turned anyhow, of a size and at a place of its own.
+/// A convex prism, about as wide as high, with random orientation, size and position.
 struct Part {
   test::Surface surface;
   double scale = 1;
-  double ratio = 0;  ///< of its distance from the origin to its size
+  double ratio = 0;  ///< distance from the origin over its size
 };
 
 Part random_part(Random& random) {
@@ -91,12 +91,12 @@ Part random_part(Random& random) {
   return part;
 }
 
-/// How a part is written, and what may be said against it.
+/// A written part, and the permitted reasons for a refusal.
 struct Written {
   std::string name, bytes;
-  bool is_single = false;     ///< numbers of the file, or of its parser
-  std::string refused_for{};  ///< an extension
-  double unit = 1;            ///< of the file in what is read
+  bool is_single = false;     ///< single precision, in the file or in its parser
+  std::string refused_for{};  ///< extension that may cause a refusal
+  double unit = 1;            ///< factor from the file's unit to the result
 };
 
 Written written(const Part& part, Random& random) {

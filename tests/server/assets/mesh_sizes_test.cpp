@@ -1,4 +1,4 @@
-// What a scene measures of its files and divides by: the size of a mesh, the mass of a molecule.
+// Measures of a scene's files that are used as divisors: the size of a mesh, the mass of a molecule.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class MeshSizes : public ::testing::Test {
     for (const Vec3& p : mesh.vertices) file << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
     for (const auto& [a, b, c] : mesh.triangles) file << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
   }
-  /// Empty: it was loaded, and is `loaded_`.
+  /// Error of loading; empty if the scene was loaded, into `loaded_`.
   std::string refusal(const std::string& mesh_fields) {
     const std::string shape = R"({"mesh": {"file": "t.obj")" + mesh_fields + "}}";
     try {

@@ -1,5 +1,5 @@
-// scene.proto is the manual of the scene file: the ranges and defaults that its comments promise are read from the text
-// and compared with the table of ranges and with what the loader fills in.
+// scene.proto is the manual of the scene file. The ranges and defaults in its comments are compared with the table of
+// ranges and with the defaults of the loader.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// "Message.field" → the numbers behind "default" in its comment; empty where words stand there ("default: …").
+/// Numbers behind "default" in the comment of each "Message.field"; empty if the default is in words ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
@@ -35,14 +35,14 @@ std::map<std::string, std::string> documented_defaults() {
   return defaults;
 }
 
-/// The ends of the range beside each field: "0..1".
+/// Compares the range beside each field, "0..1".
 TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::string kNumber = R"((-?\d+(?:\.\d+)?(?:e[-+]?\d+)?))";
   static const std::regex kField(R"(.*?(\w+) = \d+;(?: \})? *//.*?)" + kNumber + R"(\.\.)" + kNumber + R"(\b.*)");
   std::ifstream file(test::source_path("proto/tandem/scene.proto"));
   std::string message;
-  // Said once above their messages.
+  // Fields whose range is stated once, above their messages.
   std::set<std::string> documented{"Sphere.radius_m",
                                    "Box.size_m",
                                    "Cylinder.radius_m",
@@ -82,7 +82,7 @@ std::string number_in(const Message& message, const FieldDescriptor& field) {
   }
 }
 
-/// As scene.proto writes it: arrays with a space between their numbers.
+/// Value in the notation of scene.proto: numbers of an array are separated by a space.
 std::string value_in(const Message& message, const FieldDescriptor& field) {
   if (!field.is_repeated()) return number_in(message, field);
   std::string text;
@@ -107,7 +107,7 @@ void expect_defaults_documented(const std::map<std::string, std::string>& docume
 
 TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
-  // Nothing in this scene but what must be there.
+  // Scene with mandatory fields only.
   const auto loaded = physics::load_parts(
       {.coupling = "",
        .rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});

@@ -1,4 +1,4 @@
-// Effects in scene files: defaults, and refusals that say what to do.
+// Effects in scene files: defaults, and errors that state the remedy.
 #include "server/assets/scene_effects.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// A scene file is the first thing that a newcomer writes and the server trusts: each mistake must be refused with
-// words that lead to the mistake.
+// The scene file is a newcomer's first file, and the server trusts it. Each mistake must be refused with a message that
+// locates it.
 #include "server/assets/scene_file.hpp"
 
 #include <gmock/gmock.h>
@@ -42,7 +42,7 @@ std::string repeated(const std::string& text, std::size_t count) {
 struct BadScene {
   const char* name;
   std::string json;
-  std::vector<std::string> expected;  ///< the message holds all of these
+  std::vector<std::string> expected;  ///< substrings of the message
 };
 void PrintTo(const BadScene& scene, std::ostream* os) {
   *os << scene.name;
@@ -318,7 +318,7 @@ TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
 TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
   wire::Placement placement;
   for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
-  // x stays under the first turn, becomes y under the last; y becomes z, which stays.
+  // x is unchanged by the first rotation and becomes y by the last; y becomes z, which is unchanged.
   const Quat q = proto::pose_from_placement(placement).q;
   EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
@@ -342,13 +342,13 @@ TEST(MassProperties, OfPrimitivesAreTheTextbookOnes) {
                   .principal_inertia_kg_m2.isApprox(Vec3(0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04), 1e-9));
   EXPECT_TRUE(mass_of(R"({"cylinder": {"radius_m": 0.1, "length_m": 0.6}})", 12)
                   .principal_inertia_kg_m2.isApprox(Vec3(0.03 + 0.36, 0.03 + 0.36, 0.06), 1e-9));
-  // A capsule without a straight part is a ball.
+  // A capsule without a cylindrical part is a sphere.
   EXPECT_TRUE(mass_of(R"({"capsule": {"radius_m": 0.1, "length_m": 1e-6}})", 2)
                   .principal_inertia_kg_m2.isApprox(Vec3::Constant(0.4 * 2 * 0.01), 1e-4));
 }
 
 TEST(MassProperties, OfTwoShapesFollowTheParallelAxisTheorem) {
-  // Two equal balls of 1 kg, 0.1 m radius, at x = 0 and x = 1.
+  // Two equal spheres of 1 kg, 0.1 m radius, at x = 0 and x = 1.
   const std::string ball = R"({"sphere": {"radius_m": 0.1}})";
   const MassProperties mass =
       mass_of(ball + R"(, {"sphere": {"radius_m": 0.1}, "placement": {"position_m": [1, 0, 0]}})", 2);

@@ -1,4 +1,4 @@
-// Who keeps real-time priority: io first, then the rooms that need least.
+// Assignment of real-time priority: io first, then the rooms with the lowest load.
 #include "server/net/realtime_share.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// After one turn on two cores, who has priority; before it, all or none had.
+/// Threads with priority after one call for two cores. Before it, all of them or none had priority.
 std::vector<bool> shared(const std::vector<double>& demands, bool had_priority = true) {
   std::vector<bool> have(demands.size(), had_priority);
   share_realtime(demands, have, 2);

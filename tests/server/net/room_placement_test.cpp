@@ -1,4 +1,4 @@
-// Which thread steps which room: as few moves as can be, and nobody is held up by one who takes long.
+// Assignment of rooms to threads: few moves, and a slow room does not delay other rooms.
 #include "server/net/room_placement.hpp"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ struct PlacedRoom {
   std::optional<std::size_t> worker;
 };
 
-/// Where the rooms are after some calls on two workers.
+/// Workers of the rooms after `calls` calls with two workers.
 std::vector<std::optional<std::size_t>> placed(const std::vector<PlacedRoom>& rooms, int calls = 1) {
   std::vector<double> loads;
   std::vector<std::optional<std::size_t>> workers;

@@ -49,7 +49,7 @@ class RawClient {
     proto::append_frame(message, frame);
     asio::write(socket_, asio::buffer(frame));
   }
-  /// The next message; empty at the end of the stream.
+  /// Next message; empty at the end of the stream.
   std::optional<wire::ServerControl> receive() {
     std::array<unsigned char, proto::kFrameLengthBytes> length{};
     boost::system::error_code error;
@@ -137,7 +137,7 @@ TEST(LiveServer, ARoomThatNobodyIsInSleeps) {
   EXPECT_EQ(running.server->room_timings()[0].steps, 0U);
 }
 
-/// Counts steps whose users are told that their room is slow.
+/// Counts steps that report a slow room to its users.
 class SlowReports final : public RoomWatcher {
  public:
   void on_command(const RoomCommand&) noexcept override {}
@@ -148,7 +148,7 @@ class SlowReports final : public RoomWatcher {
   int count = 0;
 };
 
-/// Two rooms, of which the first takes 4 ms for a step of one.
+/// Two rooms; a step of the first takes 4 ms, its period is 1 ms.
 TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"slow", "quick"})
@@ -172,7 +172,7 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   EXPECT_THAT(log, testing::Contains(HasSubstr("room slow steps at less than 90 %")));
 }
 
-/// Rooms with somebody in each, who only looks.
+/// Rooms with one observer in each.
 std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz, double rate_of_first_hz) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (std::size_t i = 0; i < count; ++i) {
@@ -186,7 +186,7 @@ std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz,
   return rooms;
 }
 
-/// Where a machine stands still, a room may have a thread of its own for a while.
+/// On a stalled machine a room may have a thread of its own for a while, so the test allows many steps.
 TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   const std::size_t threads = realtime::usable_cores();
   constexpr double kRate_hz = 100;
@@ -216,7 +216,7 @@ TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   EXPECT_TRUE(all_follow);
 }
 
-/// On what thread each room is stepped, where each step of the first takes 3 ms more.
+/// Thread of each room, where each step of the first room takes 3 ms longer.
 std::vector<std::thread::id> threads_beside_long_steps(double rate_hz, double rate_of_first_hz, int steps_of_first) {
   LiveServer server({.port = 0}, busy_rooms(2 * realtime::usable_cores(), rate_hz, rate_of_first_hz));
   std::vector<std::thread::id> thread(server.rooms().size());
@@ -272,7 +272,7 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   home.send_to(asio::buffer(state_datagram(client)), server);
   std::array<std::byte, 2048> buffer{};
   udp::endpoint from;
-  home.receive_from(asio::buffer(buffer), from);  // both are through now: one socket, one order
+  home.receive_from(asio::buffer(buffer), from);  // both datagrams have arrived by now: one socket keeps their order
   elsewhere.non_blocking(true);
   boost::system::error_code error;
   elsewhere.receive_from(asio::buffer(buffer), from, 0, error);
@@ -292,10 +292,10 @@ TEST(LiveServer, AFloodAtItsPortPushesOutNothingThatAUserSends) {
   std::array<std::byte, 2048> buffer{};
   udp::endpoint from;
   home.send_to(asio::buffer(state_datagram(client)), server);
-  home.receive_from(asio::buffer(buffer), from);  // the server knows where the user sends from
+  home.receive_from(asio::buffer(buffer), from);  // the server has learned the address of the user
   {
     const auto held = running.hold_io();
-    { const RawClient passing(running.server->port()); }  // which the log mentions
+    { const RawClient passing(running.server->port()); }  // produces a log line
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     const std::vector<std::byte> garbage(100, std::byte{0xFF});
     for (int i = 0; i < 20'000; ++i) elsewhere.send_to(asio::buffer(garbage), server);
@@ -342,8 +342,8 @@ TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
   const test::BenchClient client = raw.join();
   wire::ClientControl request;
   request.mutable_get_asset()->set_sha256(client.joined.assets(0).sha256());
-  // 64 KiB are sent for each of these, far more in all than any socket buffer and the server's own limit take.
-  // Sending fails once the server has closed; the log says why it did.
+  // Each request causes 64 KiB of answers: far more in all than socket buffers and the server's own limit hold. Sending
+  // fails once the server has closed the connection; the log states the reason.
   failure_of([&] {
     for (int i = 0; i < 100'000 && !running.has_logged("piled up"); ++i) raw.send(request);
   });

@@ -1,5 +1,5 @@
-// A server that ends while each of its services is at work: poses, recordings, checkpoints, metrics, assets, joins. By stop(), as
-// a crash would end it, and by an exception on its io thread. TANDEM_STOPS=200 for as many times.
+// A server ends while each of its services is busy: poses, recordings, checkpoints, metrics, assets, joins. It ends by
+// stop(), as in a crash, and by an exception on its io thread. TANDEM_STOPS=200 sets the number of repetitions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -33,7 +33,7 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-/// A control connection without encryption, by calls that block; nothing where the connection has ended.
+/// Blocking control connection without encryption. Results are empty once the connection has ended.
 class Connection {
  public:
   explicit Connection(std::uint16_t port) { socket_.connect({asio::ip::make_address("127.0.0.1"), port}, error_); }
@@ -56,7 +56,7 @@ class Connection {
     }
     return std::nullopt;
   }
-  /// Until one is of that kind; nothing: the connection has ended before.
+  /// Receives until a message satisfies `is_it`. Returns nothing if the connection ends before.
   template <class IsIt>
   std::optional<wire::ServerControl> receive_until(const IsIt& is_it) {
     while (auto message = receive()) {
@@ -84,7 +84,7 @@ class Connection {
   proto::FrameReader reader_;
 };
 
-/// A user who asks for poses, and what was answered.
+/// A user who sends pose requests, and the answers received.
 struct Asker {
   Asker(std::uint16_t port, const std::string& room, const std::string& name) : connection(port) {
     EXPECT_TRUE(connection.join(room, name, wire::ROLE_MANIPULATOR)) << name;
@@ -102,18 +102,18 @@ struct Asker {
         connection.receive_until([request](const auto& message) { return message.request() == request; });
     return answer.value_or(wire::ServerControl{});
   }
-  /// The first news that a minimisation goes on.
+  /// Waits for the first progress message of a minimisation.
   bool sees_progress() {
     return take_until([](const auto& message) { return message.has_pose_progress(); });
   }
-  /// The server has read all that was asked.
+  /// Returns true once the server has read all requests, by a ping after them.
   bool is_heard() {
     wire::ClientControl message;
     message.mutable_ping()->set_token(kToken);
     connection.send(message);
     return take_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
   }
-  /// Until goodbye.
+  /// Receives until goodbye.
   void take_rest() {
     take_until([](const auto& message) { return message.has_goodbye(); });
   }
@@ -130,7 +130,7 @@ struct Asker {
   static constexpr std::uint64_t kToken = 59;
   Connection connection;
   std::uint32_t last_request = 0;
-  std::map<std::uint32_t, wire::ServerControl> answers;  ///< by their requests
+  std::map<std::uint32_t, wire::ServerControl> answers;  ///< keyed by request number
 };
 
 enum class Ending { kStop, kCrash, kException };
@@ -143,7 +143,7 @@ const std::shared_ptr<const LoadedScene>& helices() {
   return kScene;
 }
 
-/// A server with all its services, as tandem-server has it, and clients that keep each of them at work.
+/// A server with all services of tandem-server, and clients that keep each of them busy.
 class BusyServer {
  public:
   explicit BusyServer(const std::filesystem::path& folder)
@@ -158,7 +158,7 @@ class BusyServer {
     PoseKeeper* const poses = rooms.add(std::make_unique<PoseKeeper>(folder / "poses", rooms.rooms(), unix_ms));
     LiveServerSettings settings{.port = 0};
     settings.hub.poses = poses;
-    // A loaded machine may keep a user waiting for an answer for longer than users may be silent.
+    // On a loaded machine an answer may take longer than the usual limit on a user's silence.
     settings.hub.silence_timeout = std::chrono::seconds(30);
     server_ = std::make_unique<LiveServer>(settings, std::move(rooms));
     recorder_ = server_->add(std::make_unique<ServerRecorder>(
@@ -191,7 +191,7 @@ class BusyServer {
 
   std::uint16_t port() const { return server_port_; }
 
-  /// All are at work: each has done something since the last call.
+  /// Whether every service has made progress since the first call.
   bool is_busy() {
     std::uint64_t recorded = 0;
     for (const auto& room : recorder_->rooms()) recorded += room->file().bytes_written();
@@ -207,7 +207,7 @@ class BusyServer {
     return text + "-> checkpoints " + std::to_string(checkpoint_->writes()) + ", chunks " + std::to_string(chunks_) +
            ", joins " + std::to_string(joins_) + ", scrapes " + std::to_string(scrapes_);
   }
-  /// An asset is asked for and not here, and a join under way or about to be.
+  /// Whether an asset request is unanswered.
   bool is_fetching() const { return chunks_asked_ > chunks_; }
 
   void begin_to_end(Ending ending) {
@@ -215,7 +215,7 @@ class BusyServer {
     if (ending == Ending::kCrash) server_->abandon();
     if (ending == Ending::kException) throws_ = true;
   }
-  /// Until run() has returned; then no room steps any more.
+  /// Waits until run() has returned. From then on no room steps.
   void end() {
     running_.join();
     std::vector<std::uint64_t> steps;
@@ -240,7 +240,7 @@ class BusyServer {
   }
   static void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
-  /// Always with four chunks on the way.
+  /// Keeps four chunk requests open at all times.
   void keep_fetching() {
     Connection connection(server_port_);
     const auto joined = connection.join("docking", "fetcher", wire::ROLE_OBSERVER);
@@ -292,7 +292,7 @@ class BusyServer {
   std::vector<std::thread> threads_;
 };
 
-/// Each list can be read, and the structures beside it are those of its poses.
+/// Every pose list is readable, and the structure files beside it belong to its poses.
 void expect_sound_poses(const std::filesystem::path& folder) {
   for (const auto& room : std::filesystem::directory_iterator(folder)) {
     const auto list = read_kept_poses(room.path());
@@ -323,7 +323,7 @@ void expect_sound_checkpoint(const std::filesystem::path& file) {
   EXPECT_EQ(checkpoint.rooms_size(), 3);
 }
 
-/// One life of a server in a folder that the one before has left.
+/// Starts a server in the folder of the previous one, loads it and ends it.
 void live_and_end(const std::filesystem::path& folder, Ending ending, const std::string& user) {
   BusyServer server(folder);
   Asker ada(server.port(), "docking", user), ben(server.port(), "docking too", user);
@@ -345,7 +345,7 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();
-    // The second where this machine lets the keeper's thread wait for longer than the stop does.
+    // The second text occurs if this machine delays the keeper's thread for longer than the stop takes.
     EXPECT_THAT(words,
                 testing::AnyOf(testing::HasSubstr("the server is stopping"), testing::HasSubstr("the server stops")))
         << "a minimisation was open";
@@ -367,7 +367,7 @@ TEST(Stop, WithEachServiceAtWorkLeavesNothingOpenAndEveryFileWhole) {
   const auto folder = std::filesystem::path(testing::TempDir()) / ("tandem_stop_" + std::to_string(::getpid()));
   for (int i = 0; i < times && !HasFailure(); ++i) {
     SCOPED_TRACE("stop " + std::to_string(i));
-    // A room keeps no more than 200 poses, and a folder no recordings for ever.
+    // Clears the folder: a room keeps at most 200 poses, and recordings would accumulate.
     if (i % 12 == 0) std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
     const std::array endings{Ending::kStop, Ending::kCrash, Ending::kStop, Ending::kException};

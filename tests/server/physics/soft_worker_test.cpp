@@ -1,4 +1,5 @@
-// Soft bodies on a thread of their own: the same bits as inline, never waited for.
+// Soft bodies on their own thread: results are bit-identical to inline stepping, and the room never waits for the
+// thread.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -13,7 +14,7 @@
 namespace tandem::server {
 namespace {
 
-/// What a room sees of 20 soft steps with a wandering tool.
+/// Wrenches and nodes that a room reads in 20 soft steps with a moving tool.
 std::vector<double> story(bool steps_aside) {
   SoftWorld world(pad_settings(16), steps_aside);
   std::vector<double> numbers;

@@ -1,4 +1,4 @@
-// Which room is served next, held against the bounds of fair_turns.hpp.
+// Order in which rooms are served, against the bounds stated in fair_turns.hpp.
 #include "server/recording/fair_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -16,12 +16,12 @@ namespace {
 
 constexpr std::uint64_t kLargest = 1000;
 
-/// Rooms with jobs of slices, served by FairTurns; it knows what each has had.
+/// Rooms with jobs of slices, served by FairTurns. Records the service of each room.
 struct Bench {
   explicit Bench(std::size_t rooms) : turns(rooms), jobs(rooms), served(rooms) {}
 
   bool has_work(std::size_t room) const { return !jobs[room].empty(); }
-  /// The room that is served one slice.
+  /// Serves one slice and returns its room.
   std::optional<std::size_t> serve() {
     const auto next = turns.next([this](std::size_t i) { return has_work(i); });
     if (!next) return next;
@@ -32,7 +32,7 @@ struct Bench {
   }
 
   FairTurns turns;
-  std::vector<std::deque<std::uint64_t>> jobs;  ///< slices to come
+  std::vector<std::deque<std::uint64_t>> jobs;  ///< remaining slices
   std::vector<std::uint64_t> served;
 };
 
@@ -53,7 +53,7 @@ TEST(FairTurns, SlicesOfAnySizeShareTheTimeEvenly) {
   EXPECT_NEAR(static_cast<double>(bench.served[0]), static_cast<double>(bench.served[1]), kLargest);
 }
 
-/// What is claimed in fair_turns.hpp, over sequences of requests that come at any time.
+/// The claims of fair_turns.hpp, over sequences of requests at random times.
 class FairTurnsProperty : public ::testing::TestWithParam<int> {};
 
 TEST_P(FairTurnsProperty, NoRoomWaitsForMoreThanTwoSlicesOfEachOther) {
@@ -61,8 +61,8 @@ TEST_P(FairTurnsProperty, NoRoomWaitsForMoreThanTwoSlicesOfEachOther) {
   const auto below = [&random](std::uint64_t end) { return random.next_u64() % end; };
   const std::size_t rooms = 2 + below(7);
   Bench bench(rooms);
-  std::vector<std::optional<std::vector<std::uint64_t>>> since_it_waits(rooms);  // what all had been served then
-  // Of each two rooms: whether both have work, and by how much the first has been served more since then.
+  std::vector<std::optional<std::vector<std::uint64_t>>> since_it_waits(rooms);  // service of all rooms at that time
+  // For each pair of rooms: whether both have work, and the lead of the first in service since then.
   std::vector<std::vector<bool>> are_both(rooms, std::vector<bool>(rooms));
   std::vector<std::vector<std::int64_t>> lead(rooms, std::vector<std::int64_t>(rooms));
   for (int turn = 0; turn < 3000; ++turn) {

@@ -1,4 +1,4 @@
-// A room of two helices and its keeper of poses, for tests.
+// A room with two helices and its pose keeper, for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 
 namespace tandem::server {
 
-/// Two helices apart, nobody holding them.
+/// Two helices at a distance; no tool holds them.
 inline std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& static_bodies) {
   wire::Scene scene = docking_scene(molecule_source(std::string(test::k3al1File) + ":A", ""),
                                     molecule_source(std::string(test::k3al1File) + ":B", ""), wire::MolecularField());
@@ -26,7 +26,7 @@ inline std::shared_ptr<const LoadedScene> load_helices(const std::vector<int>& s
     scene.mutable_bodies(body)->clear_mass_kg();
     scene.mutable_bodies(body)->clear_graspable();
   }
-  // Too weak to move them while nobody holds them.
+  // Too weak to move the helices while no tool holds them.
   scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
   return load_scene_text(scene_text(scene), "helices", ".");
 }
@@ -44,7 +44,7 @@ class PoseKeeperTest : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// Another room of the same scene, and its keeper.
+  /// Creates a new room of the scene and its keeper.
   void start(const std::filesystem::path& folder, const std::shared_ptr<const LoadedScene>& scene = helices()) {
     keeper_.reset();
     rooms_.clear();
@@ -63,7 +63,7 @@ class PoseKeeperTest : public ::testing::Test {
     keeper_->work();
   }
 
-  /// The second molecule is moved by so much, and left there for so long.
+  /// Moves the second molecule by this vector and leaves it there for this number of steps.
   void move(const Vec3& by_angstrom, int rest_steps) {
     RoomCommand command;
     command.kind = RoomCommand::Kind::kPlace;
@@ -78,7 +78,8 @@ class PoseKeeperTest : public ::testing::Test {
 
   Pose pose() { return room().world().body(BodyId{1}).X.inverse() * room().world().body(BodyId{2}).X; }
 
-  /// What is told to all, or to who asked; what the room is to do, it does.
+  /// Sends a request and executes the resulting placement in the room. Returns the answer, to all users or to the
+  /// requester.
   wire::ServerControl ask(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
     wire::AskPose asked;
     asked.set_kind(kind);
@@ -89,14 +90,14 @@ class PoseKeeperTest : public ::testing::Test {
     return serve();
   }
 
-  /// Of the room's poses.
+  /// Folder of the room's pose list.
   std::filesystem::path list_folder() const {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
       if (entry.path().filename() == "poses.json") return entry.path().parent_path();
     }
     return {};
   }
-  /// Their names, in order.
+  /// Sorted names of the structure files.
   std::vector<std::string> structure_files() const {
     std::vector<std::string> names;
     if (!std::filesystem::exists(folder_)) return names;

@@ -1,4 +1,4 @@
-// Poses kept, gone to, undone and done again, in a room of two helices.
+// Poses that are kept, restored, undone and redone, in a room with two helices.
 #include "server/recording/pose_keeper.hpp"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   move({0, 0, 0}, 700);
   move({5, 0, 0}, 700);
   const Pose second = pose();
-  move({0, 5, 0}, 100);  // on its way: not where it rested
+  move({0, 5, 0}, 100);  // in motion: no resting pose
   const Pose third = pose();
   EXPECT_THAT(ask(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
@@ -49,7 +49,7 @@ TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
     asked.set_kind(kind);
     for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
     keeper_->work();
-    // The room has not stepped: the second of them is not of where it still is.
+    // The room has not stepped: the second request must wait, because the molecule is not yet at its new pose.
     keeper_->work();
     EXPECT_TRUE(serve().has_pose_taken());
     EXPECT_TRUE(serve().has_pose_taken());

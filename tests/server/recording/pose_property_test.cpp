@@ -1,4 +1,5 @@
-// Any sequence of requests, over restarts: each gets one answer, and what users received is what stands in the files.
+// Random sequences of requests over restarts: each request gets one answer, and the poses sent to users equal those in
+// the files.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -52,7 +53,8 @@ class PoseSequences {
     const Room& of = room();
     const UserId by = user();
     wire::AskPose asked;
-    asked.set_kind(static_cast<wire::AskPose::Kind>(below(9)));  // one of them unknown; CANCEL is not for the keeper
+    asked.set_kind(
+        static_cast<wire::AskPose::Kind>(below(9)));  // one kind is unknown; the keeper does not handle CANCEL
     if (asked.kind() == wire::AskPose::CANCEL) return;
     asked.set_number(static_cast<std::uint32_t>(below(12)));
     asked.set_name("name " + std::to_string(below(1000)));
@@ -85,7 +87,7 @@ class PoseSequences {
     }
   }
 
-  /// As a client does.
+  /// Updates a list by an answer, as a client does.
   static void take(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;
@@ -120,7 +122,7 @@ class PoseSequences {
     for (const auto& [number, name] : list) text += std::to_string(number) + " " + name + "\n";
     return text;
   }
-  /// Without the files' own.
+  /// Numbered poses only, without those of the files.
   static std::string text_of(const std::vector<wire::KeptPose>& poses) {
     std::map<std::uint32_t, std::string> list;
     for (const wire::KeptPose& pose : poses) {
@@ -135,9 +137,8 @@ class PoseSequences {
   std::vector<std::unique_ptr<Room>> rooms_;
   std::unique_ptr<PoseKeeper> keeper_;
   std::uint32_t last_request_ = 0;
-  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;  ///< requests
-  std::map<std::string, std::map<std::uint32_t, std::string>>
-      lists_;  ///< names by numbers, as users have received them
+  std::map<std::uint32_t, std::pair<std::string, UserId>> open_;       ///< unanswered requests
+  std::map<std::string, std::map<std::uint32_t, std::string>> lists_;  ///< names by number, as received by users
 };
 
 class PoseKeeperProperty : public ::testing::TestWithParam<int> {};

@@ -29,7 +29,7 @@ class ServerCheckpointTest : public testing::Test {
         state, bench.rooms, "key", [this] { return unix_ms; },
         [this](const std::string& line) { news.push_back(line); });
   }
-  /// Also for root, who may write everywhere.
+  /// Makes the state folder unwritable, even for root: replaces it by a file.
   void make_unwritable() {
     std::filesystem::rename(state, root_ / "aside");
     std::ofstream(state.string()) << "in the way";
@@ -78,7 +78,7 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    bench.step(200);  // empty rooms step, too, until they are idle
+    bench.step(200);  // empty rooms step too, until they are idle
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);
     writes = checkpoint->writes();

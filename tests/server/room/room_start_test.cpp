@@ -53,7 +53,8 @@ TEST(RoomStart, WithoutUsersToWaitForNothingIsSaid) {
   EXPECT_FALSE(start.remove(UserId{1}, at(0)));
 }
 
-/// What the class comment says, in terms of sets: who is here, since when enough are, and whether the time has passed.
+/// Model of the class comment in terms of sets: present users, the time since which enough are present, and whether the
+///       countdown has elapsed.
 struct Model {
   std::size_t users;
   std::set<std::uint32_t> here{};

@@ -51,7 +51,7 @@ class RoomTest : public ::testing::Test {
   void step(int count = 1) {
     for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
   }
-  /// The newest update of a seat; empty when none came since the last call.
+  /// Newest update of a seat; empty if none was published since the last call.
   std::optional<proto::ServerUpdate> update(std::uint8_t seat) {
     room_.output().poll();
     const RoomUpdate& told = room_.output().front();
@@ -81,7 +81,7 @@ TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
   EXPECT_FALSE(update(3).has_value());
 }
 
-/// How many steps it saw the end of.
+/// Counts the steps it was notified of.
 struct StepCounter final : RoomWatcher {
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
@@ -114,7 +114,7 @@ TEST_F(RoomTest, UpdateAnswersTheNewestInput) {
   ASSERT_TRUE(told.has_value());
   EXPECT_EQ(told->step, Step{1});
   EXPECT_EQ(told->stepped, ServerTime(room_.period()));
-  // Joining drops what an earlier user of the seat may have left in its mailbox.
+  // Joining discards any input that a former user of the seat left in its mailbox.
   EXPECT_EQ(told->answered_input, Tick{0});
   send(0, {0, 0, 0.06});
   step();
@@ -360,7 +360,7 @@ TEST(Room, StepDoesNotAllocateInSteadyContact) {
 }
 
 TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
-  // Nor does its recorder, whose ring gets full on the way.
+  // The recorder does not allocate either, although its ring overflows in the meantime.
   const auto file =
       std::filesystem::temp_directory_path() / ("tandem_room_test" + std::to_string(::getpid()) + ".mcap");
   std::filesystem::remove(file);

@@ -1,4 +1,4 @@
-// Which hands are taken to go on while nothing is heard of them.
+// Conditions under which a hand is extrapolated while its inputs are missing.
 #include "server/room/tool_port.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace tandem::server {
 namespace {
 
-/// A cube of 4 cm on a table, a tool on either side of it.
+/// A cube of 4 cm on a table with a tool on either side.
 class OnTable {
  public:
   OnTable() {
@@ -21,7 +21,7 @@ class OnTable {
     go(left_at, right_at);
   }
 
-  /// Within a fifth of a second, and rests there.
+  /// Moves both hands within 0.2 s and lets them rest for 0.2 s.
   void go(const Vec3& left_to, const Vec3& right_to) {
     for (int k = 1; k <= 400; ++k) {
       const double share = std::min(1.0, k / 200.0);
@@ -64,7 +64,7 @@ TEST(ToolPort, OfWhatIsHeldRunsOnWhatIsCarriedAndNotWhatIsPressedOnATable) {
   on.go(on.left_at - Vec3(0, 0, 0.055), on.right_at);
   ASSERT_GT(on.world.touch(0).contacts, 0U);
   EXPECT_FALSE(on.left.runs_on()) << "a hand that has stopped would press by as much more";
-  // Another hand presses on it, so that both have a hand on it.
+  // Another hand presses on the cube, so that two hands act on it.
   on.go(on.left_at + Vec3(0, 0, 0.055), on.right_at + Vec3(0, 0, 0.05));
   on.go(on.left_at, on.left_at + Vec3(0.07, 0, 0));
   on.go(on.left_at, on.left_at + Vec3(0.05, 0, 0));

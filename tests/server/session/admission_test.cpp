@@ -1,4 +1,4 @@
-// Who is let in by a token, and who comes back by a credential: what the hub answers to each that should not be.
+// Admission by token and return by credential: answers of the hub to each invalid case.
 #include "server/session/admission.hpp"
 
 #include <gmock/gmock.h>
@@ -55,7 +55,7 @@ class AdmissionTest : public testing::Test {
     bench->greet(client);
     return client;
   }
-  /// What the hub says to that join; its client when it is in.
+  /// Answer of the hub to a join. If accepted, `in` receives the joined message.
   std::string answer_to(const test::BenchClient& client, const wire::ClientControl& join, wire::Joined* in = nullptr) {
     bench->send(client, join);
     auto messages = bench->take(client);
@@ -64,7 +64,7 @@ class AdmissionTest : public testing::Test {
     return test::described(messages);
   }
   std::string answer_to(const wire::ClientControl& join) { return answer_to(greeted(), join); }
-  /// Of a second device whose first one has `credential`, from `client`'s connection.
+  /// Join message of a second device beside the one with `credential`, over `client`'s connection.
   wire::ClientControl join_beside(const test::BenchClient& client, const std::string& credential,
                                   const secure::KeyPair& key) const {
     wire::ClientControl join = resume_by(client, credential, key);
@@ -79,12 +79,12 @@ class AdmissionTest : public testing::Test {
     bench->transport.is_encrypted = true;
   }
   void SetUp() override { start_server(); }
-  /// By both clocks.
+  /// Advances both clocks.
   void pass(Duration duration) {
     bench->now += duration;
     unix_ms += static_cast<std::uint64_t>(duration / std::chrono::milliseconds(1));
   }
-  /// A user who is in, with a credential.
+  /// A joined user with a credential.
   test::BenchClient joined_client(const std::function<void(wire::TokenClaims&)>& change = {}) {
     test::BenchClient client = greeted();
     EXPECT_EQ(answer_to(client, join_by(token(change)), &client.joined), "joined");
@@ -161,7 +161,7 @@ TEST_F(AdmissionTest, WhenTheTableIsFullAnotherTokenIsRefusedAndNoneForgotten) {
   EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_USED, goodbye");
   pass(std::chrono::seconds(60));
   EXPECT_EQ(answer_to(join_by(token())), "joined") << "the first one's time is over";
-  bench.reset();  // before its ledger
+  bench.reset();  // the hub must end before its ledger
 }
 
 TEST_F(AdmissionTest, RoleNameAndForceAreTheTokens) {
@@ -258,7 +258,7 @@ TEST_F(AdmissionTest, ATokenForAnyRoomLetsItsUserGoFromOneToAnother) {
     EXPECT_EQ(user.joined.scene().name(), room);
     EXPECT_EQ(user.joined.resume_credential(), credential);
   }
-  // Who comes back without saying where to is where he was last.
+  // A user who returns without naming a room gets the last one.
   bench->hub->on_disconnected(user.handle, bench->now);
   user = greeted();
   EXPECT_EQ(answer_to(user, resume_by(user, credential, client_key), &user.joined), "joined");
@@ -289,7 +289,7 @@ TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   EXPECT_EQ(answer_to(fourth, join_beside(fourth, second.joined.resume_credential(), second_key)),
             "error ERROR_NOT_ALLOWED, goodbye")
       << "and none beside the second";
-  // One that was lost makes place for another, and cannot come back then.
+  // A lost second device gives up its place to another one, and cannot return afterwards.
   bench->hub->on_disconnected(second.handle, bench->now);
   test::BenchClient new_second = greeted();
   EXPECT_EQ(answer_to(new_second, join_beside(new_second, credential, client_key), &new_second.joined), "joined");
@@ -328,7 +328,7 @@ TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
   };
   EXPECT_EQ(again.revoke(id_of(first)), id_of(second));
   test::BenchClient operator_client = greeted();
-  // There are two tools, and the operator needs one.
+  // The room has two tools, and the operator needs one.
   bench->hub->on_disconnected(second.handle, bench->now);
   EXPECT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
   bench->send(operator_client,
@@ -386,7 +386,7 @@ TEST_F(AdmissionTest, AServerThatGoesOnKnowsWhoMayComeBackToWhichTool) {
   bench->hub->on_disconnected(lost.handle, bench->now);
   bench->now += kResumeWithin - std::chrono::seconds(10);
   unix_ms += static_cast<std::uint64_t>((kResumeWithin - std::chrono::seconds(10)) / std::chrono::milliseconds(1));
-  bench->hub->poll(VirtualClock(bench->now));  // the others have been silent, and are lost now
+  bench->hub->poll(VirtualClock(bench->now));  // the other clients were silent and are now lost
   const auto restart = [&] {
     HubSettings resumed = settings();
     ASSERT_TRUE(resumed.admission->resumed.ParseFromString(kept.SerializeAsString()));

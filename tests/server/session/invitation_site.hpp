@@ -1,4 +1,4 @@
-// One state folder with the servers that have it one after the other, and a model of which invitation may let in.
+// One state folder, the servers that use it one after the other, and a model of which invitations are valid.
 #pragma once
 
 #include <algorithm>
@@ -26,13 +26,14 @@ struct Invitation {
   bool is_operator = false;
 };
 
-/// What has happened, and what follows from it for an invitation; nothing of how the server does it.
+/// Events so far and their consequences for an invitation, independent of the server's implementation.
 struct Model {
-  std::set<std::size_t> used;  ///< let in, or on the disk when the server was killed
-  // Offsets of the wall clock to true time that the server may go by: one, where the clock has not been set for 10 s.
+  std::set<std::size_t> used;  ///< admitted, or on the disk when the server was killed
+  // Range of clock offsets (wall clock minus true time) that the server may assume. It is a single value once the clock
+  // has not been set for 10 s.
   std::int64_t low_ms = 0, high_ms = 0;
-  std::int64_t noted_ms = 0;  ///< the largest that the time in the file may have
-  std::int64_t wall_ms = 0;   ///< the wall clock's offset now
+  std::int64_t noted_ms = 0;  ///< maximum offset of the time in the file
+  std::int64_t wall_ms = 0;   ///< present offset of the wall clock
   std::int64_t set_at_ms = 0;
 
   void set_clock(std::int64_t offset_ms, std::int64_t now_ms) {
@@ -59,14 +60,14 @@ struct Model {
   }
 };
 
-/// A user who was let in.
+/// An admitted user.
 struct Guest {
   std::string credential;
-  std::int64_t joined_ms = 0, lost_ms = 0;  ///< lost: 0: is here
-  bool is_ended = false;                    ///< kicked, or a run without --resume has begun
+  std::int64_t joined_ms = 0, lost_ms = 0;  ///< lost_ms: 0 while connected
+  bool is_ended = false;                    ///< kicked, or a run without --resume has started
 };
 
-/// One state folder and one room, and the servers that have them one after the other.
+/// One state folder and one room, with the servers that use them one after the other.
 class Site {
  public:
   explicit Site(std::uint64_t seed) : random_(seed) {
@@ -104,7 +105,7 @@ class Site {
     bench = std::make_unique<test::HubBench>(settings);
     bench->transport.is_encrypted = true;
     bench->hub->on_admission = [this](const wire::AdmissionState& state) { kept_in_memory_ = state; };
-    const bool was_full = std::exchange(is_disk_full, false);  // a server does not start then
+    const bool was_full = std::exchange(is_disk_full, false);  // a server does not start on a full disk
     ledger->begin(resumes, static_cast<std::uint64_t>(wall_ms()));
     is_disk_full = was_full;
     keeps_checkpoints_ = resumes;
@@ -115,7 +116,7 @@ class Site {
     model.start(now_ms);
     poll();
   }
-  /// As by kill -9: what has not been written is lost.
+  /// Ends the server like kill -9: unwritten data is lost.
   void kill() {
     bench.reset();
     ledger.reset();
@@ -126,13 +127,13 @@ class Site {
     if (bench) poll();
   }
   void pass(Duration duration) {
-    // Users who say nothing are lost; the clock is read before and after.
+    // Silent users are lost. The clock is read before and after.
     now_ms += milliseconds(duration);
     for (Guest& guest : guests) {
       if (duration >= 1500ms && guest.lost_ms == 0) guest.lost_ms = now_ms;
     }
     poll();
-    // Polls that follow notice what the first one has changed.
+    // Later polls detect the changes of the first one.
     now_ms += 200;
     poll();
     write();
@@ -143,11 +144,12 @@ class Site {
     bench->hub->poll(VirtualClock(bench->now));
     if (!keeps_checkpoints_) return;
     kept_ = kept_in_memory_;
+    // The checkpoint is written now: users without a loss time count as lost now.
     for (auto& credential : *kept_.mutable_credentials()) {
-      if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));  // written now
+      if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));
     }
   }
-  /// So long that the limits on joins (limits.hpp) hold none up.
+  /// Advances the time until the rate limits on joins (limits.hpp) do not delay any.
   void breathe() {
     now_ms += 50;
     poll();
@@ -186,7 +188,7 @@ class Site {
     bench->send(client, join);
     return client;
   }
-  /// Of what the client was told; whether it is in.
+  /// Reads the client's messages. Returns whether it was admitted.
   bool is_in(test::BenchClient& client, std::string* text = nullptr) {
     for (const wire::ServerControl& message : bench->take(client)) {
       if (text != nullptr && message.has_error()) *text = message.error().text();
@@ -194,7 +196,7 @@ class Site {
     }
     return client.joined.user() != 0;
   }
-  bool has_place() const { return bench->hub->users_in(0)[1] < 1; }  // of observers, who have one
+  bool has_place() const { return bench->hub->users_in(0)[1] < 1; }  // a room has one place for observers
   void leave_all() {
     for (auto& client : here) bench->hub->on_disconnected(client.handle, bench->now);
     here.clear();
@@ -204,7 +206,7 @@ class Site {
     poll();
   }
 
-  std::int64_t now_ms = 1'700'000'000'000;  ///< true time
+  std::int64_t now_ms = 1'700'000'000'000;  ///< true time [ms]
   Model model;
   bool is_disk_full = false;
   int writes = 0;

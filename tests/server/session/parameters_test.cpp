@@ -1,4 +1,4 @@
-// The coupling's coefficients: set by a user, chosen by the law, sent to those whom they concern.
+// Coefficients of the coupling: set by a user, selected by the law, sent to the affected users.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -48,7 +48,7 @@ test::HubBench bench_with_coupling(const std::string& coupling) {
   return test::HubBench({}, {scene.replace(scene.find(old), old.size(), coupling)});
 }
 
-/// name → value of the parameter_set messages.
+/// Values of the parameter_set messages by name.
 std::map<std::string, double> parameters_in(const std::vector<wire::ServerControl>& messages) {
   std::map<std::string, double> values;
   for (const wire::ServerControl& message : messages) {

@@ -1,4 +1,4 @@
-// Who may ask what of a room's poses, how much of it, and what others receive.
+// Permissions and limits of the requests on a room's poses, and the messages to other users.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,13 +30,13 @@ class SessionPosesTest : public ::testing::Test {
  protected:
   void SetUp() override {
     TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
-    // The keeper needs the rooms, and the hub the keeper.
+    // The keeper needs the rooms, and the hub needs the keeper.
     bench_ = std::make_unique<test::HubBench>(HubSettings{}, std::vector<std::string>{helices_json()});
     bench_->hub.reset();
     keeper_ = std::make_unique<PoseKeeper>("", bench_->rooms, [] { return 1'700'000'000'000ULL; });
     HubSettings settings;
     settings.poses = keeper_.get();
-    settings.silence_timeout = std::chrono::hours(1);  // these users say nothing but what they ask
+    settings.silence_timeout = std::chrono::hours(1);  // these users send only requests
     settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     bench_->hub =
         std::make_unique<SessionHub>(settings, std::vector<Room*>{bench_->rooms.front().get()}, bench_->transport);
@@ -62,10 +62,10 @@ class SessionPosesTest : public ::testing::Test {
                    message.mutable_ask_pose()->set_name(name);
                  }));
   }
-  /// The answer to who asked.
+  /// Answer to the requester.
   wire::ServerControl ask(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
                           const std::string& name = "") {
-    step(300);  // the user's bucket has something again
+    step(300);  // refills the user's token bucket
     for (const test::BenchClient* each : {&ada_, &ben_}) bench_->take(*each);
     send(client, kind, number, name);
     step(20);

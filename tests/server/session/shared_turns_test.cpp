@@ -1,4 +1,4 @@
-// With threads: also run under ThreadSanitizer.
+// Uses threads: also run under ThreadSanitizer.
 #include "server/session/shared_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace tandem::server {
 namespace {
 
-/// Helps until it goes.
+/// A thread that helps until its destruction.
 class Helper {
  public:
   explicit Helper(const std::function<void()>& help)
@@ -41,11 +41,11 @@ TEST(SharedTurns, EachIsTakenOnceAndIsOverWhenRunReturns) {
   const std::thread::id runner = std::this_thread::get_id();
   std::atomic<std::size_t> helped{0};
   while (helped < kHelped) {
-    std::vector<std::size_t> taken(kTurns);  // not atomic: run() is what orders them
+    std::vector<std::size_t> taken(kTurns);  // not atomic: run() orders the accesses
     turns.run(kTurns, [&](std::size_t i) {
       ++taken[i];
       if (std::this_thread::get_id() != runner) ++helped;
-      std::this_thread::yield();  // where there is one processor, helpers get it
+      std::this_thread::yield();  // on a single processor this lets a helper run
     });
     ASSERT_EQ(taken, std::vector<std::size_t>(kTurns, 1));
   }
@@ -79,20 +79,20 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
     users.push_back(bench.join("user " + std::to_string(i)));
     bench.send_state(users.back());
   }
-  bench.step();  // then they are in the room
+  bench.step();  // the users are in the room after this step
   Room& room = *bench.rooms.front();
   for (const test::BenchClient& user : users) bench.take_datagrams(user);
   const std::uint64_t sent_before = bench.hub->counters().datagrams_sent;
   std::atomic<std::size_t> published{0};
   std::size_t steps = 0;
   {
-    // Only after a step: as the thread that has made it.
+    // Helps only after a step, like the thread that made it.
     const Helper helper([&, helped = std::size_t{0}]() mutable {
       if (published.load() == helped) return;
       helped = published.load();
       bench.hub->help(room);
     });
-    // Where there is one processor, it takes longer until a helper comes at the right time.
+    // On a single processor it takes longer until a helper runs at the right time.
     for (; steps < kLeastSteps || (bench.transport.sent_elsewhere == 0 && steps < kMostSteps); ++steps) {
       bench.now += std::chrono::milliseconds(1);
       room.step(server_time_of_own_clock(bench.now));

@@ -1,4 +1,5 @@
-// The state half of a user's session: what is sent of the room's updates, and what is taken of the client's.
+// State stream of a user's session: the part of the room's updates that is sent, and the accepted part of the client's
+// updates.
 #include <gtest/gtest.h>
 
 #include "tests/support/hub_bench.hpp"
@@ -16,8 +17,8 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   test::BenchClient ben = bench.join("ben", wire::ROLE_MANIPULATOR, "state-tcp");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.take(ben);
-  // A step in which the room has not heard of the change: it publishes for ada, after ben has joined. What the ring
-  // holds cannot be kept back here, so the room's part is played by hand.
+  // A step before the room learns of the change: it publishes for ada after ben has joined. The contents of the ring
+  // cannot be held back here, so the test publishes in place of the room.
   RoomUpdate late;
   late.user[0] = UserId{ada.joined.user()};
   late.own[0].step = Step{77};
@@ -56,7 +57,7 @@ TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   EXPECT_EQ(update.answered_input, input.input_tick);
 }
 
-/// Some time goes by with each look at it.
+/// Clock that advances by 10 µs at each reading.
 class BusyClock final : public Clock {
  public:
   explicit BusyClock(LocalTime now) : now_(now) {}
@@ -187,7 +188,7 @@ TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
   pulled.handle.X.p.y() += 0.05;
   bench.deliver(bench.datagram_of(ada, pulled));
   bench.step(200);
-  // Published for ada, not yet polled when she leaves and ben takes her seat and tool.
+  // Published for ada, but not polled before she leaves and ben takes her seat and tool.
   bench.now += std::chrono::milliseconds(1);
   bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   bench.send(ada, message_of([](auto& message) { message.mutable_leave(); }));
@@ -201,7 +202,8 @@ TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
   EXPECT_LT(std::abs(bench.newest_update(ben)->tool.X.p.y()), 0.01) << "the tool starts anew";
 }
 
-/// Joins with a deadband and sends its state every millisecond, at rest; returns how many updates it got in a second.
+/// Joins with a deadband and sends a resting state every millisecond. Returns the number of updates received in one
+/// second.
 std::size_t updates_in_a_second(double deadband) {
   test::HubBench bench;
   test::BenchClient ada = bench.connect();

@@ -1,4 +1,4 @@
-// Holds the server's tables of proto/STATES.md against SessionHub: every row is brought about and compared.
+// Compares the server's tables of proto/STATES.md with SessionHub: every row is produced and checked.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -13,7 +13,7 @@ namespace {
 
 const std::string kDocument = test::source_path("proto/STATES.md").string();
 
-/// A client of a bench, brought into the state of that name.
+/// A client of a bench, brought into the named state.
 struct Subject {
   explicit Subject(const std::string& state, const HubSettings& settings = {}) : bench(settings) {
     client = bench.connect();
@@ -52,7 +52,7 @@ void wait_out(Subject& subject) {
 }
 
 void send_forbidden(Subject& subject) {
-  // A second hello is never allowed; before the first one, a ping is not.
+  // A second hello is never allowed; a ping is not allowed before the first one.
   if (subject.state() == "greeting") {
     subject.send([](auto& message) { message.mutable_ping(); });
   } else {

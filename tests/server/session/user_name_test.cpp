@@ -1,4 +1,4 @@
-// What a user may call himself, and how two of one name are told apart.
+// Permitted user names, and the distinction of two users of the same name.
 #include "server/session/user_name.hpp"
 
 #include <gmock/gmock.h>

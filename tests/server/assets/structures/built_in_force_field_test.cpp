@@ -32,7 +32,7 @@ TEST(BuiltInForceField, IsWhatNobodyNamedWhereThePackageIsMissing) {
 }
 
 TEST(BuiltInForceField, TypesAminoAcidsCapsAndLigandsByElementWithoutCharges) {
-  // Atoms of test::residue_text are in a row: a hydrogen is bound to the one before it.
+  // Atoms of test::residue_text lie in a row: a hydrogen is bound to the atom before it.
   const test::PdbFile file(test::residue_text("ACE", "C O CH3", 1) + test::residue_text("CYS", "N H CA C O SG", 2) +
                            test::residue_text("HIE", "N CA HA C O", 3) + test::residue_text("ZN", "ZN", 4) +
                            test::residue_text("LIG", "C1 XX", 5));

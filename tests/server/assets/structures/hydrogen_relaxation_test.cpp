@@ -1,4 +1,4 @@
-// Built hydrogens that overlap: what moves, by how much, and what stays.
+// Built hydrogens that overlap: the moved atoms, the size of the moves, and the fixed atoms.
 #include "server/assets/structures/hydrogen_relaxation.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 const std::filesystem::path kUbiquitin = "/usr/share/freesasa/test-data/1ubq.pdb";
 const std::filesystem::path kProtease = "/usr/share/pymol/data/tut/1hpv.pdb";
 
-/// A residue "SER" of carbon, oxygen and hydrogen, of which the hydroxyl's hydrogen was built.
+/// A residue "SER" of carbon, oxygen and hydrogen, whose hydroxyl hydrogen was built.
 struct Hydroxyl {
   Hydroxyl(const std::string& id, const Vec3& oxygen, const Vec3& carbon, const Vec3& hydrogen) {
     residue.name = "SER";
@@ -63,7 +63,7 @@ struct Structure {
   const Vec3& hydrogen(std::size_t residue) const { return chains[residue].atoms[2].position_angstrom; }
 };
 
-/// Two hydroxyls, each along x from its carbon, whose hydrogens are 0.9 Å from each other.
+/// Two hydroxyls, each along x from its carbon, with hydrogens 0.9 Å apart.
 Structure two_hydroxyls() {
   const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // 109.5° at the oxygen
   Structure structure;
@@ -148,7 +148,7 @@ PreparedStructure built(const std::filesystem::path& file) {
   return structure;
 }
 
-/// By residue and name.
+/// Positions by residue and atom name.
 std::map<std::string, Vec3> places(const std::vector<PdbResidue>& residues) {
   std::map<std::string, Vec3> all;
   for (const PdbResidue& residue : residues) {
@@ -157,7 +157,7 @@ std::map<std::string, Vec3> places(const std::vector<PdbResidue>& residues) {
   return all;
 }
 
-/// The structure turned, moved and with its residues in another order.
+/// The structure rotated, moved, and with its residues in another order.
 PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::mt19937& random) {
   PreparedStructure to = from;
   std::vector<std::size_t> order(from.chains.size());
@@ -172,7 +172,7 @@ PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::m
   }
   for (BuiltGroup& group : to.groups) {
     group.residue = static_cast<std::size_t>(std::ranges::find(order, group.residue) - order.begin());
-    // Equal to the carrier's place to the bit.
+    // Bit-identical to the carrier's position.
     for (const PdbAtom& atom : from.chains[order[group.residue]].atoms) {
       if (atom.position_angstrom == group.carrier_angstrom) group.carrier_angstrom = X * atom.position_angstrom;
     }
@@ -227,7 +227,7 @@ docking::Molecule molecule_of(const std::vector<PdbResidue>& residues) {
   return molecule;
 }
 
-/// Heavy atoms of the two come so near to each other [Å], 5 at most.
+/// Smallest distance between heavy atoms of both structures [Å], at most 5.
 double gap_angstrom(const PreparedStructure& a, const PreparedStructure& b) {
   constexpr double kFarAngstrom = 5;
   const auto heavy = [](const PreparedStructure& structure) {

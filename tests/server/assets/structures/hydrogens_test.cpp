@@ -1,4 +1,4 @@
-// Hydrogens that are built, against where GROMACS puts them; united atoms.
+// Built hydrogens, against the positions of GROMACS; united atoms.
 #include "server/assets/structures/hydrogens.hpp"
 
 #include <gtest/gtest.h>
@@ -59,10 +59,10 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
     const auto found = expected.find(name + " of " + residue);
     if (!name.starts_with('H')) continue;
     ASSERT_NE(found, expected.end()) << report.places[i];
-    // The golden file has three decimals, and so had the heavy atoms that GROMACS read, in nm.
+    // The golden file has three decimals in nm, and so did the heavy atoms in the input of GROMACS.
     const double apart = (molecule.positions_angstrom[i] - found->second).norm();
     if (apart >= 0.002) ++moved;
-    // Those that overlapped atoms of other residues bend, by no more than this.
+    // Hydrogens that overlapped atoms of other residues are bent, by less than this.
     EXPECT_LT(apart, 0.3) << report.places[i];
     ++compared;
   }
@@ -75,7 +75,7 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
   const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
   EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
-  // The force field's own masses; its CH of a ring (of one TYR, two PHE, one HIS: 16) has that of the carbon alone.
+  // Masses of the force field. Its aromatic CH (of one TYR, two PHE, one HIS: 16) has the mass of the carbon alone.
   EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
   std::size_t hydrogens = 0;
   for (std::size_t i = 0; i < united.size(); ++i) {
@@ -102,7 +102,7 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   EXPECT_GT(farthest, 0.01);
 }
 
-/// GROMACS's rule puts one of them 0.66 Å from CD.
+/// GROMACS's rule places one of them 0.66 Å from CD.
 TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
   const std::filesystem::path protease = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, protease);
@@ -123,7 +123,7 @@ TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
 
 TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
-  // On a line, and without CB: no directions across, and nothing that is not finite.
+  // The atoms lie on a line, and CB is missing: no perpendicular directions exist, and all results must be finite.
   const test::PdbFile file(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("GLY", "N CA C O", 2));
   StructureReport report;
   const docking::Molecule molecule = load_molecule(file.path(), {}, test::kOplsDirectory, Hydrogens::kBuild, &report);

@@ -1,4 +1,5 @@
-// From a structure file and GROMACS's OPLS-AA files to parameters: exact where an entry exists, named where not.
+// From a structure file and GROMACS's OPLS-AA files to parameters: exact if an entry exists, otherwise reported by
+// name.
 #include "server/assets/structures/loader.hpp"
 
 #include <gmock/gmock.h>
@@ -58,7 +59,7 @@ class OplsLoader : public testing::Test {
 
 struct ResidueCase {
   std::string name;
-  std::string atoms;  ///< names of the PDB's remediated format
+  std::string atoms;  ///< names of the remediated PDB format
   double charge_e;
   std::string probe;  ///< an atom whose type is known from the force field's table
   std::string type;
@@ -323,7 +324,7 @@ TEST_F(OplsLoader, SurvivesDamagedStructures) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     std::mt19937 random(seed);
     std::string text = valid;
-    // Names and residues only, so that most files get past the reader.
+    // Damages only names and residues, so that most files pass the reader.
     for (unsigned i = 0; i <= seed % 40; ++i)
       text[random() % (text.size() / 67) * 67 + 12 + random() % 10] = static_cast<char>(random());
     try {

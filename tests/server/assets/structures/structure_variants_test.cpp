@@ -1,4 +1,5 @@
-// What programs make of one structure (other names, letters, columns, elements, orders) is read as the same structure, or is reported.
+// Variants of one structure as written by different programs: names, letters, columns, elements, orders. Each is read
+// as the same structure, or the difference is reported.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +27,7 @@ namespace tandem::server {
 namespace {
 
 using Random = std::mt19937_64;
-using Lines = std::vector<std::string>;  ///< ATOM and HETATM records, 80 columns, and TER
+using Lines = std::vector<std::string>;  ///< ATOM and HETATM records of 80 columns, and TER
 
 std::string column(const std::string& line, std::size_t first, std::size_t last) {
   return line.substr(first - 1, last - first + 1);
@@ -117,7 +118,7 @@ void give_twice(Lines& lines, Random& random) {
   lines = more;
 }
 
-/// A second place of each atom of some residues, less occupied, before or behind the first.
+/// Adds a second location of each atom of some residues, with lower occupancy, before or after the first.
 void add_alternates(Lines& lines, Random& random) {
   Lines more;
   std::map<std::string, bool> has_alternates;
@@ -167,7 +168,7 @@ void write_elements_in_small_letters(Lines& lines, Random&) {
   }
 }
 
-/// As old files of the Protein Data Bank: its code and the number of the line in columns 73-80.
+/// Numbers the lines as in old files of the Protein Data Bank: PDB code and line number in columns 73-80.
 void number_lines(Lines& lines, Random&) {
   int n = 0;
   for (std::string& line : lines) {
@@ -198,7 +199,7 @@ void remove_ends_of_chains(Lines& lines, Random&) {
   std::erase_if(lines, [](const std::string& line) { return !is_atom(line); });
 }
 
-/// Every residue a chain's end, as some programs write.
+/// Ends the chain after every residue, as some programs do.
 void end_chains_everywhere(Lines& lines, Random&) {
   Lines more;
   for_residues(lines, [&more](auto begin, auto end) {
@@ -208,7 +209,7 @@ void end_chains_everywhere(Lines& lines, Random&) {
   lines = more;
 }
 
-/// The hydrogen on N as CHARMM names it, and the oxygens of a chain's end.
+/// Names the hydrogen on N and the oxygens of a chain's end as CHARMM does.
 void take_charmm_names(Lines& lines, Random&) {
   for (std::string& line : lines) {
     if (!is_atom(line)) continue;
@@ -229,7 +230,7 @@ void renumber_residues(Lines& lines, Random& random) {
   }
 }
 
-/// Every second residue has the number of the one before, and a letter.
+/// Gives every second residue the number of the previous one with an insertion letter.
 void insert_residues(Lines& lines, Random&) {
   std::map<std::string, int> count;
   for_residues(lines, [&count](auto begin, auto end) {
@@ -250,7 +251,7 @@ void write_hetatm(Lines& lines, Random& random) {
   }
 }
 
-/// Numbers of atoms of six digits, which push all that follows one column to the right.
+/// Writes atom numbers of six digits, which shift the following columns to the right.
 void drift_columns(Lines& lines, Random& random) {
   int serial = 99'990 - static_cast<int>(random() % 50);
   for (std::string& line : lines) {
@@ -287,7 +288,7 @@ void move_hydrogens_away(Lines& lines, Random& random) {
   }
 }
 
-/// Two places of some residues, equally occupied: which one is taken is a choice, which the notes name.
+/// Adds a second location of some residues with equal occupancy. The selected one is a choice, which the notes report.
 void add_equal_alternates(Lines& lines, Random& random) {
   add_alternates(lines, random);
   for (std::string& line : lines) {
@@ -296,11 +297,12 @@ void add_equal_alternates(Lines& lines, Random& random) {
 }
 
 enum class Keeps {
-  kEnergy,   ///< the same atoms: the energy of the untouched file
-  kIsNamed,  ///< other atoms, or a choice: whatever changes the energy is reported
+  kEnergy,   ///< same atoms: the energy equals that of the original file
+  kIsNamed,  ///< other atoms, or a choice: any change of the energy is reported
 };
 
-/// Variants of one stage exclude each other, and are made in this order: later ones keep columns that earlier ones need.
+/// A change to the file. Variants of one stage exclude each other. Stages run in order: later ones keep the columns
+/// that earlier ones need.
 struct Variant {
   const char* name;
   void (*change)(Lines&, Random&);
@@ -337,7 +339,7 @@ constexpr std::array kVariants = std::to_array<Variant>({
     {"some lines shifted", shift_some_lines, 5, Keeps::kIsNamed},
 });
 
-/// Some columns cannot be lost that another variant writes.
+/// Whether one variant removes columns that the other writes.
 bool exclude_each_other(const Variant& one, const Variant& other) {
   const auto has_alternates = [](const Variant& v) {
     return v.change == add_alternates || v.change == add_equal_alternates;
@@ -349,7 +351,7 @@ bool exclude_each_other(const Variant& one, const Variant& other) {
          (one.change == move_chains_to_segments && ends_early(other));
 }
 
-/// One variant of each stage or none, by chance, in the order of stages.
+/// At random one variant of each stage or none, in the order of stages.
 std::vector<const Variant*> some_variants(Random& random) {
   std::vector<const Variant*> chosen;
   for (int stage = 0; stage < kStages; ++stage) {
@@ -368,7 +370,7 @@ class Variants : public testing::Test {
   struct Pair {
     docking::Molecule a, b;
     double energy = 0;
-    std::size_t reported = 0;  ///< notes, guesses, atoms that are missing or left out, gaps
+    std::size_t reported = 0;  ///< notes, guesses, missing or omitted atoms, gaps
   };
 
   static Pair load(const std::filesystem::path& file, const std::string& a, const std::string& b) {
@@ -387,7 +389,7 @@ class Variants : public testing::Test {
     return pair;
   }
 
-  /// Both chains of a file with hydrogens that are all there, as lines of 80 columns.
+  /// Both chains of a file, completed with hydrogens, as lines of 80 columns.
   static Lines complete_lines(const std::filesystem::path& file, const std::string& a, const std::string& b) {
     const docking::Molecule first = load_molecule(file, {{a}}, test::kOplsDirectory, Hydrogens::kBuild);
     const docking::Molecule second = load_molecule(file, {{b}}, test::kOplsDirectory, Hydrogens::kBuild);
@@ -423,7 +425,8 @@ class VariantsOfFile : public Variants, public testing::WithParamInterface<File>
     ASSERT_GT(std::abs(expected_.energy), 10) << "they touch";
   }
 
-  /// The energy of the untouched file, or where the variants allow it a refusal or a report of what is other.
+  /// Expects the energy of the original file. Where the variants allow it, a refusal or a report of the difference is
+  /// accepted.
   void check(const std::vector<const Variant*>& variants, Random& random) {
     Lines changed = lines_;
     bool may_differ = false, has_segments = false;

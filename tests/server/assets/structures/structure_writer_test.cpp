@@ -1,4 +1,4 @@
-// A complex that is written is the one that is read back, in both formats; what PDB cannot hold is refused.
+// Writing and reading a complex returns the same complex, in both formats. Data that PDB cannot hold is refused.
 #include "server/assets/structures/structure_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using docking::Molecule;
 
-/// Half of the last decimal [Å].
+/// Half a unit of the last decimal [Å].
 constexpr double kPdbRounding = 0.5e-3, kMmcifRounding = 0.5e-6;
 
 void add_atom(Molecule& molecule, const std::string& name, const std::string& element, const std::string& residue,
@@ -100,7 +100,7 @@ void expect_atoms(const PdbStructure& read, const std::vector<const Molecule*>& 
   EXPECT_EQ(read.duplicate_atoms + read.alternate_atoms, 0U);
 }
 
-/// A file that vanishes after the test.
+/// Writes a temporary file, which the caller removes.
 fs::path written(const std::string& text, const std::string& ending) {
   const fs::path file = fs::path(testing::TempDir()) / ("tandem_writer_" + std::to_string(getpid()) + ending);
   std::ofstream(file, std::ios::binary) << text;
@@ -115,7 +115,8 @@ class RealComplex : public testing::Test {
     return load_molecule(file, {{chain}}, test::kOplsDirectory, hydrogens);
   }
 
-  /// To first order an error of the coordinates changes the energy by force · error; as much again for the second.
+  /// To first order an error of the coordinates changes the energy by force · error. The bound allows the same again
+  /// for the second order.
   static void expect_reads_back(const std::string& ending, Hydrogens hydrogens, const Pose& X_AB, double rounding) {
     const Molecule a = load(test::k3al1File, "A", hydrogens), b = load(test::k3al1File, "B", hydrogens);
     const fs::path file = written("", ending);
@@ -262,7 +263,7 @@ TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
     expect_atoms(parse_mmcif(complex_mmcif(molecule, ligand, Pose{}), "x.cif"), {&molecule, &ligand}, 1e-6);
   }
   EXPECT_EQ(pdb_message(one_residue("1", "A", {9999.9994, -999.9994, 0})), "");
-  // The pose counts, not only the file.
+  // The pose counts, not only the coordinates of the file.
   EXPECT_NE(message_of([] {
               complex_pdb(one_residue("1", "A"), one_residue("1", "B"), Pose{Vec3(1e4, 0, 0), Quat::Identity()});
             }).find("not 10000.0"),
@@ -270,7 +271,7 @@ TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
 }
 
 TEST(ComplexWriter, HoldsTheLargestPdbAndRefusesTheNextAtom) {
-  // One serial for each atom, and one for each end of a chain.
+  // One serial number for each atom, and one for each end of a chain.
   Molecule receptor = many_atoms(99'996);
   EXPECT_EQ(pdb_message(receptor), "");
   add_atom(receptor, "C", "C", "LIG", "9999", "A", Vec3::Zero());
