@@ -125,8 +125,8 @@ TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
   }
 }
 
-// Friction-like error of a plate that moves at 125 mm/s in all directions. A partner who is held instead of predicted
-// would drag with 1.25 N.
+// The plate moves at 125 mm/s in all directions. A partner who is held in place instead of predicted would drag with
+// 1.25 N.
 TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
 }
