@@ -4,7 +4,7 @@ import os
 import shutil
 import sys
 
-# Folders of Debian's data packages, and packages of programs whose name differs from that of the package.
+# Folders of Debian's data packages, and the packages of programs with another name.
 FOLDERS = {
     "/usr/share/gromacs/": "gromacs-data",
     "/usr/share/pymol/": "pymol-data",

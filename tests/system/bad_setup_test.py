@@ -53,7 +53,7 @@ class ServerSetup(ProgramTest):
 
     def test_a_scene_that_this_machine_cannot_step_in_time(self):
         code, out, err = self.start_with_molecules({"atom_pairs": 20_000_000})
-        # Computing the scale for so many pairs may take longer than 2 s, so progress lines precede the error.
+        # Computing the scale of 16 million pairs may take longer than 2 s, so progress lines precede the error.
         lines = err.splitlines()
         progress = [line for line in lines if line.startswith("finding the scale of the forces between 4000 and 4000 atoms: ")]
         self.assertTrue(progress and progress[-1].endswith("100 %"), err)

@@ -95,8 +95,8 @@ class Demo(ProgramTest):
                                 "--begin-with 2", "1 tool", "at most")
 
     def test_fails_with_the_stage_that_rings_at_this_delay(self):
-        # Disabled, because with the passivity controllers only some hands exceed the bound: 23 to 43 mm/s, against 90
-        # to 520 without.
+        # The passivity controllers are off: with them only some hands exceed the bound, at 23 to 43 mm/s against 90 to
+        # 520 without.
         demo = run_demo("--out", self.folder, "--stage", "hold", "--passivity", "off")
         self.assertEqual(demo.returncode, 1, demo.stdout + demo.stderr)
         ringing = [claim for claim in failed_claims(demo) if claim.startswith("hand at rest")]

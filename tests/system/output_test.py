@@ -13,7 +13,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, Server, finish, free_port, full_pipe, program, read_trace, start_client
 
 END_WITHIN_S = 2.0
-SILENCE_S = 0.150  # the longest force after the last state (SafetySettings)
+SILENCE_S = 0.150  # the longest time with a force after the last state (SafetySettings)
 PRESSES = """{"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
  {"t_s": 1, "position_m": [0.073, 0, 0], "phase": "hold"}, {"t_s": 600, "position_m": [0.073, 0, 0]}]}"""
 

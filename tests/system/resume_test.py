@@ -105,7 +105,7 @@ class Restarts(SecureTest):
         server.wait_for("anna.*joined")
         time.sleep(0.7)  # until the session is in the checkpoint
         server.end()
-        os.kill(client.pid, signal.SIGSTOP)  # she rejoins only in the last run
+        os.kill(client.pid, signal.SIGSTOP)  # anna rejoins only in the last run
         with SecureServer(self.folder, port=port) as server:
             used = server.invitation("--name", "ben")
             self.assert_joined(start_client("--join", used, "--duration", "1s"))

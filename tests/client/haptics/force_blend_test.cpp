@@ -73,8 +73,8 @@ TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
   }
 }
 
-// A tool that is moved elsewhere and springs back. Adding the fading jump would display the opposite of a force that is
-// no longer present.
+// A tool that is moved elsewhere and springs back. Adding the fading jump would display the opposite of a force that no
+// longer exists.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();

@@ -34,7 +34,7 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
   return mass;
 }
 
-/// A table whose top is z = 0, a block of 0.5 kg in front of a ball-tipped tool, and a second tool behind the block.
+/// A table with its top at z = 0, a block of 0.5 kg, a ball-tipped tool in front of it and a second tool behind it.
 std::shared_ptr<physics::WorldDescription> scene() {
   auto world = std::make_shared<physics::WorldDescription>();
   physics::BodyDescription table;
@@ -350,7 +350,7 @@ TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
   }
 }
 
-// The body has left the place that the scene initially gives it at the tool.
+// The block is no longer at the initial place that the scene defines for it at tool 1.
 TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
   const auto world = scene();
   world->tools[1].holds_body = 1;

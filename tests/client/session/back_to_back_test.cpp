@@ -40,8 +40,8 @@ TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {
   EXPECT_EQ(eve.newest()->bodies.at(0).held_by.value, ada.session.joined()->user());
 }
 
-/// The hand moves down to a floor in 1 s, stays 15 mm in it for 2 s with a tremor of 0.1 mm at 9 Hz, and moves up
-/// again.
+/// The hand moves down to a floor in 1 s, and up again after 2 s. Meanwhile it is 15 mm inside, with a tremor of 0.1 mm
+/// at 9 Hz.
 RigidState pressing_hand(double t) {
   constexpr double kWay_m = 0.05, kTremor_m = 1e-4, kTremorRate = 2 * std::numbers::pi * 9;
   const double u = t < 1 ? t : t < 3 ? 1 : std::max(0.0, 4 - t);

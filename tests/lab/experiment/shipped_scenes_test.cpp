@@ -134,7 +134,7 @@ TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
 }
 
 // The intended circle lies inside the ball. The tool's centre is on the line from the ball's centre through the
-// intended point, where it meets the sphere of ball and tip, 25 mm.
+// intended point. It is where this line meets the sphere of ball and tip, 25 mm.
 TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);

@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 /// A trace with known values: 1 s of "move" at 2 N, then 3 s of "hold". In the hold the force is 1 N with an
-/// oscillation of 0.5 N at 5 Hz, and the hand's speed is a sine of 4 mm/s.
+/// oscillation of 0.5 N at 5 Hz. The hand's speed is a sine of 4 mm/s.
 UserTrace known_trace() {
   devices::WayPoint move;
   move.phase = "move";

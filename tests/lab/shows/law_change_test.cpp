@@ -40,9 +40,9 @@ OnClient setting(const std::map<Duration, std::string>& laws) {
 }
 
 /// The wall is pressed deeply enough that each law displays more than a newton. A force that is a round trip late makes
-/// the hand ring from some delay on. In stage hold the speed is 0.04 mm/s at 18 ms and 16 mm/s from 20 ms on
-/// (tandem-lab run wall --single --stage hold --set law=spring-damper --set link.rtt_ms=18,20). At 15 ms these hands
-/// are at rest.
+/// the hand ring above some delay. In stage hold the speed is 0.04 mm/s at 18 ms and 16 mm/s from 20 ms on. At 15 ms
+/// these hands are at rest.
+/// Source  tandem-lab run wall --single --stage hold --set law=spring-damper --set link.rtt_ms=18,20
 Quantities wall_with(const std::string& law, const std::string& stage) {
   return {"link.rtt_ms=15", "law=" + law, "stage=" + stage};
 }

@@ -140,7 +140,7 @@ TEST(ContactBench, TakesWhatItBuiltFromItsCache) {
   EXPECT_GT(built.build_s, 0);
   EXPECT_EQ(kept.build_s, 0);
   EXPECT_EQ(contact::contact_asset_bytes(*kept.shape, 0), contact::contact_asset_bytes(*built.shape, 0));
-  // A damaged asset is built anew. If no asset can be stored, a message reports it.
+  // A damaged asset is built again. If no asset can be stored, a message reports it.
   const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   EXPECT_GT(make().build_s, 0);

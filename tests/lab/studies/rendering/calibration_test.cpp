@@ -197,8 +197,8 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
       });
   EXPECT_EQ(progress, 1);
   ASSERT_TRUE(calibration.rotation);
-  // The loop is so soft that the encoder stays quiet: a tool of 20 g, 8e-6 kg·m², gets the full stiffness. Among the
-  // dampings, 8 % apart, the one that settles soonest in continuous time is chosen. Sampling shifts it by about k T.
+  // The device is so soft that its encoder does not limit the stiffness: a tool of 20 g, 8e-6 kg·m², gets the maximum.
+  // Dampings are 8 % apart; the chosen one settles soonest in continuous time. Sampling shifts it by about k T.
   const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   ASSERT_EQ(calibration.rotation->points.size(), 1U);
   const CalibrationPoint& point = calibration.rotation->points.front();

@@ -1,7 +1,7 @@
-// The whole region in which laws are marked passive: every shipped device profile, from soft to the stiffest
-// displayable coupling in translation and rotation, three dampings, tools of 0.02 to 2 kg, three hands. Positions are
-// exact, or pass the profile's encoder, from whose steps the velocity is estimated. W refers to the true motion in both
-// cases.
+// The whole region in which laws are marked passive: every shipped device profile, tools of 0.02 to 2 kg, three hands.
+// Stiffness ranges from soft to the stiffest displayable in translation and rotation, with three dampings. Positions
+// are exact, or pass the profile's encoder, from whose steps the velocity is estimated. W refers to the true motion in
+// both cases.
 #include <gtest/gtest.h>
 
 #include <iostream>
