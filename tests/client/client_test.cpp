@@ -31,20 +31,20 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-/// What a server answers to the first user of a room with one box.
+/// A server's answer to the first user of a room with one box.
 wire::Joined box_scene() {
   static const wire::Joined kJoined = test::HubBench().join("ada").joined;
   return kJoined;
 }
 
-/// One that no local model can be made of: its tool has no mass.
+/// A scene without a possible local model: its tool has no mass.
 wire::Joined unusable_scene() {
   wire::Joined joined = box_scene();
   joined.mutable_tool_masses(0)->set_mass_kg(0);
   return joined;
 }
 
-/// One whose asset never comes, so that nothing is made of it.
+/// A scene whose asset never arrives, so that no model is made of it.
 wire::Joined scene_without_its_asset() {
   wire::Joined joined = box_scene();
   wire::AssetInfo& asset = *joined.add_assets();
@@ -80,8 +80,8 @@ class ClientBench {
     join(joined);
   }
 
-  /// Milliseconds: a state comes, the haptic thread ticks, the io thread polls. What came before the tick that takes a
-  /// scene is not shown in it.
+  /// Each millisecond a state arrives, the haptic thread ticks and the io thread polls. A state that arrived before the
+  /// tick that adopts a scene is not displayed in that scene.
   void run(int milliseconds = 2) {
     for (int i = 0; i < milliseconds; ++i) {
       now += std::chrono::milliseconds(1);
@@ -209,7 +209,7 @@ TEST_P(ClientOfStage, NoTickAllocatesOrFreesWhenModelsComeAndGo) {
 INSTANTIATE_TEST_SUITE_P(WithAModel, ClientOfStage, testing::Values("local-model", "god-object"),
                          [](const auto& test) { return test.param == "god-object" ? "GodObject" : "LocalModel"; });
 
-/// Blocks the making of a model at its first point until it is called off.
+/// Blocks the construction of a model at its first cancellation point until it is cancelled.
 struct HeldMaking {
   ClientSettings settings() {
     return {.makes_models_aside = true, .at_point_of_making = [this](const std::stop_token& stop) {
@@ -243,7 +243,7 @@ TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
   bench.join(box_scene());
   making.wait_until_it_began();
   bench.join_again(box_scene());
-  while (making.points < 2) bench.client.poll(bench.now);  // time stands still: no state has to come
+  while (making.points < 2) bench.client.poll(bench.now);  // virtual time stands still: no state has to arrive
   EXPECT_TRUE(making.is_called_off);
 }
 
@@ -254,7 +254,7 @@ double thread_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// 327,680 triangles, as a second of work on a slow machine: no piece of it is a large share of the whole.
+// 327,680 triangles, about a second of work on a slow machine. No piece of the work is a large share of the whole.
 TEST(CallOff, OfALargeMeshWaitsForASmallPieceOfItsWork) {
   const geometry::TriangleMesh mesh = contact::sphere_mesh(0.1, 7);
   const std::size_t pieces_of_one_pass = mesh.triangles.size() / kCallOffEvery;
@@ -384,11 +384,11 @@ TEST(Client, AModelMadeAsideIsShownWhenItIsReady) {
 
 TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
   ClientBench bench({.makes_models_aside = true});
-  bench.join(box_scene());  // the model is made beside …
+  bench.join(box_scene());  // the model is made on another thread …
   bench.client.session().on_disconnected(bench.now, "cut");
   bench.now += std::chrono::seconds(1);
   bench.client.session().poll(bench.now);
-  bench.join(scene_without_its_asset());  // … and comes when the next scene is in force
+  bench.join(scene_without_its_asset());  // … and is ready when the next scene is in force
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
   while (std::chrono::steady_clock::now() < until) {
     bench.run();

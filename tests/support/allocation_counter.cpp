@@ -10,7 +10,7 @@ thread_local std::uint64_t frees = 0;
 
 void* counted(std::size_t size, std::size_t alignment) noexcept {
   ++count;
-  // aligned_alloc wants a multiple of the alignment.
+  // aligned_alloc requires a size that is a multiple of the alignment.
   const std::size_t bytes = (size + alignment - 1) / alignment * alignment;
   void* memory = std::aligned_alloc(alignment, bytes == 0 ? alignment : bytes);
   return memory;
@@ -36,7 +36,7 @@ std::uint64_t tandem::test::allocation_count() noexcept {
   return count;
 }
 
-// Each form that operator delete below may be given: a sanitizer brings its own for those left out.
+// All forms that the operators delete below match: a sanitizer supplies its own for any form left out.
 void* operator new(std::size_t size) {
   return counted_or_throw(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 }

@@ -8,7 +8,7 @@ namespace tandem::test {
 
 /// Calls of operator new by this thread since it started.
 std::uint64_t allocation_count() noexcept;
-/// Likewise of operator delete, of what is not null.
+/// Calls of operator delete by this thread since it started, without those for a null pointer.
 std::uint64_t free_count() noexcept;
 
 }  // namespace tandem::test

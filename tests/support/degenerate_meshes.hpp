@@ -1,4 +1,4 @@
-// Meshes that have no surface, or one of a size at the end of what numbers hold.
+// Meshes without a surface, or with a size near the limits of floating-point numbers.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace tandem::test {
 
-/// Of 0 to 3 dimensions: a point, a line, a plane or a cloud. All vertices may fall together, the unit is from 1e-308 to
-/// 1e308, the mesh may be far from the origin, and a coordinate may be no number.
+/// Random mesh of 0 to 3 dimensions: a point, a line, a plane or a cloud. The unit is from 1e-308 to 1e308, and the
+/// mesh may be far from the origin. A coordinate may be infinite or NaN.
 inline geometry::TriangleMesh degenerate_mesh(Random& random) {
   const auto below = [&random](std::size_t count) { return static_cast<std::size_t>(random.next_u32() % count); };
   const auto direction = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };

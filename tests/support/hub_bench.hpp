@@ -1,4 +1,4 @@
-// A session hub with its rooms under a virtual clock, and hand-made clients that say whatever a test wants.
+// A session hub with its rooms under a virtual clock, and hand-made clients that send any message a test needs.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@
 
 namespace tandem::test {
 
-/// Two tools, one graspable box within reach of both that floats between them.
+/// Two tools, and one graspable box that floats between them within reach of both.
 inline std::string two_hands_scene(const std::string& name = "bench") {
   return R"({"name": ")" + name + R"(",
     "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1,
@@ -29,7 +29,7 @@ inline std::string two_hands_scene(const std::string& name = "bench") {
     "limits": {"observers": 1}})";
 }
 
-/// Remembers what the hub sends.
+/// Records all messages and datagrams that the hub sends.
 class RecordingTransport final : public server::ServerTransport {
  public:
   void send_control(server::ConnectionHandle connection, std::span<const std::byte> bytes) override {
@@ -51,7 +51,7 @@ class RecordingTransport final : public server::ServerTransport {
     if (!is_encrypted) return std::nullopt;
     return export_of(connection, label);
   }
-  /// As the TLS of that connection would have it at both ends: another one for each connection and purpose.
+  /// Key material as the TLS connection would export it at both ends: different for each connection and purpose.
   static secure::Exported export_of(server::ConnectionHandle connection, std::string_view label) {
     secure::Exported exported;
     exported.secret.bytes()[0] = static_cast<std::byte>(connection);
@@ -60,7 +60,7 @@ class RecordingTransport final : public server::ServerTransport {
   }
 
   const std::thread::id home = std::this_thread::get_id();
-  std::atomic<std::size_t> sent_elsewhere{0};  ///< datagrams, by a thread that helps
+  std::atomic<std::size_t> sent_elsewhere{0};  ///< datagrams sent by a helping thread
   std::map<server::ConnectionHandle, proto::FrameReader> readers;
   std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
   std::map<server::ConnectionHandle, std::vector<proto::Bytes>> datagrams;
@@ -70,7 +70,7 @@ class RecordingTransport final : public server::ServerTransport {
   bool is_encrypted = false;
 };
 
-/// A control message with request 42 and what `fill` puts in.
+/// A control message with request 42 and the fields that `fill` sets.
 inline wire::ClientControl message_of(const std::function<void(wire::ClientControl&)>& fill) {
   wire::ClientControl message;
   message.set_request(42);
@@ -117,7 +117,7 @@ class HubBench {
     hub->on_control_bytes(client.handle, frame, now);
   }
 
-  /// What the hub has said to the client since the last call.
+  /// Messages that the hub sent to the client since the last call.
   std::vector<wire::ServerControl> take(const BenchClient& client) {
     return std::exchange(transport.messages[client.handle], {});
   }
@@ -158,7 +158,7 @@ class HubBench {
     return client;
   }
 
-  /// The tool's own start pose as the handle, so that nothing pulls.
+  /// Input with the tool's start pose as the handle, so that the coupling exerts no force.
   proto::ClientUpdate resting_input(BenchClient& client) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++client.tick};
@@ -183,7 +183,7 @@ class HubBench {
     return deliver(datagram_of(client, resting_input(client)));
   }
 
-  /// One millisecond: every room steps, then the hub polls.
+  /// Advances by one millisecond: every room steps, then the hub polls.
   void step() {
     now += std::chrono::milliseconds(1);
     for (const auto& room : rooms) room->step(server_time_of_own_clock(now));
@@ -193,7 +193,7 @@ class HubBench {
     for (int i = 0; i < times; ++i) step();
   }
 
-  /// The last update sent to the client, or nothing.
+  /// Last update sent to the client, or nothing.
   std::optional<proto::ServerUpdate> newest_update(const BenchClient& client) {
     const std::vector<proto::Bytes>& sent = transport.datagrams[client.handle];
     proto::ServerUpdate update;
@@ -210,7 +210,7 @@ class HubBench {
   server::ConnectionHandle last_handle = 0;
 };
 
-/// Names of the messages, with the code of an error: "error ERROR_ROOM_FULL, goodbye".
+/// Names of the messages, with the code of each error: "error ERROR_ROOM_FULL, goodbye".
 inline std::string described(const std::vector<wire::ServerControl>& messages) {
   std::string text;
   for (const wire::ServerControl& message : messages) {

@@ -1,4 +1,4 @@
-// Reads the tables of a document, so that a test can hold the document against the code.
+// Reads the tables of a document, so that a test can compare the document with the code.
 #pragma once
 
 #include <fstream>

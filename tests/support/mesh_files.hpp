@@ -1,4 +1,4 @@
-// Mesh files of every format that the project reads, written from polygons: what a test compares the readers with.
+// Mesh files of every format that the project reads, written from polygons as references for the tests of the readers.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace tandem::test {
 
-/// A surface, z up; corners of faces run counter-clockwise seen from outside.
+/// A surface, z up; the corners of each face run counter-clockwise seen from outside.
 struct Surface {
   std::vector<Vec3> vertices;
   std::vector<std::vector<int>> faces;
@@ -26,7 +26,7 @@ struct VolumeAndArea {
   double volume = 0, area = 0;
 };
 
-/// Of triangles, about their first corner: an offset changes no digit.
+/// Volume and area of triangles, taken about their first corner, so that an offset does not cost precision.
 inline VolumeAndArea volume_and_area(const std::vector<Vec3>& vertices,
                                      const std::vector<std::array<int, 3>>& triangles) {
   VolumeAndArea sum;
@@ -46,7 +46,7 @@ inline VolumeAndArea operator*(const VolumeAndArea& of, double scale) {
   return {of.volume * scale * scale * scale, of.area * scale * scale};
 }
 
-/// A prism over a polygon, bottom and top of many corners; `outline` counter-clockwise.
+/// A prism over a polygon, whose bottom and top have many corners; `outline` is counter-clockwise.
 inline Surface prism(const std::vector<Eigen::Vector2d>& outline, double height) {
   const auto n = static_cast<int>(outline.size());
   Surface surface;
@@ -63,13 +63,13 @@ inline Surface prism(const std::vector<Eigen::Vector2d>& outline, double height)
   return surface;
 }
 
-/// The same inside out.
+/// The same surface turned inside out.
 inline Surface reversed(Surface surface) {
   for (auto& face : surface.faces) std::reverse(face.begin(), face.end());
   return surface;
 }
 
-/// Fans from the first corner of each face; right for volumes of any polygon, and for areas of convex ones.
+/// Triangle fans from the first corner of each face. They give the volume of any polygons, and the area of convex ones.
 inline std::vector<std::array<int, 3>> fans_of(const Surface& surface) {
   std::vector<std::array<int, 3>> triangles;
   for (const auto& face : surface.faces)
@@ -160,7 +160,7 @@ inline std::string ply_text(const Surface& s) {
   return text;
 }
 
-/// Little-endian in single precision, or big-endian in double.
+/// PLY file, little-endian in single precision or big-endian in double precision.
 inline std::string ply_binary(const Surface& s, bool is_double) {
   std::string bytes = ply_header(s, is_double ? "binary_big_endian" : "binary_little_endian",
                                  is_double ? "double" : "float", ply_faces(s));
@@ -175,7 +175,7 @@ inline std::string ply_binary(const Surface& s, bool is_double) {
   return bytes;
 }
 
-/// Each convex face as a zigzag, divided by -1.
+/// Each convex face as a zigzag strip; strips are separated by -1.
 inline std::vector<int> strips_of(const Surface& s) {
   std::vector<int> strips;
   for (const auto& face : s.faces) {
@@ -207,12 +207,12 @@ inline std::string ply_strips(const Surface& s, bool is_binary) {
 }
 
 struct ColladaOptions {
-  std::string up_axis{};  ///< empty: the file does not say it, which stands for Y_UP
-  std::string unit{};     ///< "0.001"; empty: the file does not say it
-  std::string node{};     ///< transformations of the node
+  std::string up_axis{};  ///< empty: not stated in the file, which means Y_UP
+  std::string unit{};     ///< "0.001"; empty: not stated in the file
+  std::string node{};     ///< transformation elements of the node
 };
 
-/// The surface's z axis is the up axis of the file.
+/// COLLADA file; the surface's z axis is the up axis of the file.
 inline std::string dae_file(const Surface& s, const ColladaOptions& options = {}) {
   const auto in_file = [&options](const Vec3& p) {
     if (options.up_axis == "Z_UP") return p;
@@ -240,11 +240,11 @@ inline std::string dae_file(const Surface& s, const ColladaOptions& options = {}
 
 struct GltfOptions {
   bool is_binary = true;      ///< .glb; else .gltf with a file buffer.bin beside it
-  std::string required{};     ///< an extension
+  std::string required{};     ///< a required extension
   bool is_quantised = false;  ///< positions as 16-bit numbers
   std::string node = R"("mesh": 0)";
-  std::string mesh{};       ///< fields of the mesh, each with a comma behind it
-  std::string primitive{};  ///< likewise of its primitive
+  std::string mesh{};       ///< fields of the mesh, each followed by a comma
+  std::string primitive{};  ///< fields of its primitive, each followed by a comma
 };
 
 struct GltfFile {
@@ -269,7 +269,7 @@ inline std::string gltf_json(const Surface& s, const GltfOptions& options, std::
          std::to_string(positions + indices) + "}]}";
 }
 
-/// The surface's z axis is y of the file, as the format has it.
+/// glTF file; the surface's z axis becomes y, the up axis of the format.
 inline GltfFile gltf_file(const Surface& s, const GltfOptions& options = {}) {
   std::string positions, indices;
   for (const Vec3& p : s.vertices) {
@@ -302,7 +302,7 @@ inline std::string chunk_3ds(std::uint16_t id, const std::string& content) {
   return bytes + content;
 }
 
-/// In      master_scale  the editor's, 0: none
+/// In      master_scale  scale of the editor, 0: not written
 inline std::string file_3ds(const Surface& s, float master_scale = 0) {
   std::string vertices, faces, scale;
   put(vertices, static_cast<std::uint16_t>(s.vertices.size()));

@@ -1,4 +1,4 @@
-// Molecules for tests: random ones, and what the Debian packages of parameters and structures install.
+// Molecules for tests: random ones, and files that Debian packages of parameters and structures install.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ inline docking::Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_m
   return molecule;
 }
 
-/// Atoms on a jittered lattice of 3 Å in a cube, with the parameters' range of OPLS-AA, one in six without any.
+/// Atoms on a jittered 3 Å lattice in a cube, with parameters in the range of OPLS-AA. One atom in six has none.
 inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const auto edge = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(count))));
@@ -46,8 +46,8 @@ inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random
   return molecule;
 }
 
-/// A ball as dense as a protein about the origin, in groups of ten atoms of which one in eight has a charge of ±1 e, 11 of 20 of
-/// them that of `sign`.
+/// Atoms in a ball about the origin, as dense as a protein. They form groups of ten atoms: one group in eight has a net
+/// charge of ±1 e, and 55 % of these charges have the sign `sign`.
 inline docking::Molecule protein_like(std::size_t count, double sign, std::mt19937& random) {
   constexpr double kCellAngstrom = 2.15;
   std::uniform_real_distribution<double> uniform(0, 1);

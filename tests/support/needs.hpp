@@ -1,4 +1,4 @@
-// What a test needs beside this tree. No test leaves out its claim in silence: see tests/README.md.
+// Requirements of a test outside this tree. No test skips its claim silently: see tests/README.md.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@
 
 namespace tandem::test {
 
-/// Names the first of these files or folders that is missing, and the Debian package that installs it; empty: none is.
+/// Names the first missing file or folder and the Debian package that installs it. Empty if none is missing.
 std::string missing_of(std::initializer_list<std::filesystem::path> paths);
 
-/// True in continuous integration (TANDEM_REQUIRE=all): what a machine lacks is a failure there.
+/// True in continuous integration (TANDEM_REQUIRE=all), where a missing capability of the machine is a failure.
 bool is_all_required();
 
 /// Prints a claim that is not tested, and appends it to the file $TANDEM_LEFT_OUT, whose lines deploy/test counts.
@@ -26,7 +26,8 @@ void note_left_out(const std::string& test, const std::string& why);
   } else                                                                                                  \
     FAIL() << missing_file
 
-/// Skips a test that this machine cannot run (a right, a kind of processor): counted; a failure in continuous integration.
+/// Skips a test that this machine cannot run (a permission, a kind of processor), and counts it. In continuous
+/// integration it fails.
 #define TANDEM_NEEDS_OF_MACHINE(condition, what)                                                   \
   do {                                                                                             \
     if (condition) break;                                                                          \

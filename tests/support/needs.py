@@ -1,10 +1,10 @@
-"""What a test needs beside this tree. No test leaves out its claim in silence: see tests/README.md."""
+"""Requirements of a test outside this tree. No test skips its claim silently: see tests/README.md."""
 
 import os
 import shutil
 import sys
 
-# Where Debian's packages of data put their files, and which package has a program that is not named as it.
+# Folders of Debian's data packages, and the packages of programs with another name.
 FOLDERS = {
     "/usr/share/gromacs/": "gromacs-data",
     "/usr/share/pymol/": "pymol-data",
@@ -20,11 +20,12 @@ OPLS = "/usr/share/gromacs/top/oplsaa.ff"
 
 
 class Missing(AssertionError):
-    """A package, or in continuous integration something of the machine, without which a claim cannot be tested."""
+    """Missing package, or in continuous integration a missing capability of the machine, without which a claim is
+    untested."""
 
 
 def files(*paths):
-    """Fails where one of these files or folders is missing, and names its Debian package."""
+    """Fails if one of these files or folders is missing, and names its Debian package."""
     for path in paths:
         if not os.path.exists(path):
             package = next((name for folder, name in FOLDERS.items() if path.startswith(folder)), None)
@@ -32,7 +33,7 @@ def files(*paths):
 
 
 def programs(*names):
-    """Fails where one of these programs is missing, and names its Debian package."""
+    """Fails if one of these programs is missing, and names its Debian package."""
     for name in names:
         if shutil.which(name) is None:
             _fail(PROGRAMS.get(name, name), f"there is no program {name}")
@@ -43,13 +44,13 @@ def _fail(package, why):
 
 
 def is_all_required():
-    """In continuous integration: what a machine lacks is a failure there."""
+    """Returns whether this is continuous integration, where a missing capability of the machine is a failure."""
     return os.environ.get("TANDEM_REQUIRE") == "all"
 
 
 def has_of_machine(condition, what, test=None):
-    """Whether the machine has something that no package installs (a right, npm). If not: counted as left out; a failure
-    where all is required."""
+    """Returns whether the machine has something that no package installs (a permission, npm). If not, the test
+    counts as left out; it fails where everything is required."""
     if condition:
         return True
     why = f"this machine lacks what the test needs: {what}"
@@ -60,13 +61,13 @@ def has_of_machine(condition, what, test=None):
 
 
 def skip_unless_of_machine(test, condition, what):
-    """As has_of_machine, of all that a unittest's test claims."""
+    """Skips a unittest's test, with all its claims, on the condition of has_of_machine."""
     if not has_of_machine(condition, what, test.id()):
         test.skipTest(f"this machine lacks what the test needs: {what}")
 
 
 def leave_out(test, why):
-    """Skips a unittest's test whose claim could not be tested now, as on a machine that is too busy: counted."""
+    """Skips a unittest's test whose claim cannot be tested now, e.g. on a busy machine, and counts it."""
     note_left_out(test.id(), why)
     test.skipTest(why)
 

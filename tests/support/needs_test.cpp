@@ -1,4 +1,4 @@
-// What a test says of which something is missing: runs this program again, with examples that lack it.
+// Result of a test with a missing requirement: the test runs this program again with examples that lack one.
 #include "tests/support/needs.hpp"
 
 #include <unistd.h>

@@ -14,7 +14,7 @@
 
 namespace tandem::test {
 
-/// Waits until `is_true`, for as long as only a hang would take.
+/// Waits until `is_true`, with a time limit that only a hang exceeds.
 inline bool eventually(const std::function<bool()>& is_true) {
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (!is_true()) {
@@ -39,19 +39,19 @@ class RunningServer {
   }
   ~RunningServer() { stop(); }
 
-  /// With goodbyes.
+  /// Stops the server; it sends goodbyes.
   void stop() {
     if (!thread_.joinable()) return;
     server->stop();
     thread_.join();
   }
-  /// As kill −9 would: the sockets are gone, nobody is told.
+  /// Like kill −9: the sockets close without a message.
   void kill() {
     server->abandon();
     thread_.join();
     server.reset();
   }
-  /// From its next line of the log on the io thread waits until this is let go.
+  /// Blocks the io thread at its next log line until the returned lock is released.
   std::unique_lock<std::mutex> hold_io() { return std::unique_lock(mutex_); }
   bool has_logged(const std::string& words) {
     const std::lock_guard lock(mutex_);

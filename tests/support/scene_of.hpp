@@ -1,5 +1,5 @@
-// Scenes of tests, from their text. Nobody changes a loaded scene, so each is loaded once in a program: shapes take a
-// tenth of a second to be made ready for touch, and seconds under a sanitizer.
+// Scenes of tests, loaded from their text. Loaded scenes are immutable, so a program loads each only once. Preparing
+// shapes for contact takes a tenth of a second, and seconds under a sanitizer.
 #pragma once
 
 #include <map>

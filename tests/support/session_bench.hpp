@@ -1,4 +1,4 @@
-// A client session under a virtual clock, with a hand-made server that says whatever a test wants.
+// A client session under a virtual clock, with a hand-made server that sends any message a test needs.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace tandem::test {
 
-/// Remembers what the session sends.
+/// Records all messages that the session sends.
 class RecordingClientTransport final : public client::ClientTransport {
  public:
   void connect(LocalTime) override { ++connects; }
@@ -56,12 +56,12 @@ inline wire::MassProperties on_wire(const MassProperties& mass) {
   return message;
 }
 
-/// Of a ball with this radius of gyration; the default is the server's for a small tool.
+/// Mass properties of a ball with this radius of gyration. The default is the server's value for a small tool.
 inline wire::MassProperties ball_on_wire(double mass_kg, double gyration_m = 0.015) {
   return on_wire({mass_kg, {}, Vec3::Constant(mass_kg * gyration_m * gyration_m)});
 }
 
-/// A Joined with everything that a client needs and nothing more.
+/// A Joined message with only the fields that a client requires.
 inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
   wire::Joined joined;
   joined.set_user(3);
@@ -117,7 +117,7 @@ class SessionBench {
     transport.messages.clear();
   }
 
-  /// The update as the server's next datagram; the session's own clock is 50 s behind the server's.
+  /// The update as the server's next datagram. The session's own clock is 50 s behind the server's.
   proto::Bytes datagram_of(proto::ServerUpdate update) {
     update.sent = server_time_of_own_clock(now + std::chrono::seconds(50));
     proto::Bytes datagram;

@@ -1,5 +1,5 @@
-// The seed of a property test: printed, so that a failure can be run again, and set from outside, so that others can
-// be tried.
+// The seed of a property test. It is printed, so that a failure can be repeated, and can be set from outside to try
+// others.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace tandem::test {
 
-/// `usual`, or what the environment variable TANDEM_TEST_SEED says; printed in the form in which it is set.
+/// Returns `usual`, or the value of the environment variable TANDEM_TEST_SEED. Prints it in the form in which it is
+/// set.
 /// Fails   std::invalid_argument: the variable is not a number
 inline std::uint64_t test_seed(std::uint64_t usual) {
   const char* const given = std::getenv("TANDEM_TEST_SEED");

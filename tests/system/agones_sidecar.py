@@ -1,7 +1,8 @@
-"""A stand-in of the sidecar that Agones puts beside a game server: its SDK's REST interface, and the states of a GameServer.
+"""A stand-in for the sidecar that Agones adds to a game server: its SDK's REST interface, and the states of a
+GameServer.
 
-As the documentation of Agones 1.x has it (agones.dev/site/docs/guides/client-sdks/rest): POST /ready, /health, /allocate and
-/shutdown with a JSON object, GET /gameserver.
+Source: the documentation of Agones 1.x (agones.dev/site/docs/guides/client-sdks/rest). POST /ready, /health,
+/allocate and /shutdown with a JSON object, GET /gameserver.
 """
 
 import http.server
@@ -13,13 +14,13 @@ PATIENCE_S = 60
 
 
 class Sidecar:
-    """with Sidecar() as sidecar: … sidecar.port, sidecar.state, sidecar.calls"""
+    """Usage: with Sidecar() as sidecar: … sidecar.port, sidecar.state, sidecar.calls"""
 
     def __init__(self, port=0, state="Scheduled"):
         self.calls = []   # (time, method, path)
-        self.wrong = []   # what no client of Agones sends
+        self.wrong = []   # requests that no Agones client sends
         self.state = state
-        self.fails = 0    # so many of the next calls are answered by 500
+        self.fails = 0    # number of following calls that are answered by 500
         self._lock = threading.Lock()
         sidecar = self
 
@@ -49,7 +50,7 @@ class Sidecar:
         self._thread.start()
 
     def take(self, method, path, body, content_type):
-        """(status, answer)"""
+        """Handles a POST. Returns (status, answer)."""
         with self._lock:
             self.calls.append((time.monotonic(), method, path))
             if content_type != "application/json" or json.loads(body) != {}:
@@ -75,7 +76,7 @@ class Sidecar:
             return sum(1 for _, _, called in self.calls if called == path)
 
     def paths(self):
-        """In their order, without /health."""
+        """Returns the called paths in order, without /health."""
         with self._lock:
             return [path for _, _, path in self.calls if path != "/health"]
 

@@ -1,4 +1,4 @@
-"""A server that tells Agones' sidecar how it is, against a stand-in of it, and one whose sidecar is not there."""
+"""A server that reports its state to a stand-in for the Agones sidecar, and a server without a reachable sidecar."""
 
 import os
 import signal

@@ -1,4 +1,5 @@
-"""What deploy/kubernetes says: manifests whose arguments, paths and probes the server knows, and the scripts beside them."""
+"""Files of deploy/kubernetes: the server accepts the arguments, paths and probes of the manifests, and the scripts
+work."""
 
 import json
 import os
@@ -52,7 +53,7 @@ class Manifests(ProgramTest):
                 command = self.container[probe]["exec"]["command"]
                 self.assertEqual(command[0], "curl")
                 self.assertRegex(command[-1], f"^http://127.0.0.1:{metrics_port}/(healthz|readyz)$")
-            # Once it serves; by curl's rules a status from 400 on fails.
+            # Waits until the server is ready. As with curl, a status of 400 or more is a failure.
             for _ in range(600):
                 try:
                     answers = {self.container[probe]["exec"]["command"][-1] for probe in ("livenessProbe", "readinessProbe")}
@@ -91,7 +92,7 @@ class Manifests(ProgramTest):
 
 class Scripts(ProgramTest):
     def built(self):
-        """A folder with the programs that are installed, as a build has it."""
+        """Returns a folder with the installed programs, in the layout of a build."""
         os.makedirs(self.path("build/bin"))
         for name in ("tandem-server", "tandem-mesh-reader", "tandem-token"):
             os.symlink(os.path.join(BIN, name), self.path(f"build/bin/{name}"))
@@ -124,7 +125,7 @@ class Scripts(ProgramTest):
                 self.assertIn(word, err)
 
     def test_the_cost_grows_with_the_fleet_as_measured(self):
-        """By a stand-in of tandem-lab, so that it says the same each time; what it sends on its loopback is measured."""
+        """Uses a stand-in for tandem-lab with constant results. Its traffic on the loopback is measured."""
         lab = self.write("lab", """#!/usr/bin/env python3
 import json, socket, sys, time
 assert sys.argv[1:3] == ["bench", "server"] and sys.argv[sys.argv.index("--clients") + 1] == "6", sys.argv

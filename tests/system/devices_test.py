@@ -1,7 +1,7 @@
-"""Whole sessions with devices that are not there: the real server and the real client, down to the system's calls.
+"""Whole sessions with simulated devices: the real server and the real client, down to the system calls.
 
-A Falcon and a SpaceMouse are umockdev's, with a simulator behind them (tests/devices/fake_device_main.cpp); an Inverse3 is a
-service on a WebSocket of this machine.
+umockdev provides a Falcon and a SpaceMouse, with a simulator behind them (tests/devices/fake_device_main.cpp). An
+Inverse3 is a WebSocket service on this machine.
 """
 
 import base64
@@ -24,7 +24,7 @@ GREEN_AND_HOME, BLUE_AND_HOME = 3, 5
 
 
 class Session:
-    """A client whose lines are read as they come."""
+    """A client whose output lines are read as they arrive."""
 
     def __init__(self, command, environment=None):
         self.lines = []
@@ -43,7 +43,7 @@ class Session:
         self.process.stdin.flush()
 
     def wait_for(self, pattern):
-        """The first match in a line after the one that was waited for last."""
+        """Returns the first match after the line of the previous match."""
         self._told, found = self._find(pattern, self._told)
         return found
 
@@ -54,7 +54,7 @@ class Session:
         return dict(zip(words[0::2], map(int, words[1::2])))
 
     def _find(self, pattern, begin):
-        """(how many lines end with it, the match)"""
+        """Returns (index after the matching line, the match)."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             has_ended = self.process.poll() is not None
@@ -84,7 +84,7 @@ class Session:
         self._close()
 
     def end(self):
-        """(exit code, the JSON object)"""
+        """Ends the client. Returns (exit code, the JSON object)."""
         if self.process.poll() is None:
             self.do("stop")
         out = self.process.stdout.read()
@@ -129,7 +129,7 @@ class Falcon(FakeDevice):
         falcon.wait_for("device falcon is ready")
 
     def press(self, falcon):
-        """Down, and on by the border of its workspace, until a force is felt."""
+        """Moves the handle down, and on against the border of its workspace, until a force is felt."""
         for i in range(50):
             falcon.do(f"grip 0 {-0.001 * i:.4f} {0.175 - 0.001 * i:.4f}")
             time.sleep(0.02)
@@ -210,7 +210,7 @@ class SpaceMouse(FakeDevice):
 
 
 class Service:
-    """The Inverse3's: a state for each command, of a cursor that the test moves."""
+    """The Inverse3 service: answers each command with the state of a cursor that the test moves."""
 
     def __init__(self, port=0, receive_bytes=None):
         self.listener = socket.create_server(("127.0.0.1", port))
@@ -221,9 +221,9 @@ class Service:
         self.force = [0.0, 0.0, 0.0]
         self.commands = 0
         self.delay_s = 0
-        self.reads = True  # else it sends states without reading a command
-        self.answers = True  # else it reads commands without sending a state
-        self.is_broken = False  # something else than whole commands came
+        self.reads = True  # if false, it sends states without reading commands
+        self.answers = True  # if false, it reads commands without sending states
+        self.is_broken = False  # data other than whole commands arrived
         self.connection = None
         threading.Thread(target=self._serve, daemon=True).start()
 
@@ -269,7 +269,7 @@ class Service:
         self.commands += 1
 
     def _take_rest(self, connection):
-        """Of a peer that takes no states any more: its commands up to the end, which is an OSError."""
+        """Reads the commands of a peer that accepts no more states, until the end of the stream raises an OSError."""
         while True:
             self._take(self._receive(connection))
 
@@ -322,7 +322,7 @@ class Inverse3(ProgramTest):
         self.until(lambda: service.force[2] > 0.1, "what is below pushes up")
 
     def pressing(self, server, service):
-        """A client whose device is the service's, and presses."""
+        """Returns a client that uses the service's device and presses."""
         session = Session([program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--headless", "--json",
                            "--device", "inverse3", "--service", f"127.0.0.1:{service.port}"])
         self.addCleanup(session.kill)
@@ -368,7 +368,7 @@ class Inverse3(ProgramTest):
 
 
     def unsent_bytes(self, service):
-        """Of the client's connection: written, and not yet with the service."""
+        """Returns the bytes that the client has written and that the service has not received."""
         with open("/proc/net/tcp") as file:
             fields = [line.split() for line in file.readlines()[1:]]
         queues = [line[4] for line in fields if int(line[2].split(":")[1], 16) == service.port]

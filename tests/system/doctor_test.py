@@ -1,4 +1,4 @@
-"""tandem-doctor on this machine: what it finds, in words and as JSON; the way to a server, and to none."""
+"""tandem-doctor on this machine: its findings as text and as JSON, with a reachable and an unreachable server."""
 
 import json
 import unittest

@@ -1,4 +1,5 @@
-"""A run that did not do what it was to do ends with exit code 1, says why in a line, and has no good word for it in its JSON."""
+"""A run that did not fulfil its purpose ends with exit code 1 and one line with the reason, and its JSON reports
+no success."""
 
 import json
 import resource
@@ -9,11 +10,11 @@ import unittest
 
 from support import ProgramTest, Server, finish, program, start_client
 
-import hostile_server  # of tests/attack, where support.py looks too
+import hostile_server  # of tests/attack, on the path set by support.py
 
 
 class NoState(ProgramTest):
-    """A server whose states do not get through, as behind a firewall that blocks UDP."""
+    """A server whose states do not arrive, as behind a firewall that blocks UDP."""
 
     def setUp(self):
         super().setUp()

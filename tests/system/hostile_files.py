@@ -1,7 +1,9 @@
-"""Files that a scene may name and that are made to hurt who reads them: each small, and far larger by what it says.
+"""Files that a scene may name and that are made to harm their reader: each is small but declares or causes a large
+amount of data or work.
 
-`FILES` is the table: name of the case → (name of the file, its bytes or a function that writes it). `scene_of(path)` is a
-scene that uses it. A program that is given one must end with one clear line, soon, and with bounded memory.
+`FILES` is the table: name of the case → (name of the file, its bytes or a function that writes it).
+`scene_of(path)` is a scene that uses it. A program that reads such a file must end soon, with one clear line and
+with bounded memory.
 """
 
 import json
@@ -48,14 +50,14 @@ def nested(opening, closing, depth, begin="", end=""):
 
 
 def polygon(corners):
-    """One face of many corners, which takes the square of their number to cut into triangles."""
+    """One face with many corners; the time to triangulate it grows with the square of their number."""
     points = random.Random(1)
     lines = [f"v {points.random():.4f} {points.random():.4f} 0\n" for _ in range(corners)]
     return ("".join(lines) + "f " + " ".join(map(str, range(1, corners + 1))) + "\n").encode()
 
 
 def soup(triangles):
-    """Triangles anywhere, as long as the whole is: each fills much of the grid of distances."""
+    """Random triangles as long as the whole mesh: each covers much of the distance grid."""
     points = random.Random(1)
     lines = ["v %g %g %g\n" % (points.random(), points.random(), points.random()) for _ in range(3 * triangles)]
     lines += [f"f {3 * i + 1} {3 * i + 2} {3 * i + 3}\n" for i in range(triangles)]
@@ -67,7 +69,7 @@ def tetrahedron(size):
 
 
 def nested_solids(count):
-    """Closed surfaces, each in the next."""
+    """Closed surfaces, each inside the next."""
     lines = []
     for i in range(count):
         corners, _ = tetrahedron(4.0 * (i + 1))
@@ -79,7 +81,7 @@ def nested_solids(count):
 
 
 def crowd(vertices):
-    """Many places within a hundred thousandth of the size, all different."""
+    """Many different vertices within a hundred thousandth of the size."""
     points = random.Random(1)
     lines = ["v 0 0 0\nv 1 0 0\nv 0 1 0\n"]
     lines += ["v %.9f %.9f %.9f\n" % tuple(points.random() * 8e-6 for _ in range(3)) for _ in range(vertices)]
@@ -88,7 +90,7 @@ def crowd(vertices):
 
 
 def cysteines(count):
-    """Sulfurs in one plane, each of which may be bonded to each."""
+    """Sulfurs in one plane, each of which may be bonded to any other."""
     line = "ATOM  {:5d}  SG  CYS {}{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00  0.00\n"
     return "".join(line.format(i % 99999, chr(65 + i // 9999 % 26), i % 9999, 0, 9.0 * (i % 300), 9.0 * (i // 300))
                    for i in range(count)).encode()
@@ -99,7 +101,7 @@ def sparse(path):
         file.truncate(100 << 30)
 
 
-# Meshes that Assimp reads: refused by what reading them takes.
+# Meshes that Assimp reads, refused because of the cost of reading them.
 MESHES = {
     "ply of two billion vertices": ("a.ply", ply("binary_little_endian", PLY_VERTEX.format(MANY) +
                                                  PLY_FACE.format(MANY, "uchar"), PLY_CORNERS)),
@@ -131,11 +133,11 @@ MESHES = {
     "gltf nested 100,000 deep": ("a.gltf", nested("[", "]", 100_000, '{"asset": ', "}")),
     "larger than any mesh": ("a.stl", sparse),
 }
-# Read or refused, but soon.
+# Read or refused, but quickly.
 ODDITIES = {
     "obj of one face of 200,000 corners": ("a.obj", polygon(200_000)),
 }
-# Meshes that can be read: refused by what making them ready for touch takes.
+# Readable meshes, refused because of the cost of preparing them for contact.
 SHAPES = {
     "soup of 1000 triangles": ("a.obj", soup(1000)),
     "20,000 solids in each other": ("a.obj", nested_solids(20_000)),
@@ -156,7 +158,7 @@ FILES = {**MESHES, **ODDITIES, **SHAPES, **STRUCTURES, **SCENES}
 
 
 def write(folder, case):
-    """Path of the case's file, written into the folder."""
+    """Writes the case's file into the folder. Returns its path."""
     name, content = FILES[case]
     path = os.path.join(folder, name)
     if callable(content):
@@ -168,7 +170,7 @@ def write(folder, case):
 
 
 def scene_of(path):
-    """Text of a scene that names the file."""
+    """Returns the text of a scene that names the file."""
     if path.endswith(".pdb"):
         body = {"name": "m", "mass_kg": 0.1, "shapes": [{"molecule": {"file": path}}]}
         return json.dumps({"name": "s", "bodies": [body], "molecular_field": {"metres_per_angstrom": 0.01},
@@ -178,7 +180,7 @@ def scene_of(path):
 
 
 def scene_file(folder, case):
-    """Path of a scene that names the case's file, or is it."""
+    """Returns the path of a scene that names the case's file, or of the file itself if it is a scene."""
     path = write(folder, case)
     if case in SCENES:
         return path
@@ -189,8 +191,8 @@ def scene_file(folder, case):
 
 
 def load(folder, case, server, *arguments):
-    """Gives the case to the program `server`: exit code, its lines, and of it with the processes that it starts seconds, processor
-    time and peak memory."""
+    """Runs the program `server` with the case. Returns its exit code and lines, the duration, and the processor
+    time and peak memory including its child processes."""
     began = time.monotonic()
     running = subprocess.Popen([server, "--port", "0", "--cache", "", "--scene", scene_file(folder, case), *arguments],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

@@ -1,4 +1,4 @@
-"""Files made to hurt who reads them (hostile_files.py): refused in one clear line, in bounded memory and time."""
+"""Files made to harm their reader (hostile_files.py) are refused in one clear line, in bounded memory and time."""
 
 import os
 import subprocess
@@ -8,12 +8,13 @@ import hostile_files
 from support import PATIENCE_S, ProgramTest, program
 
 MAX_MEMORY_KIB = 1 << 20
-MAX_CPU_S = 5  # processor time, which a busy machine does not lengthen
+MAX_CPU_S = 5  # processor time, which does not depend on the load of the machine
 
 
 class HostileFiles(ProgramTest):
     def load(self, case, *arguments):
-        """(exit code, stderr, processor time in s, peak memory in KiB) of a server and the processes that it starts."""
+        """Returns (exit code, stderr, processor time in s, peak memory in KiB) of a server and its child
+        processes."""
         seen = hostile_files.load(self.folder, case, program("tandem-server"), *arguments)
         return seen["code"], seen["err"], seen["cpu_s"], seen["memory_kib"]
 

@@ -1,4 +1,5 @@
-"""Installed under a prefix that is then moved, the programs find what comes with them; the server reads its file."""
+"""After installation under a prefix that is then moved, the programs find their files, and the server reads its
+configuration file."""
 
 import json
 import os
@@ -12,18 +13,18 @@ import support
 from support import ProgramTest, Server, finish, run, start_client
 
 BUILD = os.environ["TANDEM_BUILD"]
-# Of every program; what --config itself names is a file, not an option in one.
+# Options that a file cannot contain: those of every program, and --config itself, which names the file.
 NOT_IN_A_FILE = {"help", "version", "config"}
 
 
 def options_of_help():
-    """The first name of each; others are aliases."""
+    """Returns the first name of each option; the others are aliases."""
     _, out, _ = run("tandem-server", "--help")
     return set(re.findall(r"^  (?:-\w,)?--([a-z][a-z-]*)", out, re.M)) - NOT_IN_A_FILE
 
 
 class Installed(ProgramTest):
-    """Every test runs the installed programs: support.BIN is theirs meanwhile."""
+    """All tests run the installed programs: support.BIN refers to them meanwhile."""
 
     @classmethod
     def setUpClass(cls):
@@ -101,10 +102,10 @@ class Configuration(ProgramTest):
         text = re.sub(r"^# ([a-z][a-z-]* = )", r"\1", self.example(), flags=re.M)
         text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
         text = text.replace("/var/cache/tandem", self.path("cache")).replace("/var/lib/tandem", self.path("state"))
-        # These name files that are not here, or go with one, or end the program.
+        # These options name absent files, depend on such an option, or end the program.
         text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
-        code, out, err = run("tandem-server", "--config", config, "--port", "0")  # the command line goes before
+        code, out, err = run("tandem-server", "--config", config, "--port", "0")  # the command line takes precedence
         self.assertEqual(code, 0, err)
         self.assertEqual(json.loads(out)["rooms"][0]["name"], "peg_in_hole")
 

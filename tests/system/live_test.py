@@ -1,7 +1,7 @@
-"""tandem-lab live: a trial over sockets and in real time, collected like one in virtual time.
+"""tandem-lab live: a trial over sockets and in real time, collected like a trial in virtual time.
 
-That the two agree is the command's own claim, which a busy machine may make fail; what is tested here is that nothing
-of the trial is missing and that exit code, table and files say the same.
+The agreement of the two is the command's own claim, which may fail on a busy machine. These tests check that the
+trial's data is complete, and that exit code, table and files agree.
 """
 
 import json
@@ -24,7 +24,8 @@ class Live(ProgramTest):
     def check_trial(self, folder, trial):
         for user in trial["timing"]["users"]:
             self.assertEqual(user["records_lost"], 0)
-            # A millisecond has its own tick, or repeats one; two ticks may fall into one that was late.
+            # Each millisecond has its own tick or repeats one. Two ticks may fall into the same millisecond if one was
+            # late.
             self.assertGreaterEqual(user["ticks"] + user["milliseconds_without_tick"], ROWS)
             self.assertLess(user["milliseconds_without_tick"], ROWS / 2)
         for compared in trial["compared"]:
@@ -51,7 +52,7 @@ class Live(ProgramTest):
             (virtual,) = load(folder, "virtual.json")["trials"]
             self.assertEqual(live.keys(), virtual.keys())
             self.assertEqual(live["rtt_ms"], 50)
-            # Over the simulated links there and back; a machine adds to it, and takes nothing away.
+            # Delay of the simulated links in both directions; a machine can only add to it.
             self.assertGreater(load(folder, "trial.json")["users"][0]["metrics"]["round_trip_mean_ms"], 49)
 
     def test_two_users_are_both_collected_whole(self):

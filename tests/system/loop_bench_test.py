@@ -1,4 +1,5 @@
-"""tandem-lab bench loop: the real client's loop, measured; no figure of it is judged here, for they are the machine's."""
+"""tandem-lab bench loop measures the real client's loop. The figures are not evaluated here, because they depend
+on the machine."""
 
 import json
 import os

@@ -1,5 +1,6 @@
-"""Another reader of recordings: after the public specification (https://mcap.dev/spec), in another language, with nothing of
-the project's code. It checks what it reads: sums, lengths, indexes, the summary. Chunks are unpacked by the program zstd."""
+"""An independent reader of recordings, after the public specification (https://mcap.dev/spec), in another language
+and without the project's code. It checks sums, lengths, indexes and the summary. The program zstd unpacks the
+chunks."""
 
 import struct
 import subprocess
@@ -11,7 +12,7 @@ STATISTICS, DATA_END = 11, 15
 
 
 class Bad(Exception):
-    """The file is not as the specification says."""
+    """The file violates the specification."""
 
 
 class Cursor:
@@ -55,7 +56,8 @@ def unpacked(name, data, size):
 
 
 class Recording:
-    """`messages`: (topic, log time [ns], data); `is_whole`: it has its end, and the summary there is right."""
+    """Contents of a file. `messages`: (topic, log time [ns], data). `is_whole`: the file is complete, with a
+    correct summary."""
 
     def __init__(self, path):
         with open(path, "rb") as file:
@@ -79,7 +81,7 @@ class Recording:
             try:
                 op, content = cursor.record()
             except Bad:
-                return  # the file ends here: its program was killed
+                return  # the file ends here because its program was killed
             if op == CHUNK:
                 last_chunk = begin
                 self.read_chunk(content, begin, cursor.at - begin)
@@ -163,7 +165,8 @@ class Recording:
 
 
 def fields(data):
-    """A protobuf message as {number: [values]}: whole numbers, 4 and 8 bytes as such, bytes."""
+    """Returns a protobuf message as {number: [values]}. Varints become whole numbers, values of 4 and 8 bytes stay
+    raw, the others are bytes."""
     cursor, result = Cursor(data), {}
 
     def varint():

@@ -1,5 +1,5 @@
-"""A server and two clients, each in a network of its own, with the simulated link between them: as over a real network,
-without its loopback.
+"""A server and two clients, each in its own network namespace, with the simulated link between them: as over a
+real network, without its loopback.
 """
 
 import json
@@ -12,7 +12,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, program
 
-import needs  # of tests/support, where support.py looks too
+import needs  # of tests/support, on the path set by support.py
 
 INSIDE = "TANDEM_TEST_INSIDE"
 PORT = 47800
@@ -27,7 +27,7 @@ def is_permitted():
 
 
 class Network:
-    """A network namespace, joined to this one by a cable: here 10.77.N.1, there 10.77.N.2."""
+    """A network namespace, connected to this one by a cable: 10.77.N.1 at this end, 10.77.N.2 at the other."""
 
     def __init__(self, number):
         self.number = number
@@ -53,7 +53,7 @@ class Network:
         subprocess.run(self.command(*arguments), check=True)
 
     def move(self):
-        """Another address for whoever is there."""
+        """Gives the far end another address."""
         self.inside("ip", "addr", "del", f"10.77.{self.number}.2/24", "dev", self.there)
         self.inside("ip", "addr", "add", f"10.77.{self.number}.3/24", "dev", self.there)
 
@@ -120,11 +120,11 @@ class ThreeNetworks(ProgramTest):
         anna, anna_link = self.join(self.client_nets[0], state, "anna", "peg-left", 16)
         ben, _ = self.join(self.client_nets[1], state, "ben", "peg-right", 16)
         time.sleep(3)
-        anna_link.stdin.write("move\n")  # as a NAT that has forgotten her
+        anna_link.stdin.write("move\n")  # like a NAT that has dropped its mapping
         anna_link.stdin.flush()
         time.sleep(1)
         self.assertEqual(self.server_log().count("joined room"), 2, "a new port is no new session")
-        self.client_nets[1].move()  # his connection is dead: he comes back by himself
+        self.client_nets[1].move()  # the connection is dead, and ben rejoins automatically
         self.wait_for_log('"ben" joined', 2)
         self.client_nets[0].plug(False)
         time.sleep(3)
@@ -139,8 +139,8 @@ class ThreeNetworks(ProgramTest):
             self.assertGreater(report["watched_body"]["displacement_m"], 0.05, "they carried the peg")
             self.assertTrue(report["all_forces_finite"])
             self.assertLess(report["force_n"]["max"], 20)
-            # Real-time rights end at a namespace, and a late tick lets the force fall to zero. It returns within the 16 s at
-            # any speed: the largest is 1.3 N at 936 Hz.
+            # Real-time rights end at a namespace, and a late tick makes the force decay to zero. It returns within the
+            # 16 s at any speed: the largest is 1.3 N at 936 Hz.
             self.assertGreater(report["force_n"]["max"], 0.1, f"each felt the other; {report['tick_rate_hz']} Hz")
         self.server.terminate()
         report = json.loads(self.server.communicate(timeout=PATIENCE_S)[0])

@@ -1,4 +1,5 @@
-"""Whoever reads what a program says may hang or be gone: nobody is held up, and the program ends when it is asked to."""
+"""The reader of a program's output may hang or be closed: nothing is delayed, and the program still ends on
+request."""
 
 import json
 import os
@@ -12,7 +13,7 @@ import unittest
 from support import PATIENCE_S, ProgramTest, Server, finish, free_port, full_pipe, program, read_trace, start_client
 
 END_WITHIN_S = 2.0
-SILENCE_S = 0.150  # no force longer than this after the last state (SafetySettings)
+SILENCE_S = 0.150  # the longest time with a force after the last state (SafetySettings)
 PRESSES = """{"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
  {"t_s": 1, "position_m": [0.073, 0, 0], "phase": "hold"}, {"t_s": 600, "position_m": [0.073, 0, 0]}]}"""
 
@@ -22,7 +23,7 @@ def force_n(row):
 
 
 def connect(port):
-    """A connection, once the server listens."""
+    """Returns a connection as soon as the server listens."""
     deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
@@ -34,7 +35,7 @@ def connect(port):
 
 
 class Hanging:
-    """A pipe as somebody's output that nobody reads, or whose reader is gone."""
+    """A pipe for a program's output that nobody reads, or whose read end is closed."""
 
     def __init__(self, is_gone=False):
         self.reading, self.writing = os.pipe() if is_gone else full_pipe()
@@ -62,7 +63,7 @@ class ServersReader(ProgramTest):
         return server
 
     def hold_the_wall(self, server):
-        """A hand on the wall while 30 connections come and go, each of which the log tells of."""
+        """Presses a hand on the wall while 30 connections open and close, each with log lines."""
         trace = self.path("trace.csv")
         client = start_client(self.port, "--hand", self.write("press.json", PRESSES), "--trace", trace,
                               "--duration", "600s")
@@ -151,7 +152,7 @@ class Flood(ProgramTest):
             for _ in range(400):
                 connect(server.port).close()
             server.wait_for_log("more than 60 lines a minute of the kind \"closed\"")
-            time.sleep(0.5)  # new connections are accepted at a bounded rate
+            time.sleep(0.5)  # because new connections are accepted at a limited rate
             server.process.terminate()
             server.process.wait(PATIENCE_S)
         text = "\n".join(line for _, line in server.log)
@@ -162,7 +163,8 @@ class Flood(ProgramTest):
 
 class ClientsReader(ProgramTest):
     def run_client(self, *arguments, **streams):
-        """A hand on the wall: states and force go on, and when asked the client lets go and ends."""
+        """Presses a hand on the wall: states and force continue, and on request the client releases the hand and
+        ends."""
         trace = self.path("trace.csv")
         with Server("--scene", "wall") as server:
             client = start_client(server.port, "--hand", self.write("press.json", PRESSES), "--trace", trace,

@@ -1,4 +1,4 @@
-"""A place that one user points at: told to all in the room, and felt by the others."""
+"""A place that one user points at: sent to all users in the room, and displayed as a force to the others."""
 
 import math
 import struct
@@ -7,7 +7,7 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, start_client
 
-import wire  # of tests/attack, where support.py looks too
+import wire  # of tests/attack, on the path set by support.py
 
 
 def point(place, body=0):
@@ -46,7 +46,8 @@ class Pointing(ProgramTest):
         self.assertLess(abs(away[-1]), 0.05, "and it is over")
 
     def forces_while_others_point(self, *arguments):
-        """Of a client: displayed forces away from the scene, by time, and its lines; two users point as often as they can."""
+        """Returns a client's displayed forces away from the scene by time, and its lines, while two users point as
+        often as they can."""
         trace = self.path("trace.csv")
         with Server("--scene", "two_boxes") as server:
             partner = start_client(server.port, "--json", "--duration", "5s", "--hand", "rest", "--trace",

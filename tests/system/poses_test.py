@@ -1,4 +1,4 @@
-"""Poses of two molecules that users keep, go back to and find again: told, felt, written down, played back."""
+"""Poses of two molecules that users save, restore and find again: sent, displayed, recorded, replayed."""
 
 import csv
 import json
@@ -13,15 +13,15 @@ import unittest
 
 from support import ProgramTest, Server, finish, read_trace, run, start_client
 
-import needs  # of tests/support, where support.py looks too
-import wire  # of tests/attack, likewise
+import needs  # of tests/support, on the path set by support.py
+import wire  # of tests/attack, on the same path
 
 HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 KEEP, GO_TO, UNDO, REDO, MINIMISE, DELETE, RENAME, CANCEL = range(8)
 
 
 class Holder:
-    """Holds the receptor still, and asks for poses."""
+    """A client that holds the receptor still and sends pose requests."""
 
     def __init__(self, port, cache):
         (scene,) = pathlib.Path(cache).glob("docking-*.json")
@@ -57,7 +57,7 @@ class Holder:
 
     @staticmethod
     def pose_of(found):
-        """Fields of a KeptPose: number, name, energy [kJ/mol], RMSD [angstrom], contacts."""
+        """Returns the fields of a KeptPose: number, name, energy [kJ/mol], RMSD [angstrom], contacts."""
         number_at = lambda field: struct.unpack("<d", found.get(field, 0).to_bytes(8, "little"))[0]
         return {"number": found.get(1, 0), "name": found[2].decode(), "energy": number_at(5) + number_at(6), "rmsd": number_at(7),
                 "contacts": found.get(8, 0)}
@@ -69,7 +69,8 @@ class Holder:
         return self.request
 
     def ask(self, kind, number=0, name=""):
-        """The pose that was kept or renamed, the number of one that was deleted, or in words what was done, or why not."""
+        """Sends a request. Returns the saved or renamed pose, the number of a deleted one, or the text of the
+        result or the error."""
         self.send(kind, number, name)
         answered, found = self.next(wire.KEPT_POSE, wire.POSE_TAKEN, wire.POSE_DELETED, wire.ERROR)
         if answered == wire.KEPT_POSE:
@@ -79,12 +80,12 @@ class Holder:
         return found[3 if answered == wire.POSE_TAKEN else 2].decode()
 
     def until_heard(self):
-        """Answers by their requests, until the server has read all requests and minimises."""
+        """Returns the answers by request, once the server has read all requests and minimises."""
         self.client.stream.sendall(wire.control(wire.PING, wire.whole(1, 59)))
         return self.answers_until({wire.PONG, wire.POSE_PROGRESS})
 
     def rest(self):
-        """Likewise until goodbye or the connection's end."""
+        """Returns the answers by request, until goodbye or the end of the connection."""
         return self.answers_until({wire.GOODBYE})
 
     def answers_until(self, wanted):
@@ -108,7 +109,7 @@ class KeptPoses(ProgramTest):
                       *arguments)
 
     def test_poses_are_kept_gone_to_and_found_again(self):
-        # The ligand is brought where it pulls, and left there.
+        # The hand moves the ligand into the attractive field and leaves it there.
         path = self.write("bring.json", json.dumps({"points": [
             {"t_s": 0, "position_m": [0, 0, 0]}, {"t_s": 4}, {"t_s": 5.5, "position_m": [0, -0.075, 0]}]}))
         trace = self.path("trace.csv")
@@ -149,7 +150,7 @@ class KeptPoses(ProgramTest):
         return apart, near
 
     def energy_now(self, holder):
-        """Of a pose that is kept for it."""
+        """Returns the energy of a pose that is saved for this purpose."""
         time.sleep(0.3)
         return holder.ask(KEEP, name="now")["energy"]
 
@@ -225,7 +226,7 @@ class KeptPoses(ProgramTest):
                 holder.close()
 
     def check_seen(self, watcher):
-        """What another user of the room receives: all poses, the new name, and what is deleted."""
+        """Checks the messages to another user of the room: all poses, the new name, and the deleted poses."""
         poses, names = [], {}
         while poses[-1:] != [("deleted", 1)]:
             for number, value in wire.fields(watcher.receive()):

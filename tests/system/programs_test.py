@@ -1,4 +1,4 @@
-"""What the programs say about themselves: output for programs is one JSON object, mistakes are one clear line."""
+"""Output of the programs: machine-readable output is one JSON object, and an error is one clear line."""
 
 import json
 import os
@@ -9,7 +9,7 @@ import unittest
 
 from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
 
-import needs  # of tests/support, where support.py looks too
+import needs  # of tests/support, on the path set by support.py
 
 LATENESS_KEYS = ["max", "p50", "p99", "p999"]
 
@@ -65,7 +65,8 @@ PDB_LINE = "{record:<6}{serial:5d}  {name:<3} {residue:<4}{chain}{number:4d}    
 
 
 class Structure(ProgramTest):
-    """A molecule that is not what its file says is told of to the operator, in the report, and to every user."""
+    """A molecule that differs from the contents of its file is reported to the operator, in the report, and to
+    every user."""
 
     def scene_of(self, structure):
         body = {"name": "m", "shapes": [{"molecule": {"file": structure}}], "mass_kg": 0.1}
@@ -74,7 +75,7 @@ class Structure(ProgramTest):
                                                 "molecular_field": {"metres_per_angstrom": 0.01}}))
 
     def served(self, scene):
-        """What the log, the report, the user and his report say."""
+        """Returns the server's log and notes, and the client's stderr and notes."""
         server = subprocess.Popen([program("tandem-server"), "--insecure", "--json", "--port", "0", "--scene", scene],
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         log = ""
@@ -114,12 +115,12 @@ HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
 
 
 class Docking(ProgramTest):
-    """A room of two structure files, without a scene file."""
+    """A room made from two structure files, without a scene file."""
 
     def test_two_hands_hold_two_files(self):
         needs.files(HELICES, needs.OPLS)
         cache = self.path("cache")
-        # The ligand is brought where it pulls, and back.
+        # The hand moves the ligand into the attractive field and back.
         path = self.write("bring.json", json.dumps({"points": [
             {"t_s": 0, "position_m": [0, 0, 0]}, {"t_s": 2, "position_m": [0, -0.075, 0]}, {"t_s": 3.5},
             {"t_s": 5, "position_m": [0, 0, 0]}]}))
@@ -141,7 +142,7 @@ class Docking(ProgramTest):
             self.assertTrue(server.port, "what was made can be given again")
 
     def check_complex(self, recording):
-        """The least energy on the way is found, and its structure read back has it too."""
+        """Checks that the least energy on the path is found, and that the saved structure has it too."""
         file = self.path("best.cif")
         code, out, err = run("tandem-replay", "complex", str(recording), "--save", file, "--json")
         self.assertEqual(code, 0, err)
@@ -267,7 +268,7 @@ class Redock(ProgramTest):
             self.assertIn(words, out)
 
     def shifted(self, way_angstrom):
-        """Chain B of the helices, this far along x."""
+        """Writes chain B of the helices, shifted by this distance along x."""
         with open(self.STRUCTURE, encoding="utf-8") as original:
             lines = [line for line in original if line.startswith(("ATOM", "HETATM")) and line[21] == "B"]
         return self.write("shifted.pdb", "".join("%s%8.3f%s" % (line[:30], float(line[30:38]) + way_angstrom, line[38:])
@@ -390,7 +391,7 @@ class Study(ProgramTest):
 
 
 class Meshes(ProgramTest):
-    # A plate of 100 by 80 by 5, of 12 triangles.
+    # A plate of 100 by 80 by 5, made of 12 triangles.
     PLATE = "".join(f"v {x} {y} {z}\n" for z in (0, 5) for y in (0, 80) for x in (0, 100)) + "".join(
         f"f {a} {b} {d}\nf {a} {d} {c}\n" for a, b, c, d in ((1, 3, 2, 4), (5, 6, 7, 8), (1, 2, 5, 6), (3, 7, 4, 8), (1, 5, 3, 7), (2, 4, 6, 8)))
 

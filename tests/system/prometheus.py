@@ -1,4 +1,5 @@
-"""A reader of Prometheus' text format 0.0.4, from its specification alone, which refuses what the format does not allow."""
+"""A reader of Prometheus' text format 0.0.4, from its specification alone. It refuses text that the format does
+not allow."""
 
 import math
 import re
@@ -14,7 +15,7 @@ class BadText(Exception):
 
 
 def _labels(text, line):
-    """Sorted (name, value) pairs of what stands between the braces."""
+    """Returns the sorted (name, value) pairs between the braces."""
     found, at = [], 0
     while at < len(text):
         label = LABEL.match(text, at)
@@ -33,7 +34,7 @@ def _labels(text, line):
 
 
 def _family_of(name, families):
-    """The family whose samples may have that name."""
+    """Returns the family to which samples of that name belong."""
     for suffix in ("_bucket", "_sum", "_count"):
         base = name.removesuffix(suffix)
         if base != name and families.get(base, {}).get("type") == "histogram":
@@ -42,7 +43,7 @@ def _family_of(name, families):
 
 
 def _sample(line):
-    """(name, labels, value)."""
+    """Returns (name, labels, value) of a line."""
     match = re.fullmatch(r"([^\s{]+)(?:\{(.*)\})? (\S+)", line)
     if not match or not NAME.fullmatch(match.group(1)):
         raise BadText(f"not a sample: {line!r}")
@@ -50,7 +51,7 @@ def _sample(line):
 
 
 def parse(text):
-    """{family: {"type", "help", "samples": {(name, labels): value}}}."""
+    """Returns {family: {"type", "help", "samples": {(name, labels): value}}}."""
     if not text.endswith("\n"):
         raise BadText("the last line has no end")
     families, open_family, closed = {}, None, set()
@@ -94,7 +95,7 @@ def _check(name, family):
 
 
 def _check_histogram(name, samples):
-    """Of each set of labels the buckets rise, to +Inf, which is the count."""
+    """Checks that the buckets of each label set rise to +Inf, whose value is the count."""
     if not name.endswith(UNITS):
         raise BadText(f"{name} has no unit")
     series = {}
@@ -115,7 +116,7 @@ def _check_histogram(name, samples):
 
 
 def counts(families):
-    """All that may only grow: {(name, labels): value}."""
+    """Returns all values that may only grow: {(name, labels): value}."""
     return {key: value for family in families.values() if family["type"] in ("counter", "histogram")
             for key, value in family["samples"].items()}
 

@@ -1,4 +1,4 @@
-"""Sessions recorded at both ends, killed, read by another reader, played back, and their hand as a device."""
+"""Sessions recorded at both ends, killed, read by an independent reader, replayed, and used as a device."""
 
 import glob
 import json
@@ -14,7 +14,7 @@ import unittest
 import mcap_reader
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, free_port, program, read_trace, replay_killed, run, start_client
 
-import needs  # of tests/support, where support.py looks too
+import needs  # of tests/support, on the path set by support.py
 
 STEP_NUMBER = 1  # field of RecordedStep
 KILLS = int(os.environ.get("TANDEM_KILLS", "6"))
@@ -30,7 +30,8 @@ MCAP_CORE = os.path.join(SOURCE, "build", "mcap_core")
 
 
 def other_reader(path):
-    """A Recording of this file, with whose channels @mcap/core agrees; without it the rest is tested, and that left out."""
+    """Reads this file as a Recording and compares its channels with @mcap/core. Without @mcap/core that comparison
+    is left out and counted."""
     recording = mcap_reader.Recording(path)
     if not needs.has_of_machine(os.path.isdir(os.path.join(MCAP_CORE, "node_modules")),
                                 "@mcap/core, the reference reader of recordings (npm and network in deploy/install-deps)"):
@@ -114,7 +115,7 @@ class Session(ProgramTest):
             self.assertEqual(code, 0, err)
         then, now = read_trace(self.path("anna.csv")), read_trace(self.path("again.csv"))
         self.assertGreater(len(now), 2000)
-        # Between two of its samples the hand goes evenly: a micrometre within a millisecond.
+        # The hand is interpolated between two of its samples: a micrometre within a millisecond.
         for row in now[::50]:
             due = then[0]["t_s"] + row["t_s"]
             near = min(then, key=lambda other: abs(other["t_s"] - due))
@@ -133,7 +134,7 @@ class Session(ProgramTest):
 
 
 class Killed(ProgramTest):
-    """kill -9 of the server: what was flushed is there, for another reader and to be played back."""
+    """kill -9 of the server: the flushed data can be read by another reader and replayed."""
 
     def test_at_random_moments(self):
         seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
@@ -163,7 +164,7 @@ class Killed(ProgramTest):
 
 
 def damaged(kind, data, random_):
-    """(bytes, first byte that is another) of a file that was cut, zeroed or changed in its second half."""
+    """Returns (bytes, first changed byte) of a file that was cut, zeroed or changed in its second half."""
     at = random_.randrange(len(data) // 2, len(data) * 9 // 10)
     if kind == "cut":
         return data[:at], at
@@ -174,7 +175,8 @@ def damaged(kind, data, random_):
 
 
 class Damaged(ProgramTest):
-    """Of a damaged file no message is missing in silence: what, where, how far it was read, and what can be done."""
+    """No message of a damaged file is lost silently: the error names the damage, its place, the readable part, and
+    the remedy."""
 
     def record(self):
         folder = self.path("server")

@@ -1,4 +1,4 @@
-"""Programs killed, frozen and cut off mid-session: no force without a partner, nothing held for ever."""
+"""Programs killed, frozen and cut off in mid-session: no force without a partner, and no body held forever."""
 
 import itertools
 import json
@@ -10,7 +10,7 @@ import unittest
 
 from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, full_pipe, read_trace, start_client
 
-import wire  # of tests/attack, where support.py looks too
+import wire  # of tests/attack, on the path set by support.py
 
 ZERO_WITHIN_S = 0.150
 RELEASE_WITHIN_S = 2.0
@@ -41,7 +41,7 @@ class ServerKilled(ProgramTest):
         self.check_trace(read_trace(trace))
 
     def check_trace(self, rows):
-        """The same from the time series: whatever arrived last, 150 ms later the hand feels nothing."""
+        """Checks the time series: 150 ms after the last arrival the displayed force is zero."""
         self.assertGreater(max(force_n(row) for row in rows), 0.05, "there was a force to lose")
         silent = [row for row in rows if row["state_age_s"] > ZERO_WITHIN_S]
         self.assertGreater(len(silent), 500, "the server was away for more than a second")
@@ -57,7 +57,7 @@ class RoomReset(ProgramTest):
                           {"t_s": 600, "position_m": [0.0863, 0, 0]}]}
 
     def write_scene(self):
-        """The block on its spring, and a second tool for the operator."""
+        """Writes a scene with the block on its spring, and a second tool for the operator."""
         with open(os.path.join(SOURCE, "server/scenes/push.json")) as file:
             scene = json.load(file)
         scene["tools"].append({"name": "operator's", "placement": {"position_m": [-0.05, 0.3, 0]}, "mass_kg": 0.03})
@@ -90,9 +90,9 @@ class RoomReset(ProgramTest):
 
 
 class ManySessions(ProgramTest):
-    SESSIONS_BEFORE = 4  # Models of two sessions and the making of a third are there at a time …
+    SESSIONS_BEFORE = 4  # Models of two sessions, and a third under construction, exist at a time …
     SESSIONS = 10
-    GROWTH_MB = 30  # … and one of this scene has 22 MB: were none freed, it would be 220
+    GROWTH_MB = 30  # … and a model of this scene has 22 MB: without freeing them, growth would be 220
 
     def resident_mb(self, process):
         with open(f"/proc/{process.pid}/smaps_rollup") as file:
@@ -124,12 +124,12 @@ class ClientVanished(ProgramTest):
             server.wait_for_log(r"frosty.*joined|joined.*frosty")
             time.sleep(0.5)
             frozen = time.monotonic()
-            os.kill(client.pid, signal.SIGSTOP)  # as a pulled cable: the connection stays, nothing comes
+            os.kill(client.pid, signal.SIGSTOP)  # like a pulled cable: the connection stays open, and no data arrives
             left = server.wait_for_log(r"frosty.*(left|silence)", after=frozen)
             os.kill(client.pid, signal.SIGKILL)
             client.communicate()
             self.assertLessEqual(left - frozen, RELEASE_WITHIN_S)
-            # The place is free again: two more can join a room of two.
+            # The seat is free again: two more users can join a room of two.
             others = [start_client(server.port, "--duration", "1s", "--name", name) for name in ("a", "b")]
             for process in others:
                 code, _, err = finish(process)
@@ -158,7 +158,7 @@ class UdpBlocked(ProgramTest):
 
 
 class Stopping(ProgramTest):
-    """Whatever stops a client, its last tick shows no force."""
+    """For each way to stop a client, its last tick displays no force."""
 
     numbers = itertools.count()
 
@@ -199,7 +199,7 @@ class Stopping(ProgramTest):
             client = self.start(server, stdout=writing)
             os.close(writing)
             os.close(reading)
-            time.sleep(2.5)  # two status lines
+            time.sleep(2.5)  # for two status lines
             self.assertIsNone(client.poll(), "alive")
             stopped_ns = time.monotonic_ns()
             client.terminate()
@@ -212,7 +212,7 @@ class Stopping(ProgramTest):
             reading, writing = full_pipe()
             client = self.start(server, stdout=writing)
             os.close(writing)
-            time.sleep(2.5)  # two status lines
+            time.sleep(2.5)  # for two status lines
             stopped_ns = time.monotonic_ns()
             client.terminate()
             code, _, err = finish(client)
@@ -224,7 +224,7 @@ class Stopping(ProgramTest):
         with Server("--scene", "peg_in_hole") as server:
             pipe = self.path("pipe")
             os.mkfifo(pipe)
-            reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)  # and never read: main hangs in its trace
+            reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)  # never read: the main thread blocks on its trace
             client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", pipe)
             server.wait_for_log(r"ender.*joined|joined.*ender")
             time.sleep(2.5)

@@ -1,6 +1,6 @@
-"""Starts the real programs as a user would, for the tests of this folder.
+"""Starts the real programs as a user does, for the tests of this folder.
 
-The folder of the programs comes from the environment variable TANDEM_BIN (ctest sets it).
+The environment variable TANDEM_BIN holds the folder of the programs (ctest sets it).
 """
 
 import json
@@ -19,10 +19,11 @@ SOURCE = os.environ["TANDEM_SOURCE"]
 sys.path.append(os.path.join(SOURCE, "tests", "attack"))  # wire.py: control messages by hand
 sys.path.append(os.path.join(SOURCE, "tests", "support"))
 import needs  # noqa: E402  (found by the path above)
-# Far above what anything here takes; reached only when a program hangs.
+# Far above any duration here; reached only when a program hangs.
 PATIENCE_S = 60
 TRIES = 3
-# Of the time that programs want. A quiet host takes less than 1.5 %; a burst of 100 ms in a test of 10 s is 2 to 5 %.
+# Share of the processor time that programs request. A quiet host takes less than 1.5 %; a burst of 100 ms in a test of
+# 10 s is 2 to 5 %.
 MOST_TAKEN = 0.02
 
 
@@ -33,7 +34,7 @@ def program(name):
 class Server:
     """A running tandem-server: `with Server("--scene", "two_boxes") as server: ... server.port`.
 
-    Without encryption, on loopback: what it is with is tested in secure_test.py.
+    It runs on loopback without encryption; secure_test.py tests it with encryption.
     """
 
     def __init__(self, *arguments, port=0):
@@ -57,7 +58,7 @@ class Server:
             self.log.append((time.monotonic(), line.rstrip()))
 
     def wait_for_log(self, pattern, after=0.0):
-        """Time (monotonic) of the first log line after `after` that matches."""
+        """Returns the time (monotonic) of the first log line after `after` that matches."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             for at, line in list(self.log):
@@ -97,7 +98,7 @@ def start_client(port, *arguments, stdout=subprocess.PIPE, stderr=subprocess.PIP
 
 
 def finish(process):
-    """(exit code, stdout, stderr)"""
+    """Waits for the end. Returns (exit code, stdout, stderr)."""
     out, err = process.communicate(timeout=PATIENCE_S)
     return process.returncode, out, err
 
@@ -108,14 +109,15 @@ def run(name, *arguments):
 
 
 def replay_killed(command, file, *arguments):
-    """tandem-replay of the recording of a program that was killed: (whether it succeeded, stdout, stderr). A kill may leave a
-    record that is written in part; then it has said so, and ended with 3."""
+    """Runs tandem-replay on the recording of a killed program. Returns (whether it succeeded, stdout, stderr). A
+    kill may leave a partly written record, for which tandem-replay reports the error and ends with 3."""
     code, out, err = run("tandem-replay", command, file, *arguments)
     return code == 0 or code == 3 and "within a record" in err, out, err
 
 
 def read_trace(path):
-    """Rows of a client's CSV trace as dictionaries of floats; while it is written, those that are whole."""
+    """Returns the rows of a client's CSV trace as dictionaries of floats. A line that is still being written is
+    left out."""
     with open(path) as file:
         names = file.readline().strip().split(",")
         rows = []
@@ -128,7 +130,7 @@ def read_trace(path):
 
 
 def full_pipe():
-    """(read end, write end) of a pipe that takes not one byte more."""
+    """Returns (read end, write end) of a pipe that is completely full."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     for size in (65536, 1):
@@ -137,19 +139,20 @@ def full_pipe():
                 os.write(writing, b"x" * size)
         except BlockingIOError:
             pass
-    os.set_blocking(writing, True)  # who is started with it inherits the flag with the description
+    os.set_blocking(writing, True)  # a child process inherits this flag with the description
     return reading, writing
 
 
 def _wanted_and_taken():
-    """(time that programs wanted, what of it went to other machines of the same host), in ticks since the machine began."""
+    """Returns (time that programs requested, share of it that other machines of the same host took), in ticks
+    since boot."""
     with open("/proc/stat") as file:
         user, nice, system, _idle, _iowait, irq, softirq, taken = map(int, file.readline().split()[1:9])
     return user + nice + system + irq + softirq + taken, taken
 
 
 class KeptResult(unittest.TestResult):
-    """What one run of a test tells, until it is passed on."""
+    """Stores the results of one run of a test until they are passed on."""
 
     def __init__(self):
         super().__init__()
@@ -173,10 +176,10 @@ for _name in ("startTest", "stopTest", "addSuccess", "addFailure", "addError", "
 
 
 class ProgramTest(unittest.TestCase):
-    """A test in real time. A failure while the machine's host gave the processors to others says nothing of the programs:
-    it is tried again. Where the host never lets the test have them, the test is skipped, and counted as left out.
+    """A test in real time. A failure while the host gave the processors to other machines proves nothing, so the test
+    is repeated. If the host never leaves the processors to the test, it is skipped and counted as left out.
 
-    `files`, `programs`: those without which no test of the class can run (tests/support/needs.py)."""
+    `files`, `programs`: requirements of all tests of the class (tests/support/needs.py)."""
 
     files = ()
     programs = ()
@@ -215,7 +218,7 @@ class ProgramTest(unittest.TestCase):
         return self.path(name)
 
     def assert_setup_error(self, result, *words):
-        """Exit code 2 and exactly one line on stderr, with these words in it."""
+        """Checks for exit code 2 and exactly one line on stderr that contains these words."""
         code, _, err = result
         lines = [line for line in err.splitlines() if line.strip()]
         self.assertEqual(code, 2, err)

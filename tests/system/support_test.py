@@ -1,4 +1,4 @@
-"""A test that fails in real time is tried again only where the host took the machine's processors away."""
+"""A failed real-time test is repeated only if the host took the machine's processors away."""
 
 import contextlib
 import io
@@ -9,7 +9,7 @@ import unittest
 from unittest import mock
 
 import support
-import needs  # of tests/support, where support.py looks too
+import needs  # of tests/support, on the path set by support.py
 
 
 class OfPrograms(support.ProgramTest):
@@ -35,7 +35,7 @@ class OfPrograms(support.ProgramTest):
 
 class Retries(unittest.TestCase):
     def run_one(self, name, taken_of_100):
-        """(result, number of runs) where the host takes so many of each 100 ticks."""
+        """Returns (result, number of runs) if the host takes this many of each 100 ticks."""
         times = [(100 * i, taken_of_100 * i) for i in range(10)]
         OfPrograms.runs = 0
         result = unittest.TestResult()
@@ -90,10 +90,10 @@ class OfMachine(unittest.TestCase):
 
 
 class Needs(unittest.TestCase):
-    """A claim that cannot be tested is a failure, or counted."""
+    """A claim that cannot be tested is a failure, or is counted as left out."""
 
     def run_one(self, test, required=""):
-        """(result, lines of the list of what was left out)"""
+        """Runs a test. Returns (result, lines of the list of left-out claims)."""
         result = unittest.TestResult()
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stderr(io.StringIO()):
             path = os.path.join(folder, "left_out.txt")
@@ -129,7 +129,7 @@ class Needs(unittest.TestCase):
         with open(os.path.join(support.SOURCE, "tests", "support", "needs.cpp"), encoding="utf-8") as file:
             of_cpp = set(re.findall(r'"/usr/[^"]*", "([^"]*)"', file.read()))
         self.assertGreater(len(of_cpp), 5)
-        of_python = {*needs.FOLDERS.values(), *needs.PROGRAMS.values()} - {"util-linux"}  # part of every Debian
+        of_python = {*needs.FOLDERS.values(), *needs.PROGRAMS.values()} - {"util-linux"}  # essential in Debian
         self.assertLessEqual(of_cpp | of_python, installed)
 
 

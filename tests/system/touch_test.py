@@ -1,4 +1,4 @@
-"""Scenes with meshes and soft bodies as an operator meets them: what is built once is kept, and both are felt live."""
+"""Scenes with meshes and soft bodies in practice: prepared shapes are stored, and both are displayed live."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from support import ProgramTest, Server, finish, run, start_client
 
 # A closed tetrahedron of 4 cm.
 TETRAHEDRON = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n"
-# Three triangles at one edge: nothing has an inside.
+# Three triangles at one edge: they enclose no volume.
 FIN = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"
 
 
@@ -65,7 +65,7 @@ class Room(ProgramTest):
     def test_the_room_benchmark_measures_steps_and_lateness_apart(self):
         code, out, err = run("tandem-lab", "bench", "room", "--scene", "two_boxes", "--seconds", "4",
                              "--json")
-        # Speed is the machine's: 0 or 1, but never an error.
+        # The speed depends on the machine: exit code 0 or 1, but never an error.
         self.assertIn(code, (0, 1), err)
         result = json.loads(out)
         self.assertEqual(sorted(result["step_us"]), ["max", "p50", "p99", "p999"])

@@ -1,6 +1,7 @@
-"""The client is stopped or killed while it shows a force: its watchdog writes zero to the motors, also when they take nothing then.
+"""The client is stopped or killed while it displays a force: its watchdog writes zero to the motors, even if they
+accept no data at that time.
 
-`--motors` is where the commands of a simulated device go, as those of a real one go to its USB descriptor.
+`--motors` receives the commands of a simulated device, like the USB descriptor of a real one.
 """
 
 import fcntl
@@ -16,11 +17,11 @@ from stall_test import PRESSES
 
 COMMAND = struct.Struct("3d")
 F_SETPIPE_SZ = 1031
-SLEW_N = 4.0  # a tick's, of the simulated device
+SLEW_N = 4.0  # per tick, of the simulated device
 
 
 class Motors:
-    """The far end of a device's line: the commands that it received, and when."""
+    """The far end of a device's line: the received commands and their times."""
 
     def __init__(self, path, pipe_bytes=1 << 20):
         os.mkfifo(path)
@@ -39,7 +40,7 @@ class Motors:
             self.reads.wait()
             more = os.read(self._pipe, 65536)
             if not more:
-                time.sleep(0.001)  # nobody has it open
+                time.sleep(0.001)  # no process has it open
             now = time.monotonic()
             data += more
             whole = len(data) // COMMAND.size * COMMAND.size
@@ -48,7 +49,7 @@ class Motors:
             data = data[whole:]
 
     def wait_for(self, is_it, after):
-        """Time of the first command after `after` whose force is_it."""
+        """Returns the time of the first command after `after` whose force meets the condition `is_it`."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             for at, force_n in self.told[:]:
@@ -85,12 +86,13 @@ class Pressing(ProgramTest):
         return self.motors.wait_for(lambda force_n: force_n == 0, after)
 
     def watchdogs(self):
-        """Process ids of the client's children."""
+        """Returns the process ids of the client's children."""
         with open(f"/proc/{self.client.pid}/task/{self.client.pid}/children") as file:
             return [int(word) for word in file.read().split()]
 
     def check_return(self, forces_n):
-        """A command that was under way when it was stopped may come out, and is answered by zero at once; then the ramp."""
+        """Checks the forces after a stop. A pending command may still arrive, and zero follows at once; then the
+        ramp begins."""
         late = [force_n for force_n in forces_n[:20] if force_n > 1]
         self.assertLessEqual(len(late), 2, "the old force was shown again")
         ramp = forces_n[20:]
@@ -141,11 +143,12 @@ class Watchdog(Pressing):
 
 
 class BusyMotors(Pressing):
-    """The line takes nothing when the client is stopped or killed, and for a second more."""
+    """The line accepts no data when the client is stopped or killed, and for another second."""
     pipe_bytes = 4096
 
     def end_while_busy(self, number):
-        """A client that is sent this signal while its line is full; the line is read a second later. When that was."""
+        """Sends this signal to the client while its line is full, and reads the line a second later. Returns the
+        time of that."""
         self.motors.reads.clear()
         time.sleep(0.5)  # 170 commands fill it
         os.kill(self.client.pid, number)

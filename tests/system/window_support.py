@@ -1,6 +1,6 @@
-"""A display that nobody sees, a window on it, and what its pictures show: for the tests of the window.
+"""An invisible display, a window on it, and the evaluation of its pictures, for the tests of the window.
 
-No picture is compared with another machine's: what is looked for are colours, how much of them there is, and where.
+No picture is compared with another machine's. The tests check colours, their amounts and their places.
 """
 
 import itertools
@@ -19,17 +19,17 @@ WIDTH, HEIGHT = 720, 504
 
 
 class Picture:
-    """Rows of pixels, each (red, green, blue). A colour is evaluated once, however many pixels have it."""
+    """Rows of pixels, each (red, green, blue). The colour condition runs only once for all pixels of a colour."""
 
     def __init__(self, rows):
-        """Of rows of bytes: red, green, blue of each pixel."""
+        """Takes rows of bytes: red, green, blue of each pixel."""
         self.rows = [list(zip(row[0::3], row[1::3], row[2::3])) for row in rows]
         self.width, self.height = len(self.rows[0]), len(self.rows)
         self._colors = set(itertools.chain.from_iterable(self.rows))
 
     @classmethod
     def of_file(cls, path):
-        """A PNG file of eight bits a channel, as the program writes them."""
+        """Reads a PNG file of eight bits a channel, the format that the program writes."""
         with open(path, "rb") as file:
             data = file.read()
         assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG file"
@@ -49,11 +49,11 @@ class Picture:
         return self.rows[y][x]
 
     def matching(self, is_it):
-        """The colours of the picture that are it."""
+        """Returns the colours of the picture that meet the condition."""
         return {color for color in self._colors if is_it(*color)}
 
     def runs(self, is_it, left=0.0):
-        """(first x, y, length) of the runs of pixels that are it, in the part right of `left`."""
+        """Returns (first x, y, length) of the runs of pixels that meet the condition, in the part right of `left`."""
         found, colors = [], self.matching(is_it)
         for y, row in enumerate(self.rows):
             first = None
@@ -66,7 +66,8 @@ class Picture:
         return found
 
     def places(self, is_it, right=0.62):
-        """(x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) are it."""
+        """Returns (x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) meet the
+        condition."""
         end, colors = int(self.width * right), self.matching(is_it)
         return [(x, y) for y, row in enumerate(self.rows) if not colors.isdisjoint(row)
                 for x, color in enumerate(row[:end]) if color in colors]
@@ -81,7 +82,8 @@ class Picture:
 
 
 def unfiltered(data, stride, height):
-    """Rows of bytes of a PNG file of three bytes a pixel, from its rows as they are filtered (ISO/IEC 15948, clause 9)."""
+    """Returns the rows of bytes of a PNG file of three bytes a pixel, from its filtered rows (ISO/IEC 15948,
+    clause 9)."""
     rows, before = [], bytes(stride)
     for start in range(0, height * (stride + 1), stride + 1):
         kind, row = data[start], bytearray(data[start + 1:start + 1 + stride])
@@ -157,7 +159,7 @@ def is_white(r, g, b):
 
 
 class Display:
-    """A display of its own that nobody sees."""
+    """A separate invisible display."""
 
     def __init__(self, width=WIDTH, height=HEIGHT):
         self.folder = tempfile.TemporaryDirectory()
@@ -179,7 +181,7 @@ class Display:
         self.folder.cleanup()
 
     def picture(self):
-        """What it shows now: Xvfb keeps it in a file, as xwd would write it."""
+        """Returns the present contents, from a file that Xvfb keeps in the format of xwd."""
         with open(os.path.join(self.folder.name, "Xvfb_screen0"), "rb") as file:
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 header = struct.unpack(">25I", data[:100])
@@ -196,7 +198,7 @@ class Display:
 
     def environment(self):
         variables = {key: value for key, value in os.environ.items() if key != "WAYLAND_DISPLAY"}
-        # Mesa's drawing in software, whatever the machine has.
+        # Mesa renders in software, on any machine.
         return variables | {"DISPLAY": self.name, "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_STATE_HOME": self.folder.name}
 
     def do(self, *arguments):
@@ -206,7 +208,7 @@ class Display:
 
 class WindowTest(ProgramTest):
     programs = ("Xvfb", "xdotool")
-    #: Of the display, and of the window on it; none: as large as that.
+    #: Sizes of the display and of the window on it; None: the window has the size of the display.
     width, height, window = WIDTH, HEIGHT, None
 
     def setUp(self):
@@ -229,7 +231,8 @@ class WindowTest(ProgramTest):
     def wait_for_window(self):
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
-            # Nobody else gives it the keyboard where there is no window manager; refused until it is shown.
+            # Without a window manager the window gets the keyboard focus only here. The command fails until the window
+            # is visible.
             found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^tandem:", "windowfocus"],
                                    env=self.display.environment(), capture_output=True, timeout=PATIENCE_S)
             if found.returncode == 0:
@@ -238,7 +241,7 @@ class WindowTest(ProgramTest):
         self.fail("no window opened")
 
     def drag(self, right, down, button=1):
-        """From the middle of the scene; slowly, for a busy machine draws few frames a second."""
+        """Drags from the middle of the scene, slowly, because a busy machine draws few frames a second."""
         x, y, steps = self.width // 4, self.height // 2, 16
         self.display.do("mousemove", x, y)
         time.sleep(0.7)

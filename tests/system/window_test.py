@@ -1,4 +1,4 @@
-"""The window shows what there is, and a person with a mouse can use it: under Xvfb, by the colours of its pictures."""
+"""The window shows the scene and can be used with a mouse: tested under Xvfb by the colours of its pictures."""
 
 import colorsys
 import itertools
@@ -52,7 +52,8 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_white), 1000, "hydrogens")
 
     def settled_picture(self, is_wanted):
-        """The first picture that is wanted and stays for two seconds: a thread makes what the window shows."""
+        """Returns the first expected picture that stays for two seconds, because a thread prepares the contents of
+        the window."""
         last, same, end = self.display.picture(), 0, time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             time.sleep(1)
@@ -64,7 +65,8 @@ class Scenes(WindowTest):
         self.fail("the window does not show the expected picture")
 
     def pictures_before_each(self, key, names):
-        """Of molecules, before each press of a key, by these names; and what the window remembers of it."""
+        """Returns pictures of molecules before each press of a key, by these names, and the settings that the
+        window stored."""
         pictures = {}
         with Server("--scene", "docking_helices") as server:
             client = self.start(server, "--hand", "rest")
@@ -111,7 +113,7 @@ class Scenes(WindowTest):
         self.assertGreater(picture.count(is_red), 700, "the ball")
 
     def test_a_soft_mesh_is_there_and_yields(self):
-        """A ball, that a tool presses from above."""
+        """A ball that a tool presses from above."""
         rings, sides, radius_m = 12, 24, 0.03
         with open(self.path("ball.obj"), "w") as file:
             for ring in range(rings + 1):
@@ -133,7 +135,7 @@ class Scenes(WindowTest):
                                   "shapes": [{"sphere": {"radius_m": 0.01}}]}],
                        "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 5}}, file)
         def top_of_middle(picture, x):
-            """Of the ball, where a drawing that does not yield would hide the tool."""
+            """Returns the top of the ball at x. A drawing that does not yield would hide the tool there."""
             return min(y for at, y in picture.places(is_blue) if abs(at - x) <= 1)
         with Server("--scene", self.path("ball.json")) as server:
             rest = self.picture(server, "--hand", "rest")
@@ -145,14 +147,14 @@ class Scenes(WindowTest):
 
 
 def changed(before, after):
-    """How many pixels of the scene have another colour."""
+    """Returns the number of pixels of the scene whose colour changed."""
     end = int(before.width * 0.62)
     return sum(max(abs(a - b) for a, b in zip(old, new)) > 60
                for rows in zip(before.rows, after.rows) for old, new in zip(*(row[:end] for row in rows)) if old != new)
 
 
 def hue_of(r, g, b):
-    """(hue in turns, saturation 0 to 1, value)."""
+    """Returns (hue in turns, saturation 0 to 1, value)."""
     return colorsys.rgb_to_hsv(r / 255, g / 255, b / 255)
 
 
@@ -167,8 +169,8 @@ is_rose = is_hue(0.971, by=0.03)
 
 
 def colored_things(scene):
-    """(name, hue, place, whether nothing else that may be seen has that hue) of what has a colour."""
-    # Tools are green and pink, arrows yellow and cyan; of a molecule only the carbons have its colour.
+    """Returns (name, hue, place, whether the hue is unique in the scene) of the coloured bodies."""
+    # Tools are green and pink, arrows yellow and cyan. Only the carbons of a molecule have its colour.
     things = [thing for thing in scene.get("bodies", []) + scene.get("soft_bodies", [])
               if "color_rgb" in thing and "molecule" not in str(thing)]
     hues = [(thing, *hue_of(*[255 * c for c in thing["color_rgb"]])) for thing in things]
@@ -183,7 +185,7 @@ def colored_things(scene):
 
 
 def to_the_right(place):
-    """Along the picture's x, from where the camera looks at first."""
+    """Returns the coordinate along the picture's x, in the initial view of the camera."""
     return math.cos(0.45) * place[0] + math.sin(0.45) * place[1]
 
 

@@ -1,5 +1,6 @@
-"""A person at the window, with synthetic mouse and keys: joins, grabs, lifts, changes delay and stage, goes to another room,
-resizes and closes the window by a real window manager. What there is to click is found by its colours."""
+"""A user at the window, with synthetic mouse and keys: joins, grabs, lifts, changes delay and stage, and goes to
+another room. The user resizes and closes the window with a real window manager. Controls are found by their
+colours."""
 
 import csv
 import json
@@ -14,9 +15,9 @@ import mcap_reader
 from support import BIN, PATIENCE_S, SOURCE, Server, finish, start_client
 from window_support import WindowTest, is_orange, is_yellow
 
-#: Of Dear ImGui's dark style: a slider's handle, and the arrow's button of a choice before the panel's ground.
+#: Colour of Dear ImGui's dark style: a slider's handle.
 HANDLE = (61, 133, 224)
-#: Heights of a row in a choice, and its rim; of the panel's letters.
+#: Heights of a row in a combo box and of its rim, in pixels.
 ROW, RIM = 18, 8
 
 
@@ -33,7 +34,8 @@ def is_arrow_button(r, g, b):
 
 
 def blocks(picture, is_it, shortest, longest, left=0.6):
-    """Middles of what is so wide, at least ten pixels high and, but for words within, of one colour; from above."""
+    """Returns the middles of the blocks of one colour, from the top. They have a width in this range and are at
+    least ten pixels high; text inside is allowed."""
     width_at = {x: length for x, _, length in picture.runs(is_it, left=left) if shortest <= length <= longest}
     found = []
     for x, width in width_at.items():
@@ -52,8 +54,8 @@ def blocks(picture, is_it, shortest, longest, left=0.6):
 
 class UseTest(WindowTest):
     width, height = 800, 700
-    #: Parts of the panels by their number (WindowSwitches::is_open). A small window is drawn fast; the curves and the view's
-    #: switches are closed, so that the rest has room.
+    #: Parts of the panels by their number (WindowSwitches::is_open). A small window is drawn fast. The curves and the
+    # view's switches are closed to leave space for the rest.
     parts = {2: False, 4: False}
 
     def setUp(self):
@@ -78,7 +80,7 @@ class UseTest(WindowTest):
         time.sleep(1)
 
     def point_away(self):
-        """What the mouse is over has another colour."""
+        """Moves the mouse away, because a control under the mouse has another colour."""
         self.display.do("mousemove", self.width // 4, self.height - 60)
         time.sleep(1)
 
@@ -88,12 +90,12 @@ class UseTest(WindowTest):
         return blocks(self.display.picture(), is_handle, 6, 16)
 
     def choices(self):
-        """Buttons of the choices, from above."""
+        """Returns the buttons of the combo boxes, from the top."""
         self.point_away()
         return blocks(self.display.picture(), is_arrow_button, 14, 26, left=0.84)
 
     def choose(self, choice, entry):
-        """The so-manieth entry, from 0, of the so-manieth choice."""
+        """Selects an entry of a combo box; both are counted from 0."""
         x, y = self.choices()[choice]
         self.click(x, y)
         self.click(x - 60, y + 10 + RIM + ROW * (entry + 0.5))
@@ -170,7 +172,7 @@ class ClickThrough(UseTest):
 
 class Recordings(UseTest):
     def press_record(self):
-        """The only wide button of one who is no operator."""
+        """Presses the only wide button of a user who is not an operator."""
         self.point_away()
         self.click(*blocks(self.display.picture(), is_arrow_button, 60, 200)[0])
 
@@ -222,7 +224,7 @@ class Hand(UseTest):
     parts = {0: False, 1: False, 2: False, 3: False, 4: False, 6: True}
 
     def ways(self, since, until):
-        """How far the device and what it moves in the world went, along x and y."""
+        """Returns the distances that the device and the tool in the world moved, along x and y."""
         with open(self.path("trace.csv")) as file:
             rows = [row for row in csv.DictReader(file) if since < float(row["t_s"]) < until and row["handle_p_x_m"]]
         self.assertGreater(len(rows), 500)
@@ -250,7 +252,7 @@ class Hand(UseTest):
         self.assertGreater(device, 0.02)
         self.assertAlmostEqual(along_x / device, 1, delta=0.01)
         self.assertLess(along_y, 0.002)
-        since = changed - begun + 2.5  # the room is joined before the window is looked at
+        since = changed - begun + 2.5  # the user joins before the test finds the controls
         device, along_x, along_y = self.ways(since, since + 2)
         self.assertGreater(math.hypot(along_x, along_y) / device, 1.5, "the reach")
         self.assertGreater(along_y / along_x, 0.5, "the turn")

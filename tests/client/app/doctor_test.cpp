@@ -1,4 +1,4 @@
-// What the doctor says of machines that a test describes.
+// Output of the doctor for machines that a test describes.
 #include "client/app/doctor.hpp"
 
 #include <gmock/gmock.h>

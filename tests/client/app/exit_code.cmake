@@ -1,4 +1,4 @@
-# Runs PROGRAM with ARGUMENTS (a list); passes when it exits with CODE and says EXPECTED in one line on stderr.
+# Runs PROGRAM with ARGUMENTS (a list). Passes if it exits with CODE and prints EXPECTED in one line on stderr.
 execute_process(COMMAND ${PROGRAM} ${ARGUMENTS} RESULT_VARIABLE code OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 60)
 if(NOT code STREQUAL CODE)
   message(FATAL_ERROR "exit code ${code}, expected ${CODE}\n${out}${err}")

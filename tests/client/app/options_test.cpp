@@ -1,5 +1,4 @@
-// The command line: what is right is taken with its unit, what is wrong is answered by one line that says what would
-// do.
+// Command line: valid values are read with their unit. An invalid value gives one line that names the valid ones.
 #include "client/app/options.hpp"
 
 #include <gmock/gmock.h>

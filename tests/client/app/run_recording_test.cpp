@@ -1,4 +1,4 @@
-// Which file a recording that is begun at the window goes to, and what is said of it.
+// File name and messages of a recording that is started in the window.
 #include "client/app/run_recording.hpp"
 
 #include <gmock/gmock.h>
@@ -47,7 +47,7 @@ TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
   }
   EXPECT_THROW(ClientRecorder(recording_settings(options, folder / "a.mcap"), {}), std::invalid_argument)
       << "it is there already";
-  // More at once than the ring takes.
+  // More records at once than the ring holds.
   ClientRecorder slow(recording_settings(options, folder / "b.mcap"), [](const std::string&) {});
   for (int i = 0; i < 100'000; ++i) slow.add(TickRecord{}, 0);
   slow.finish();

@@ -1,4 +1,4 @@
-// What a run reports about itself, from hand-made tick records.
+// Report of a run, made from hand-made tick records.
 #include "client/app/run_report.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using ::testing::SizeIs;
 constexpr Duration kTick{std::chrono::milliseconds(1)};
 constexpr Duration kSilenceZero{std::chrono::milliseconds(140)};
 
-/// Feeds one record a millisecond.
+/// Feeds one record per millisecond.
 struct Rig {
   void add(int ticks, int phase = 0) {
     for (int i = 0; i < ticks; ++i) {
@@ -163,7 +163,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// A file in the temporary folder that goes with the test.
+/// A file in the temporary folder that is deleted after the test.
 struct TemporaryFile {
   TemporaryFile() : path(std::filesystem::temp_directory_path() / ("tandem_trace_" + std::to_string(::getpid()))) {}
   ~TemporaryFile() { std::filesystem::remove(path); }

@@ -1,5 +1,5 @@
-# Runs PROGRAM; passes when it exits with 0, its output has ROW and ends with LAST_ROW (regular expressions).
-# CTest alone would look at the output or at the exit code, never at both.
+# Runs PROGRAM. Passes if it exits with 0, and its output contains ROW and ends with LAST_ROW (regular expressions).
+# CTest alone checks either the output or the exit code, never both.
 execute_process(COMMAND ${PROGRAM} RESULT_VARIABLE code OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 60)
 if(NOT code STREQUAL 0)
   message(FATAL_ERROR "exit code ${code}\n${out}${err}")

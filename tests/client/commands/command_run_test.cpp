@@ -1,5 +1,5 @@
-// Each line gets exactly one answer, whatever it says and whatever the session does. The client is never started: a request
-// of it is answered only when the session ends.
+// Each line gets exactly one answer, for any content and any state of the session. The client is never started, so
+// its requests are answered only when the session ends.
 #include "client/commands/command_run.hpp"
 
 #include <gmock/gmock.h>
@@ -56,7 +56,7 @@ class CommandRunTest : public ::testing::Test {
       text_.append(buffer.data(), static_cast<std::size_t>(count));
     }
   }
-  /// All answers, once the lines have ended; `each` sees the state before each poll.
+  /// Returns all answers after the end of the lines; `each` runs before each poll.
   std::vector<boost::json::object> answers_to(const std::string& lines, const std::function<void(int)>& each = {}) {
     std::thread writer([&] {
       for (std::size_t at = 0; at < lines.size();) {
@@ -68,7 +68,7 @@ class CommandRunTest : public ::testing::Test {
     });
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(120);
     for (int i = 0; !run_->is_over() && std::chrono::steady_clock::now() < end; ++i) {
-      now_ += std::chrono::seconds(1);  // virtual: waits and time-outs are over at once
+      now_ += std::chrono::seconds(1);  // virtual: delays and time-outs elapse at once
       if (each) each(i);
       run_->poll(io_, &view_, now_);
       std::this_thread::yield();
@@ -135,7 +135,7 @@ TEST_F(CommandRunTest, EachOfManyGeneratedLinesGetsExactlyOneAnswer) {
     words.push_back(command_word(line));
     lines += line + "\n";
   }
-  // The session ends now and then, which answers requests that wait; the hand holds something now and then.
+  // The session ends now and then, which answers pending requests. The hand holds a body now and then.
   const auto answers = answers_to(lines, [&](int i) {
     io_.status.state = i % 20 == 19 ? SessionState::kEnded : SessionState::kActive;
     view_.record.held_body = BodyId{i % 7 < 3 ? 1U : 0U};

@@ -1,4 +1,4 @@
-// A line is a command with all its fields in range, or an error that names what is wrong and what would do.
+// A line is either a command with all its fields in range, or an error that names the wrong field and the valid values.
 #include "client/commands/command.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The hand of the device "mouse" under commands: it goes where it is sent at its speed, and waits where it is held up.
+// The hand of the device "mouse" under commands: it moves to its target at its speed, and stops where a force holds it.
 #include "client/commands/scripted_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ class ScriptedHandTest : public ::testing::Test {
     view_.record.scene_generation = 1;
   }
 
-  /// The main thread every 10 ms, the haptic one every millisecond.
+  /// Runs the main thread every 10 ms and the haptic thread every millisecond.
   void run(double for_s, const Wrench& on_hand_D = {}) {
     for (const LocalTime end = now_ + from_seconds(for_s); now_ < end;) {
       now_ += std::chrono::milliseconds(1);

@@ -1,4 +1,5 @@
-// The clutch under random motion: no step of the handle at either edge, in place and rotation.
+// The clutch under random motion: the handle does not jump when the clutch is pressed or released, in position or
+// rotation.
 #include "client/haptics/clutch.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@ double rotation_between(const Quat& a, const Quat& b) {
   return rotation_vector(a * b.conjugate()).norm();
 }
 
-/// A hand that wanders with bounded random velocity.
+/// A hand that moves with bounded random velocity.
 class RandomHand {
  public:
   explicit RandomHand(std::uint64_t seed) : random_(seed) {}

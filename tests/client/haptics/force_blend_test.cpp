@@ -1,4 +1,4 @@
-// The fading of a jump against its closed form, and the bound on its steps.
+// The decay of a force jump compared with its closed form, and the bound on its steps.
 #include "client/haptics/stages/force_blend.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ Wrench force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
-/// That has shown so much.
+/// A blend that has displayed the force `f`.
 ForceBlend showing(double f) {
   ForceBlend blend;
   blend.apply(force_x(f));
@@ -73,8 +73,8 @@ TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
   }
 }
 
-// A tool that is put elsewhere and springs back: to add the jump while it fades would show the opposite of a force that
-// is gone.
+// A tool that is moved elsewhere and springs back. Adding the fading jump would display the opposite of a force that no
+// longer exists.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();

@@ -1,5 +1,5 @@
-// The stage of 3-DOF devices: its force in closed form, what bodies that move, are held or are meshes do to it, and
-// what the hand may rely on.
+// The stage of 3-DOF devices: its force in closed form, its behaviour with bodies that move, are held or are meshes,
+// and its guarantees to the hand.
 #include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
@@ -35,8 +35,8 @@ wire::Shape sphere_shape(double radius_m) {
   return shape;
 }
 
-/// What a user of a ball of 2 mm gets who joins a scene with these shapes, each a body without friction of its own at
-/// the origin.
+/// Joined message of a user with a ball of 2 mm, in a scene with these shapes. Each shape is a body at the origin
+/// without friction of its own.
 wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene()->mutable_tools(0)->add_shapes() = sphere_shape(kRadius_m);
@@ -49,7 +49,7 @@ wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   return joined;
 }
 
-/// The stage in a scene; the hand and the states are where the test puts them.
+/// The stage in a scene, with the hand and the states set by the test.
 struct Rig {
   explicit Rig(const wire::Joined& joined, const AssetMap& assets = {}, const Vec3& tool_W = {0, 0, 0.1})
       : world(joined, assets) {
@@ -71,7 +71,7 @@ struct Rig {
     input.now += std::chrono::milliseconds(1);
     return stage->tick(input);
   }
-  /// The hand goes there in a straight line, a millimetre a tick at most, and stops.
+  /// Moves the hand to `to_W` in a straight line, at most a millimetre a tick, and stops there.
   StageOutput go(const Vec3& to_W) {
     const Vec3 from_W = input.handle.X.p;
     const int ticks = 1 + static_cast<int>((to_W - from_W).norm() / 1e-3);
@@ -175,7 +175,7 @@ TEST(GodObjectStage, ABodyThatComesPushesTheHandAndThenHoldsItOff) {
   const double speed_m_per_s = 0.1;
   Vec3 before = Vec3::Zero(), force = Vec3::Zero();
   for (int i = 0; i <= 250; ++i) {
-    // A state only every 10 ms: in between the body is carried on by its velocity.
+    // A state arrives only every 10 ms. Between states the body is extrapolated by its velocity.
     if (i % 10 == 0) rig.tell({{Vec3(1e-4 * i, 0, 0), Quat::Identity()}, {Vec3(speed_m_per_s, 0, 0), Vec3::Zero()}});
     force = rig.tick().wrench_on_hand_W.f;
     EXPECT_GE(force.x(), before.x());
@@ -290,7 +290,7 @@ struct PressingRig : HapticRig {
     EXPECT_TRUE(core.offer(rendering));
     run(1500);
   }
-  /// At 0.1 m/s, and waits there.
+  /// Moves down at 0.1 m/s and stops at `z_m`.
   void press_to(double z_m) {
     double& z = device.sample.X_DH.p.z();
     while (z > z_m) {

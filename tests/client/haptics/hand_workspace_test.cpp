@@ -1,5 +1,5 @@
-// The hand's small space in a large scene: no force steps where it ends, when it is scaled, when the hand lets go of it or
-// of the device.
+// A small hand workspace in a large scene. The force has no steps at its border, while it is scaled, while clutched, or
+// when the user releases the device.
 #include "client/haptics/hand_workspace.hpp"
 
 #include <gtest/gtest.h>
@@ -14,14 +14,14 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kStep_n = 0.1;  // in a millisecond
+constexpr double kStep_n = 0.1;  // per millisecond
 constexpr double kHalf_m = 0.05, kInner_m = 0.04;
 const Vec3 kWorkspace_m = Vec3::Constant(2 * kHalf_m);
 
 struct SmallRig : HapticRig {
-  /// The stage "hold" shows what the server says: nothing, as of a free tool. "late-pose": a spring to a tool that stands.
+  /// The stage "hold" shows the server's force: zero, as for a free tool. "late-pose" shows a spring to a tool at rest.
   explicit SmallRig(const std::string& stage = "late-pose") : HapticRig(stage, false, kWorkspace_m) {}
-  /// A tick after which the hand is there.
+  /// Runs one tick that moves the hand to `p`.
   void move_to(const Vec3& p) {
     device.sample.V_DH.v = (p - device.sample.X_DH.p) / 0.001;
     device.sample.X_DH.p = p;
@@ -62,7 +62,7 @@ TEST(HandWorkspace, BeyondTheBorderTheToolGoesOnAWallIsFeltAndNothingSteps) {
   rig.move_to(Vec3(0.048, 0, 0));
   const double before_m = rig.x_W();
   rig.stay(1000);
-  // (0.8)² of a width a second.
+  // (0.8)² of a width per second.
   EXPECT_NEAR(rig.x_W() - before_m, 0.64 * 2 * kHalf_m, 0.005);
   EXPECT_NEAR(rig.force().x(), -0.8 * 2, 0.02) << "a quarter of 8 N is 2 N";
   for (double x = 0.048; x > 0; x -= 0.0003) rig.move_to(Vec3(x, 0, 0));
@@ -77,7 +77,7 @@ TEST(HandWorkspace, AtTheBorderItPressesNoHarderThanHalfTheDevice) {
   SmallRig rig;
   rig.enter_scene();
   rig.stay(700);
-  for (double x = 0; x < 0.003; x += 1e-5) rig.move_to(Vec3(x, 0, 0));  // in touch, 0.9 N
+  for (double x = 0; x < 0.003; x += 1e-5) rig.move_to(Vec3(x, 0, 0));  // in contact, 0.9 N
   rig.received.update.tool.X.p.x() = 0.049;
   for (double x = 0.003; x < 0.049; x += 1e-4) rig.move_to(Vec3(x, 0, 0));
   for (int i = 0; i < 60'000; ++i) rig.stay(1);
@@ -106,7 +106,7 @@ TEST(HandWorkspace, ADeviceLaidDownAtItsBorderStopsAfterThreeWidthsAndAHandThatC
   EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
 }
 
-/// Hands that push, tremble, lie down and are clutched, on devices and in scenes of all sizes.
+/// Hands that push, tremble, rest and are clutched, on devices and in scenes of all sizes.
 TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) {
   const std::uint64_t seed = test::test_seed(9);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
@@ -144,7 +144,7 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
         }
         ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
         ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
-        // A hand that lies still changes the rate by what the way takes of it and no more.
+        // For a hand at rest the rate changes only as the travel limit reduces it.
         if (tremor_m == 0 && tick > 2500) {
           ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
         }
@@ -210,7 +210,7 @@ TEST(HandWorkspace, ClutchingUnderLoadAndFromTheBorderStepsNoForce) {
   EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
 }
 
-/// The hand lets go of a device that is pushed by 5 N: a mass alone.
+/// The user releases a device that is pushed by 5 N: only its mass remains.
 TEST(HandWorkspace, ALimpHandUnderLoadIsCutAndArmedAgainByTheRamp) {
   HapticRig rig("hold");
   rig.enter_scene();
@@ -230,7 +230,7 @@ TEST(HandWorkspace, ALimpHandUnderLoadIsCutAndArmedAgainByTheRamp) {
   EXPECT_LE(ticks, 50) << "and from where it let go";
   EXPECT_LE(v.norm(), 1.5);
   EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetyTooFast);
-  v.setZero();  // caught
+  v.setZero();  // the user catches the device
   Vec3 last = rig.force();
   for (int i = 0; i < 600; ++i) {
     rig.run(1);

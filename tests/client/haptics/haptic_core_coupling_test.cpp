@@ -1,4 +1,4 @@
-// The scene's coupling as a hand feels it through the whole tick: law, bounds, ramp, clutch.
+// The scene's coupling as displayed by the whole tick: law, limits, ramp, clutch.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ TEST(HapticCore, WhatWasRefusedIsNotFeltOnTheWayToSomethingBetter) {
   rig.mailboxes.scene.publish(rig.scene);
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
   rig.run(50);
-  rig.scene.coupling.stiffness_n_per_m = 300;  // checked, and only then displayed
+  rig.scene.coupling.stiffness_n_per_m = 300;  // checked before it is displayed
   rig.mailboxes.scene.publish(rig.scene);
   rig.run(50);
   rig.scene.may_display = true;
@@ -69,7 +69,7 @@ TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
   rig.received.update.tool.X.p = Vec3(1, 0, 0);
   rig.run(700);
-  // World: the handle is 10 mm along y from the tool; 300 N/m pull it back by 3 N, of which the hand feels half,
+  // World: the handle is 10 mm along y from the tool. 300 N/m pull it back with 3 N, and the hand feels half of that
   // along its own −x.
   EXPECT_LT((rig.core.record().handle_W.X.p - Vec3(1, 0.01, 0)).norm(), 1e-12);
   EXPECT_LT((rig.force() - Vec3(-1.5, 0, 0)).norm(), 1e-9);
@@ -160,7 +160,7 @@ TEST(HapticCore, StiffnessFromTheWireIsBoundedByTheClient) {
 }
 
 TEST(HapticCore, TheBoundIsOnWhatTheDeviceFeelsWhateverTheScale) {
-  // A hand that moves the handle ten times as far, and is pushed five times as hard, as the device: 50 times as stiff.
+  // The handle moves ten times as far as the device, and its force is scaled by five: 50 times as stiff.
   HapticRig rig;
   rig.scene.workspace.position_scale = 10;
   rig.scene.workspace.force_scale = 5;
@@ -194,7 +194,7 @@ TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
   HapticRig rig;
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
-  rig.device.sample.V_DH.v = Vec3(0, 0.5, 0);  // felt by the damper, and zero at once in a frozen handle
+  rig.device.sample.V_DH.v = Vec3(0, 0.5, 0);  // the damper responds to it, and it is zero at once in a frozen handle
   rig.run(700);
   const double before_n = rig.force().norm();
   ASSERT_GT(rig.core.record().displayed_on_hand_D.f.dot(Vec3(0, -1, 0)), 0.5) << "the damper is felt";
@@ -234,7 +234,7 @@ TEST(HapticCore, ClutchOfAnyLengthDoesNoMoreWorkThanTwentyMillisecondsOfTheForce
     const double before_j = rig.core.counters().energy_to_hand_j;
     rig.device.sample.buttons = kButtonClutch;
     for (int i = 0; i < pressed_ticks; ++i) {
-      rig.device.sample.X_DH.p.x() -= 0.0005;  // gives way to the force
+      rig.device.sample.X_DH.p.x() -= 0.0005;  // the hand yields to the force
       rig.run(1);
     }
     const double most_j = force_n * 0.0005 * 20;

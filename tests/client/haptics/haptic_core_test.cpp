@@ -1,4 +1,4 @@
-// The whole tick: what is displayed, when it is zero, and what leaves for the server.
+// The whole tick: the displayed force, the cases in which it is zero, and the update for the server.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -100,7 +100,7 @@ TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival
   EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetySilence);
 }
 
-// Under a rising sequence, with what it sends stamped anew each time.
+// The sequence number rises and each state has a new time stamp, but the world's step time stays the same.
 TEST(HapticCore, AWorldThatStandsStillIsSilence) {
   HapticRig rig("hold");
   rig.enter_scene();
@@ -123,8 +123,8 @@ TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.receive();      // still of the old connection …
-  rig.enter_scene();  // … and the new one before the next tick
+  rig.receive();      // still from the old connection …
+  rig.enter_scene();  // … and the new scene before the next tick
   for (int i = 0; i < 50; ++i) rig.tick();
   EXPECT_TRUE(rig.force().isZero(0)) << "no state of the new scene has come";
   EXPECT_LT(rig.core.record().state_age, Duration{0});
@@ -210,7 +210,7 @@ TEST(HapticCore, LostHandIsZeroForceAndToldToTheServer) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // claims to be valid
+  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // still flagged as valid
   rig.run(20);
   EXPECT_TRUE(rig.force().isZero(0));
   EXPECT_FALSE(rig.sent().handle_valid);
@@ -261,7 +261,7 @@ TEST(HapticCore, OnlyADeviceThatIsReadyIsGivenAForceAndDrives) {
     rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
     rig.run(700);
     ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
-    rig.device.sample.state = state;  // though the driver still calls its poses valid
+    rig.device.sample.state = state;  // although the driver still flags its poses as valid
     rig.run(1);
     EXPECT_TRUE(rig.device.last.f.isZero(0)) << "at once, for nobody knows what such a device does with a force";
     rig.run(500);
@@ -390,7 +390,7 @@ void show(HapticRig& rig, const std::string& stage) {
   ASSERT_TRUE(rig.core.offer(rendering));
 }
 
-/// In a millisecond, over the next 600.
+/// Largest force step in a millisecond, over the next 600 ms.
 double largest_step_n(HapticRig& rig) {
   double largest_n = 0;
   for (int i = 0; i < 600; ++i) {
@@ -431,7 +431,7 @@ TEST(HapticCore, ThePassivityControllerComesAndGoesWithoutAStep) {
     }
     return largest_n;
   };
-  // A force that nobody pays for, along the hand's way.
+  // An active force along the hand's motion: it generates energy.
   move(100);
   ASSERT_NEAR(rig.force().x(), 2, 1e-6);
   rig.core.control_passivity(true);

@@ -13,12 +13,12 @@
 namespace tandem::client {
 
 inline constexpr Duration kTick{std::chrono::milliseconds(1)};
-/// Index of the law whose forces are known in closed form.
+/// Index of the coupling law with this name.
 inline std::size_t law_index(std::string_view name) {
   return static_cast<std::size_t>(haptics::find_coupling_law(name) - haptics::coupling_laws().data());
 }
 
-/// Core, device and mailboxes; server states arrive when the test says so.
+/// Core, device and mailboxes. Server states arrive when the test publishes them.
 struct HapticRig {
   explicit HapticRig(const std::string& stage = "late-pose", bool feeds_view = false,
                      const Vec3& workspace_m = Vec3::Zero())
@@ -41,7 +41,7 @@ struct HapticRig {
     now += kTick;
     core.tick(now);
   }
-  /// Ticks with a fresh state each.
+  /// Runs ticks with a new state each.
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
       receive();

@@ -1,4 +1,4 @@
-// What a tick tells the server.
+// The update that a tick sends to the server.
 #include "client/haptics/outgoing_update.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// One tick a millisecond, with a hand that may act on the scene.
+/// One tick per millisecond, with a hand that may act on the scene.
 struct Sender {
   const proto::ClientUpdate& write(bool is_driving = true) {
     ++record.tick.value;
@@ -60,7 +60,7 @@ TEST(OutgoingUpdate, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenL
   sender.record.sample.buttons = kButtonGrab;
   sender.write();
   sender.record.sample.is_valid = false;
-  sender.record.sample.buttons = 0;  // of an invalid sample: it says nothing
+  sender.record.sample.buttons = 0;  // ignored, because the sample is invalid
   for (int i = 1; i <= 200; ++i) {
     ASSERT_FALSE(sender.write().handle_valid);
     ASSERT_EQ(sender.update.buttons, i <= 100 ? kButtonGrab : 0U) << i << " ms";

@@ -1,4 +1,4 @@
-// Law and coefficients of a scene on the way to the hand.
+// Law and coefficients of a scene, from the scene message to the hand.
 #include "client/haptics/scene_coupling.hpp"
 
 #include <gtest/gtest.h>

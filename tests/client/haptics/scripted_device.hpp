@@ -1,4 +1,4 @@
-// A device that is where the test puts it and remembers what it was given.
+// A device whose pose the test sets, and which records the wrench it receives.
 #pragma once
 
 #include <atomic>
@@ -35,12 +35,12 @@ class ScriptedDevice final : public devices::Device {
     return true;
   }
 
-  devices::DeviceSample sample;   ///< what the next read() gives
-  Wrench last;                    ///< taken
-  bool has_frozen_clock = false;  ///< samples keep the time stamp that they have
+  devices::DeviceSample sample;   ///< result of the next read()
+  Wrench last;                    ///< last accepted wrench
+  bool has_frozen_clock = false;  ///< samples keep their present time stamp
   bool all_finite = true;
   std::atomic<bool> accepts{true};       ///< false: write() is refused
-  std::atomic<bool> keeps_force{false};  ///< true: once a force was taken, write() is refused
+  std::atomic<bool> keeps_force{false};  ///< true: once it has accepted a force, write() is refused
   std::atomic<int> refused{0};
 
  private:

@@ -1,4 +1,4 @@
-// What a window is given: whole, newest, and what the wire thinned out filled in.
+// Data for a window: complete, newest, and with the values filled in that the wire left out.
 #include "client/haptics/view.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The local model against a server's world, with the delay between them as a queue: what the hand feels must be what it
-// would feel without a delay, wherever nobody else is involved.
+// The local model against a server's world, with the delay as a queue. Where no other user is involved, the hand must
+// feel the same force as without a delay.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
   return mass;
 }
 
-/// A table whose top is z = 0, a block of 0.5 kg in front of a ball-tipped tool, and a second tool behind the block.
+/// A table with its top at z = 0, a block of 0.5 kg, a ball-tipped tool in front of it and a second tool behind it.
 std::shared_ptr<physics::WorldDescription> scene() {
   auto world = std::make_shared<physics::WorldDescription>();
   physics::BodyDescription table;
@@ -71,7 +71,7 @@ RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
-/// A server's world and one client's model of it, a fixed time apart.
+/// A server's world and one client's model of it, a fixed delay apart.
 class Across {
  public:
   Across(const std::shared_ptr<const physics::WorldDescription>& world, int one_way_ticks,
@@ -84,23 +84,23 @@ class Across {
     server.activate_tool(0);
   }
 
-  /// From now on another user is at tool 1, and is shown what the server's coupling does there.
+  /// Another user takes tool 1 and receives the force of the server's coupling there.
   void join_partner(const RigidState& handle) {
     server.activate_tool(1);
     server.set_tool(1, handle);
     partner_ = handle;
   }
   void move_partner(const RigidState& handle) { partner_ = handle; }
-  /// For a while nothing comes from him.
+  /// Stops or restarts the partner's updates.
   void silence_partner(bool is_silent) { partner_is_silent_ = is_silent; }
-  /// For a while no input comes, and the server goes on as if the hand did: it answers the ticks that are due.
+  /// Stops or restarts the inputs. During a gap the server extrapolates the hand and answers the ticks that are due.
   void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
   void lose_partner() {
     server.deactivate_tool(1);
     partner_.reset();
   }
 
-  /// One tick of both; the wrench is on the client's hand.
+  /// Runs one tick of both. Returns the wrench on the client's hand.
   Wrench tick(const RigidState& handle, std::uint32_t buttons = 0) {
     ++tick_.value;
     up_.push_back({tick_, handle, buttons});
@@ -130,7 +130,7 @@ class Across {
     input.scene = &scene_;
     return (next_ ? *next_ : model).step(input);
   }
-  /// From now on another model of the same scene goes on where this one is.
+  /// From now on another model of the same scene continues from the state of this one.
   void go_over(const std::shared_ptr<const physics::WorldDescription>& world) {
     next_.emplace(world, 0, LocalModelSettings{});
     next_->go_on_from(model, scene_);
@@ -191,7 +191,7 @@ class Across {
   std::deque<Input> up_;
   std::deque<proto::ServerUpdate> down_;
   Input input_;
-  std::optional<RigidState> partner_;  ///< where his hand is
+  std::optional<RigidState> partner_;  ///< pose of the partner's hand
   bool partner_is_silent_ = false;
   bool is_gap_ = false;
   std::uint64_t ran_on_ = 0;
@@ -200,7 +200,7 @@ class Across {
   bool was_down_ = false;
 };
 
-/// From where the tool starts, in 1 s to `end`, and then for 1 s there.
+/// Moves from the tool's start to `end` in 1 s, and stays there for 1 s.
 std::vector<Wrench> felt(Across& across, const Vec3& start, const Vec3& end) {
   std::vector<Wrench> wrenches;
   for (int k = 0; k < 400; ++k) across.tick(at(start));
@@ -225,7 +225,7 @@ TEST_P(LocalModelDelay, AStaticThingIsFeltAsWithoutADelay) {
   Across near(scene(), 1), far(scene(), GetParam());
   const auto without = felt(near, start, pressed), with = felt(far, start, pressed);
   EXPECT_GT(without.back().f.norm(), 3);
-  // The same inputs in the same order into the same world.
+  // The world receives the same inputs in the same order.
   EXPECT_LT(largest_difference_n(without, with), 1e-3);
 }
 
@@ -237,7 +237,7 @@ TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
   for (const Wrench& wrench : without) most = std::max(most, wrench.f.norm());
   EXPECT_GT(most, 0.4);
   EXPECT_LT(largest_difference_n(without, with), 0.05);
-  // Both have it at the same place once all is at rest and the answers are here.
+  // Model and server agree once the block is at rest and the answers have arrived.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
 }
 
@@ -279,7 +279,7 @@ TEST_P(LocalModelDelay, AReleaseThatAGapKeepsFromTheServerIsNotTakenBack) {
   for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
   for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
   ASSERT_EQ(far.server.tool(0).held, kBlock);
-  // What has been on its way since then does not come, the release neither; the server has it held all the time.
+  // Inputs still in flight are lost, including the release. The server keeps the body held all the time.
   far.lose_inputs(true);
   for (int k = 0; k < 2 * GetParam() + 60; ++k) {
     ASSERT_EQ(far.server.tool(0).held, kBlock);
@@ -302,7 +302,7 @@ TEST(LocalModel, FollowsABodyThatOthersMove) {
     far.server.set_body(kBlock, at({0.1e-3 * k, 0, 0.02}, {0.1, 0, 0}));
     far.tick(at(start));
   }
-  // Carried on to the present by its velocity: without, it would be 5 mm behind.
+  // The body is extrapolated to the present by its velocity. Otherwise it would be 5 mm behind.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
 }
 
@@ -313,7 +313,7 @@ TEST(LocalModel, WhatAPartnerPressesFromTheOtherSideDoesNotGiveWay) {
     far.join_partner(at({0.025, 0, 0.02}));
     for (int k = 0; k < 500; ++k) far.tick(at(start));
     for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (beside - start)));
-    // The partner does not move, so half of the way goes into the user's coupling, however late he is told of.
+    // The partner does not move, so half of the way goes into the user's coupling at any delay.
     Wrench wrench;
     double farthest_m = 0;
     for (int k = 0; k < 6000; ++k) {
@@ -350,7 +350,7 @@ TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
   }
 }
 
-// What the scene gives a tool at first is by then elsewhere.
+// The block is no longer at the initial place that the scene defines for it at tool 1.
 TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
   const auto world = scene();
   world->tools[1].holds_body = 1;
@@ -393,7 +393,7 @@ TEST(LocalModel, APartnerWhoHasLeftTouchesNothing) {
   for (int k = 0; k < 500; ++k) far.tick(at({-0.04, 0, 0.02}));
   far.lose_partner();
   for (int k = 0; k < 1200; ++k) far.tick(at({-0.04, 0, 0.02}));
-  // The block goes where it is pushed, through where his tool was.
+  // The pushed block moves through the former place of the partner's tool.
   for (int k = 0; k < 1000; ++k) far.tick(at({-0.04 + 0.06 * k / 1000, 0, 0.02}));
   EXPECT_GT(far.model.body(kBlock).X.p.x(), 0.03);
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-3);
@@ -435,7 +435,7 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
     before = force;
   }
   EXPECT_NEAR(std::abs(before), 1, 0.01);
-  // 1 / (e · 50 ms) at most; the tool's mass and coupling only make it slower.
+  // At most 1 / (e · 50 ms); the tool's mass and coupling only make it slower.
   EXPECT_LT(steepest, 0.01);
 }
 

@@ -1,4 +1,4 @@
-// What the world of a local model is made of, and what of it need not be made again.
+// Construction of the world of a local model, and the parts of it that can be reused.
 #include "client/model/local_world.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Corrections that arrive late must neither be given twice nor in a step.
+// Late corrections must be applied only once, and not in a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,8 @@ RigidState at_x(double x_m) {
   return state;
 }
 
-/// A model that is `offset_m` from the server and stays where it is put, answered `delay` ticks late.
+/// Trajectory of a model that starts `offset_m` from the server and moves only by corrections, answered `delay` ticks
+/// late.
 struct Course {
   double end_m = 0;
   double lowest_m = 0;
@@ -53,7 +54,7 @@ TEST_P(ReconcilerDelay, TakesAnOffsetOutOnceWhateverTheDelay) {
   const ReconcilerSettings settings{.time_constant_s = 0.05, .speed_limit_m_per_s = 1.0};
   const Course run = corrected(0.010, GetParam(), settings, GetParam() + 1000);
   EXPECT_NEAR(run.end_m, 0, 1e-9);
-  // Given twice, it would have gone below.
+  // A correction applied twice would overshoot below zero.
   EXPECT_GT(run.lowest_m, -1e-12);
 }
 

@@ -1,5 +1,4 @@
-// Between two contacts that the server tells, a soft body is felt at once where the tool moves, and evenly where it
-// does not.
+// Between two received soft contacts, the force follows a motion of the tool at once, and changes smoothly otherwise.
 #include "client/model/soft_follower.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +10,7 @@ namespace {
 
 constexpr double kSoftFollowerPeriod_s = 0.001;
 
-/// A spring along z that is `depth_m` deep for a thing at `height_m`.
+/// Contact of a spring along z that is `depth_m` deep for a tool at `height_m`.
 SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
   SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, stiffness_n_per_m * depth_m);
@@ -45,7 +44,7 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
   follower.take(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
     const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
-    // One newton, critically damped with 50 ms: 1 / (e · 50 ms), 1 / (50 ms)².
+    // Bounds for one newton, critically damped with 50 ms: 1 / (e · 50 ms), 1 / (50 ms)².
     EXPECT_LT(force_n - before_n, 0.0075) << k;
     EXPECT_LT(std::abs(force_n - before_n - rise_before_n), 4.1e-4) << k;
     rise_before_n = force_n - before_n;

@@ -97,7 +97,7 @@ TEST(ClientIo, StateGoesOverTcpWhenAsked) {
   EXPECT_TRUE(test::eventually(has_received(io, 100)));
 }
 
-/// An encrypted server, and how its clients get in.
+/// An encrypted server, and the settings of its clients.
 struct EncryptedServer {
   explicit EncryptedServer(const std::string& bind_address = "127.0.0.1", std::uint16_t port = 0,
                            const std::string& folder = "client_net_state")
@@ -254,7 +254,8 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.has_clock);
-  // Less some microseconds by which the kernel's clock, of its stamps, and the steady one drift while they are read.
+  // The margin covers microseconds of drift between the kernel's clock, used for the stamps, and the steady clock
+  // during a read.
   EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
   EXPECT_EQ(snapshot.counters.received_drops.of(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
@@ -264,7 +265,7 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
       << "the leave went through the link before the end";
 }
 
-/// A resolver with fixed answers, which can be made to hang as one does whose name server is silent.
+/// A resolver with fixed answers. It can hang like one whose name server does not answer.
 struct TestResolver {
   explicit TestResolver(std::vector<std::string> addresses) {
     for (const std::string& text : addresses) all.push_back(boost::asio::ip::make_address(text));
@@ -302,7 +303,7 @@ struct TestResolver {
   std::shared_ptr<State> state = std::make_shared<State>();
 };
 
-/// Settings of a client of `server` that looks up its name.
+/// Settings of a client that looks up the name of `server`.
 ClientIoSettings by_name(EncryptedServer& server, TestResolver& resolver) {
   ClientIoSettings settings = server.client();
   settings.host = "rig.example";

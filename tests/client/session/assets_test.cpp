@@ -1,4 +1,4 @@
-// Assets of a scene: fetched in chunks, kept by their hash, found in the store before the server is asked.
+// Assets of a scene: fetched in chunks, stored by hash, and looked up in the store before the server is queried.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -118,7 +118,7 @@ TEST(SessionAssets, ADamagedDrawingHoldsUpNothingThatIsFelt) {
   EXPECT_EQ(bench.session.assets().size(), 1U);
 }
 
-/// One asset of 150,000 bytes, and one of 2,000 that stands for it.
+/// One asset of 150,000 bytes, and a coarse one of 2,000 bytes in its place.
 struct CoarseAndFine {
   CoarseAndFine() : joined(joined_with_asset(fine)) {
     *joined.add_assets() = joined_with_asset(coarse).assets(0);
@@ -231,7 +231,8 @@ TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
     serve_assets(bench.bench, {assets.fine, assets.coarse});
     EXPECT_EQ(levels, std::vector{AssetLevel::kFull});
   }
-  // Two that stand for each other, and one for itself: what is wanted is fetched, once, and none in its place.
+  // Two assets that each name the other as coarse, and one that names itself: each required asset is fetched once, and
+  // none in its place.
   CoarseAndFine cycle;
   cycle.joined.mutable_assets(0)->set_coarse_of(cycle.joined.assets(1).sha256());
   StoreBench bench(nullptr, cycle.joined);

@@ -40,13 +40,14 @@ TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {
   EXPECT_EQ(eve.newest()->bodies.at(0).held_by.value, ada.session.joined()->user());
 }
 
-/// Down to a floor in 1 s, 15 mm into it for 2 s with a tremor of 0.1 mm at 9 Hz, and up again.
+/// The hand moves down to a floor in 1 s, and up again after 2 s. Meanwhile it is 15 mm inside, with a tremor of 0.1 mm
+/// at 9 Hz.
 RigidState pressing_hand(double t) {
   constexpr double kWay_m = 0.05, kTremor_m = 1e-4, kTremorRate = 2 * std::numbers::pi * 9;
   const double u = t < 1 ? t : t < 3 ? 1 : std::max(0.0, 4 - t);
   const double direction = t < 1 ? 1 : t < 3 ? 0 : -1;
   RigidState hand;
-  // Minimum jerk, as hands move.
+  // Minimum-jerk trajectory, typical of human hands.
   hand.X.p.z() = 0.04 - kWay_m * u * u * u * (10 - 15 * u + 6 * u * u) + kTremor_m * std::sin(kTremorRate * t);
   hand.V.v.z() =
       -kWay_m * direction * 30 * u * u * (1 - u) * (1 - u) + kTremor_m * kTremorRate * std::cos(kTremorRate * t);
@@ -54,7 +55,7 @@ RigidState pressing_hand(double t) {
 }
 
 struct Pressed {
-  double sent_up = 0;  ///< share of what would be without a deadband
+  double sent_up = 0;  ///< share of the datagrams sent without a deadband
   double sent_down = 0;
   double largest_n = 0;
 };
@@ -164,7 +165,7 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
     net.damage = {};
     net.run(10'000);
     for (test::WiredClient* client : {&ada, &ben}) {
-      // Damage can spell a refusal, but nothing worse: a session is active, or it says why not.
+      // Damaged bytes can form a refusal, but nothing worse: a session is active, or reports why not.
       const SessionStatus& status = client->session.status();
       EXPECT_TRUE(status.state == SessionState::kActive || status.is_setup_error) << status.why;
     }

@@ -1,4 +1,4 @@
-// News of the room on the control channel: soft bodies, the common start, kept poses, places that users point at.
+// Messages of the room on the control channel: soft bodies, the common start, saved poses, pointed places.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -116,7 +116,7 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   EXPECT_EQ(bench.state(), "active");
 }
 
-/// Answers to requests about poses, by the names of the requests.
+/// Performs `act`. Returns the answers to requests about poses, by the names of the requests.
 std::string asked_and_answered(test::SessionBench& bench, const std::function<void(const PoseReply&)>& act) {
   std::string answers;
   act([&answers](const wire::ServerControl& answer, const wire::PoseProgress& minimising) {
@@ -275,10 +275,10 @@ TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
     }
     bench.say(message);
   };
-  say(8, 0, 0.1);     // nobody
-  say(7, 99, 0.1);    // nothing
-  say(7, 0, 1e9);     // nowhere
-  say(7, 0, 0.1, 2);  // no place
+  say(8, 0, 0.1);     // unknown user
+  say(7, 99, 0.1);    // unknown body
+  say(7, 0, 1e9);     // out of range
+  say(7, 0, 0.1, 2);  // invalid place
   EXPECT_EQ(bench.session.pointed().size(), 0U);
   EXPECT_EQ(places(), 0U);
   say(7, 0, 0.1);

@@ -1,4 +1,4 @@
-// The state half of a session: what it sends of the haptic thread's updates, and what it takes from the server's.
+// The state half of a session: updates that it sends from the haptic thread and accepts from the server.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -105,7 +105,7 @@ TEST(StateStream, KeepAliveSaysNothingOfAnOlderConnection) {
   bench.session.poll(bench.now);
   bench.session.on_disconnected(bench.now, "gone");
   while (bench.state() != "connecting") bench.wait(std::chrono::milliseconds(1));
-  bench.mailboxes.outbox.publish(grabbing_update());  // written before the haptic thread knows the new scene
+  bench.mailboxes.outbox.publish(grabbing_update());  // written before the haptic thread adopts the new scene
   bench.join();
   const std::size_t before = bench.transport.datagrams.size();
   bench.wait(std::chrono::milliseconds(50));
@@ -159,7 +159,7 @@ TEST(StateStream, SkipsStateOverTcpWhileControlBytesWait) {
   EXPECT_EQ(bench.session.counters().sent_drops.of(proto::DropReason::kOverwritten), 1U);
 }
 
-/// Datagrams sent while the haptic thread publishes `handle_at(ms)` for a second, at 1 kHz.
+/// Number of datagrams sent while the haptic thread publishes `handle_at(ms)` for a second, at 1 kHz.
 std::size_t datagrams_in_a_second(
     double deadband, const std::function<RigidState(int)>& handle_at,
     const std::function<std::uint32_t(int)>& buttons_at = [](int) { return 0U; }) {
@@ -205,7 +205,7 @@ TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
     return state;
   };
   EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
-  // Pressed and let go, each time between two of the floor's: two more.
+  // Pressed and released, each between two datagrams of the floor rate: two more datagrams.
   const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
   const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
   EXPECT_GT(sent, 100U);

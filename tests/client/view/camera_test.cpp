@@ -5,13 +5,13 @@
 namespace tandem::client {
 namespace {
 
-/// Of the window, from its middle: x to the right, y up, each −1 to 1; and how far away.
+/// Position in the window from its middle, x to the right, y up, each −1 to 1, and the distance.
 Vec3 seen(const Camera& camera, const Vec3& point_W) {
   const Eigen::Vector4f at = camera.projection_of_world(1) * point_W.cast<float>().homogeneous();
   return {at.x() / at.w(), at.y() / at.w(), at.w()};
 }
 
-/// A cap that is deflected for half a second.
+/// A camera after the cap of a 3D mouse was deflected for half a second.
 Camera steered(const Vec3& deflection, const Vec3& turn) {
   Camera camera;
   camera.fit({0.1, 0.2, 0.3}, 0.2);

@@ -1,4 +1,4 @@
-// Surfaces of molecules, without a window: where they are, and that they are closed.
+// Surfaces of molecules, tested without a window: their position, and that they are closed.
 #include "client/view/molecular_surface.hpp"
 
 #include <gtest/gtest.h>
@@ -31,14 +31,14 @@ docking::Molecule carbons(const std::vector<Vec3>& at) {
   return molecule;
 }
 
-/// In Å.
+/// Surface in Å.
 DrawnMesh surface_of(const docking::Molecule& molecule, std::size_t max_triangles = kMaxSurfaceTriangles) {
   DrawnMesh out;
   append_surface(out, molecule, 1, atom_colors(molecule, MoleculeStyle::kByElement, kYellow), max_triangles);
   return out;
 }
 
-/// Corners at one place are one vertex.
+/// Mesh with one vertex for all corners at the same place.
 struct Welded {
   explicit Welded(const DrawnMesh& mesh) {
     std::map<Place, int> found;
@@ -51,14 +51,14 @@ struct Welded {
     }
   }
 
-  /// Each edge is of as many triangles one way as the other way.
+  /// Each edge belongs to equally many triangles in both directions.
   bool is_closed() const {
     return std::ranges::all_of(edges, [this](const auto& edge) {
       const auto back = edges.find({edge.first.second, edge.first.first});
       return back != edges.end() && back->second == edge.second;
     });
   }
-  /// And of two triangles.
+  /// The mesh is closed, and each edge belongs to exactly two triangles.
   bool is_manifold() const {
     return is_closed() && std::ranges::all_of(edges, [](const auto& edge) { return edge.second == 1; });
   }
@@ -79,7 +79,7 @@ struct Welded {
   }
 
   std::vector<int> corners;
-  std::map<std::pair<int, int>, int> edges;  ///< of triangles, by direction
+  std::map<std::pair<int, int>, int> edges;  ///< edges of the triangles, by direction
   int vertices = 0;
 };
 
@@ -92,7 +92,7 @@ double volume_of(const DrawnMesh& mesh) {
   return sum;
 }
 
-/// As dense as a protein: hydrogens, carbons and oxygens with 0.1 atoms in an Å³.
+/// Atoms as dense as in a protein: hydrogens, carbons and oxygens, 0.1 atoms per Å³.
 docking::Molecule crowd(std::size_t atoms, std::mt19937& random) {
   const double edge = std::cbrt(static_cast<double>(atoms) / 0.1);
   std::uniform_real_distribution<double> anywhere(-edge / 2, edge / 2);
@@ -229,7 +229,7 @@ TEST(MolecularSurface, StaysWithinItsTriangles) {
     EXPECT_GT(mesh.size() / 3, max_triangles / 10) << "coarser, and still there";
     EXPECT_TRUE(Welded(mesh).is_closed());
   }
-  // Apart, each atom has a surface of its own.
+  // Far apart, so that each atom has a surface of its own.
   std::vector<Vec3> scattered;
   for (int i = 0; i < 1000; ++i) scattered.emplace_back(1000.0 * (i % 10), 1000.0 * (i / 10 % 10), 1000.0 * (i / 100));
   EXPECT_LE(surface_of(carbons(scattered), 5000).size() / 3, 5000U);

@@ -1,4 +1,4 @@
-// The colours that mean something can be told apart by those who lack a kind of cone, too.
+// Colours with a meaning are distinguishable also for users who lack one type of cone.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -20,7 +20,7 @@ Vec3 linear(const Rgba& color) {
   return {of(color[0]), of(color[1]), of(color[2])};
 }
 
-/// From linear light to what the three kinds of cones take, in Viénot's normalisation.
+/// Matrix from linear light to the responses of the three types of cones, in Viénot's normalisation.
 Mat3 cones_of_light() {
   Mat3 cones;
   cones << 17.8824, 43.5161, 4.11935, 3.45565, 27.1554, 3.86714, 0.0299566, 0.184309, 1.46709;
@@ -40,7 +40,7 @@ Vec3 seen_by_deuteranopes(const Vec3& light) {
   return cones_of_light().inverse() * lack * cones_of_light() * light;
 }
 
-/// CIE L*a*b*, D65.
+/// CIE L*a*b* colour, D65.
 Vec3 lab(const Vec3& light) {
   Mat3 xyz_of_light;
   xyz_of_light << 0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505;
@@ -49,7 +49,7 @@ Vec3 lab(const Vec3& light) {
   return {116 * f(xyz.y()) - 16, 500 * (f(xyz.x()) - f(xyz.y())), 200 * (f(xyz.y()) - f(xyz.z()))};
 }
 
-/// A difference of 10 is plain to see side by side.
+/// A difference of 10 is clearly visible side by side.
 void expect_apart(const std::vector<std::pair<std::string, Rgba>>& colors) {
   const std::pair<const char*, Vec3 (*)(const Vec3&)> eyes[] = {{"usual", [](const Vec3& light) { return light; }},
                                                                 {"protanope", seen_by_protanopes},

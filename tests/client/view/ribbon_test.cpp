@@ -1,4 +1,4 @@
-// Chains as ribbons, without a window: where they are, how wide, and what is no chain.
+// Chains as ribbons, tested without a window: their position and width, and atoms that form no chain.
 #include "client/view/ribbon.hpp"
 
 #include <gmock/gmock.h>
@@ -44,7 +44,7 @@ docking::Molecule helix(int residues) {
   return molecule;
 }
 
-/// A pleated strand along x: 3.3 Å a residue, 0.9 Å to either side of it in z, oxygens to either side in y.
+/// A pleated strand along x: 3.3 Å a residue, alternating 0.9 Å in z, with oxygens alternating in y.
 docking::Molecule strand(int residues) {
   docking::Molecule molecule;
   for (int i = 0; i < residues; ++i) {
@@ -56,14 +56,14 @@ docking::Molecule strand(int residues) {
   return molecule;
 }
 
-/// In Å.
+/// Ribbon in Å.
 DrawnMesh ribbon_of(const docking::Molecule& molecule) {
   DrawnMesh out;
   append_ribbon(out, molecule, 1, std::vector<Rgba>(molecule.size(), kRibbonYellow));
   return out;
 }
 
-/// Half of how far what is drawn within 0.5 Å about `x` reaches in y and z.
+/// Half extents in y and z of the vertices within 0.5 Å of `x`.
 Eigen::Vector2d half_size_at(const DrawnMesh& mesh, double x) {
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
   for (const Vertex& vertex : mesh) {
@@ -109,7 +109,7 @@ TEST(Ribbon, IsATubeElsewhere) {
   EXPECT_NEAR(middle.y(), 0.28, 0.02);
 }
 
-/// Each edge is of as many triangles one way as the other, and normals look out.
+/// Each edge belongs to equally many triangles in both directions, and normals point outwards.
 TEST(Ribbon, IsClosedAndOutwardIsOut) {
   for (const docking::Molecule& molecule : {helix(14), strand(10)}) {
     const DrawnMesh mesh = ribbon_of(molecule);
@@ -193,7 +193,7 @@ TEST(Ribbon, OfNucleicAcidsHasARodForEachBase) {
   EXPECT_NEAR(half_size_at(ribbon_of(molecule), 3).y(), 0.6, 0.05);
 }
 
-/// Hostile servers may send what they like as places and names.
+/// A hostile server may send any positions and names.
 TEST(Ribbon, OfAtomsAtOnePlaceIsFinite) {
   docking::Molecule molecule;
   for (int i = 0; i < 6; ++i) add_atom(molecule, "CA", "C", {1, 2, 3}, i);

@@ -48,7 +48,7 @@ TEST_F(WindowMemory, KeepsEachWayToDrawMolecules) {
       EXPECT_EQ(remembered_switches(file_).molecules, switches.molecules);
     }
   }
-  // As earlier programs wrote it, and what none did.
+  // Files that earlier programs wrote, and files that no program wrote.
   write("{\"molecules\": \"sticks\"}");
   EXPECT_EQ(remembered_switches(file_).molecules.shape, MoleculeStyle::kSticks);
   write("{\"molecules\": \"ribbons\"}");

@@ -18,7 +18,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A folder with a scene file in it, so that experiments have something to point at.
+/// A folder with a scene file to which experiments can refer.
 class ReadExperiment : public testing::Test {
  protected:
   ReadExperiment()

@@ -1,4 +1,4 @@
-// Random trials lie in their ranges, are the same for the same seed, and their bounds can fail.
+// Random trials lie in their ranges and are reproducible for a seed. Each of their bounds can fail.
 #include "lab/experiment/random_trials.hpp"
 
 #include <gtest/gtest.h>
@@ -105,7 +105,7 @@ TEST(RandomClaims, DoNotHoldWhereNothingWasMeasured) {
   EXPECT_EQ(held({}), (std::vector<bool>(8, false)));
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02)}),
             (std::vector<bool>{true, true, true, true, false, true, false, false}));
-  // A silence is no measurement.
+  // A trial with a silence does not count as a measurement.
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02, 200)}), (std::vector<bool>(8, false)));
   for (const RandomClaim& claim : random_claims(good_outcomes())) EXPECT_GT(claim.trials, 0U) << claim.text;
 }

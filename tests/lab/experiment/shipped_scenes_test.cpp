@@ -1,5 +1,5 @@
-// The shipped experiments are what their table says before any of them runs: hands with the phases that metrics are
-// taken in, at the stated speeds, in scenes that load and whose coupling the simulated device can show.
+// Checks of the shipped experiments against their table, without running them. Hands have the phases that metrics
+// evaluate and move at the stated speeds. Scenes load, and the simulated device can display their coupling.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,8 +44,8 @@ constexpr std::array kShipped = {"free",
                                  "turn_squeezed",
                                  "two_plates",
                                  "box_on_box"};
-/// What metrics know: free motion, moving in contact or with something in the hand, shaking it, pressing or carrying at
-/// rest.
+/// Phases that metrics evaluate: free motion, motion in contact or with a held body, shaking it, pressing or carrying
+/// at rest.
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};
 
 Experiment shipped(const std::string& name) {
@@ -57,7 +57,7 @@ std::string phase_at(const devices::HandPath& path, Duration time) {
   return phase < 0 ? "" : path.phases().at(static_cast<std::size_t>(phase));
 }
 
-/// Times of a phase, a millisecond apart.
+/// Times within a phase, a millisecond apart.
 std::vector<Duration> times_of(const devices::HandPath& path, const std::string& phase) {
   std::vector<Duration> times;
   for (Duration time{0}; time < path.length(); time += milliseconds(1)) {
@@ -133,8 +133,8 @@ TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
   for (const char* phase : {"move", "contact", "slide"}) EXPECT_NEAR(greatest_speed(path, phase), 0.05, 0.003) << phase;
 }
 
-// The intended circle lies inside the ball; the tool's centre is where the line from the ball's centre through it meets
-// the sphere of ball and tip, 25 mm.
+// The intended circle lies inside the ball. The tool's centre is on the line from the ball's centre through the
+// intended point. It is where this line meets the sphere of ball and tip, 25 mm.
 TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);
@@ -148,7 +148,7 @@ TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   }
 }
 
-// Hand and coupling are two springs one after the other, stretched by what the hand means to go past the contact.
+// Hand and coupling are two springs in series, stretched by the intended distance past the contact.
 TEST(ShippedPaths, SqueezePressesWithThreePointSixNewtonsFromEachSide) {
   const Experiment experiment = shipped("squeeze");
   const auto scene = load_experiment_scene(experiment);

@@ -1,4 +1,4 @@
-"""The table of lab/README.md is made of the rows of trials as it says."""
+"""The table of lab/README.md consists of the rows of trials that its text states."""
 
 import importlib.util
 import pathlib

@@ -1,4 +1,4 @@
-"""The shipped delay paths are what their generator makes."""
+"""The shipped delay paths equal the output of their generator."""
 
 import pathlib
 import subprocess

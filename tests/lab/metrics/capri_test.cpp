@@ -1,4 +1,4 @@
-// CAPRI's measures of molecules made by hand, whose values have closed forms.
+// CAPRI measures of hand-made molecules whose values have closed forms.
 #include "lab/metrics/capri.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ void add_atom(docking::Molecule& molecule, const std::string& residue, const std
   molecule.segments.push_back(0);
 }
 
-/// One residue of four carbons without a backbone's names, a square of side 2 Å across x.
+/// One residue of four carbons without backbone names, a square with a side of 2 Å, perpendicular to x.
 docking::Molecule square() {
   docking::Molecule made;
   for (const double y : {-1.0, 1.0}) {
@@ -54,7 +54,7 @@ TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
   docking::Molecule ligand = square();
   EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), {{4, 2, 1.5}, Quat::Identity()}), 2.5, 1e-12);
   EXPECT_EQ(ligand_rmsd_angstrom(ligand, at_x(4), at_x(4)), 0);
-  // Half a turn about x takes each corner across the diagonal, 2 √2 Å.
+  // Half a turn about x moves each corner across the diagonal, by 2 √2 Å.
   const Pose half_turn = turned(Vec3::UnitX(), std::numbers::pi, {4, 0, 0});
   EXPECT_NEAR(ligand_rmsd_angstrom(ligand, at_x(4), half_turn), 2 * std::numbers::sqrt2, 1e-12);
   add_atom(ligand, "1", "H1", {0, 50, 0}, "H");
@@ -64,16 +64,16 @@ TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
 TEST(Capri, InterfaceRmsdOfEqualHalvesDrawnApartIsHalfTheWay) {
   const docking::Molecule a = square(), b = square();
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(4)), 0, 1e-9);
-  // Four atoms a side: the superposition gives each side half of 3 Å, and no turn helps.
+  // Four atoms on each side: the superposition gives each side half of 3 Å, and a rotation does not reduce it.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(7)), 1.5, 1e-9);
-  // n atoms against m: √(n m) / (n + m) of the way.
+  // n atoms against m: the deviation is √(n m) / (n + m) of the displacement.
   docking::Molecule single;
   add_atom(single, "1", "C1", Vec3::Zero());
   EXPECT_NEAR(interface_rmsd_angstrom(a, single, at_x(4), at_x(7)), 3 * 2.0 / 5, 1e-9);
 }
 
 TEST(Capri, InterfaceRmsdOfATurnAboutTheLineOfSquaresIsThatOfHalfTheTurn) {
-  // The superposition turns both squares by half the angle: corners √2 Å from the axis are 2 √2 sin(angle / 4) off.
+  // The superposition turns both squares by half the angle. Corners √2 Å from the axis deviate by 2 √2 sin(angle / 4).
   const double angle = 0.8;
   const Pose X_AB = turned(Vec3::UnitX(), angle, {4, 0, 0});
   EXPECT_NEAR(interface_rmsd_angstrom(square(), square(), at_x(4), X_AB), 2 * std::numbers::sqrt2 * std::sin(angle / 4),
@@ -108,11 +108,11 @@ TEST(Capri, InterfaceIsTheBackboneOfResiduesWithinTenAngstrom) {
   };
   add_amino_acid(a, "1", 0);
   add_amino_acid(b, "1", 0);
-  // A side chain and a residue beyond the reach have no part in it: else the balance of four against four were another.
+  // A side chain and a residue beyond the reach are excluded. Otherwise the ratio of four atoms to four would change.
   add_atom(a, "1", "CB", {0, 0, 3});
   add_amino_acid(a, "2", -2.5);
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 1, 1e-9);
-  // A calcium ion is called CA too, and counts as itself: five atoms against four.
+  // A calcium ion is also named CA and counts as a residue of its own: five atoms against four.
   add_atom(a, "3", "CA", {0, 0.5, 0}, "CA");
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 2 * std::sqrt(20.0) / 9, 1e-9);
   EXPECT_TRUE(std::isnan(interface_rmsd_angstrom(a, b, at_x(30), at_x(8))));
@@ -124,21 +124,21 @@ TEST(Capri, OfANucleotideTheSugarAndPhosphateAreTheBackbone) {
   for (const char* const name : {"P", "O5'", "C5'", "C4'", "C3'", "O3'"}) add_atom(a, "1", name, {0, y++, 0});
   add_atom(a, "1", "N9", {0, 2, 1});
   add_atom(b, "1", "C1", {0, 2.5, 0});
-  // Six atoms of the backbone, in a line through whose middle the single atom moves, against one.
+  // Six backbone atoms in a line against one atom, which moves through the middle of the line.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(5)), std::sqrt(6.0) / 7, 1e-9);
 }
 
 TEST(Capri, NativeContactsAreResiduesWithinFiveAngstromOfHeavyAtoms) {
-  // Opposite residues are 4 Å apart, the next ones √(16 + 36) Å.
+  // Opposite residues are 4 Å apart, neighbouring ones √(16 + 36) Å.
   const docking::Molecule a = row_of_residues(3, 6), b = row_of_residues(3, 6);
   EXPECT_EQ(residue_pairs_within(a, b, at_x(4), kResidueContact_angstrom), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(4)), 1);
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5)), 1) << "5 Å is within 5 Å";
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5.01)), 0);
-  // Turned about the first residue: the chord of residue k, 12 k sin(angle / 2), breaks its contact above 3 Å.
+  // Rotation about the first residue: the chord of residue k, 12 k sin(angle / 2), breaks its contact above 3 Å.
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.4, {4, 0, 0})), 2.0 / 3, 1e-12);
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.6, {4, 0, 0})), 1.0 / 3, 1e-12);
-  // By a whole residue along the row every contact is another one.
+  // A shift by a whole residue along the row exchanges every contact.
   EXPECT_EQ(native_contact_share(a, b, at_x(4), {{4, 6, 0}, Quat::Identity()}), 0);
   EXPECT_TRUE(std::isnan(native_contact_share(a, b, at_x(30), at_x(4))));
 }

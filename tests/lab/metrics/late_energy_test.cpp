@@ -1,4 +1,4 @@
-// What a display would make that is right, but late.
+// Energy that a correct but late display would generate.
 #include <gtest/gtest.h>
 
 #include "lab/metrics/energy_ledger.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A hand at 0.1 m/s for 1 s; its inputs are used `input_late` after it, and the states that it knows are of `state_age`.
+/// A hand at 0.1 m/s for 1 s. The server uses each input `input_late` later, and its states have the age `state_age`.
 SessionTrace moving(double force_n, milliseconds from, milliseconds input_late = {}, milliseconds state_age = {}) {
   SessionTrace trace;
   UserTrace& user = trace.users.emplace_back();

@@ -12,8 +12,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A trace with known numbers: 1 s of "move" at 2 N, then 3 s of "hold" in which the force is 1 N ± a swing of 0.5 N
-/// at 5 Hz and the hand's speed is 4 mm/s times a sine.
+/// A trace with known values: 1 s of "move" at 2 N, then 3 s of "hold". In the hold the force is 1 N with an
+/// oscillation of 0.5 N at 5 Hz. The hand's speed is a sine of 4 mm/s.
 UserTrace known_trace() {
   devices::WayPoint move;
   move.phase = "move";
@@ -42,7 +42,7 @@ UserTrace known_trace() {
 
 TEST(UserMetrics, AreTheNumbersOfAKnownTrace) {
   const UserTrace trace = known_trace();
-  // A whole number of swings: mean square of 1 + 0.5 sin is 1 + 0.125.
+  // A whole number of periods: the mean square of 1 + 0.5 sin is 1 + 0.125.
   EXPECT_NEAR(user_metric(trace, "force_rms_n"), std::sqrt((4.0 + 3 * 1.125) / 4), 1e-12);
   EXPECT_NEAR(user_metric(trace, "force_max_n"), 2, 1e-12);
   EXPECT_NEAR(user_metric(trace, "move_force_rms_n"), 2, 1e-12);

@@ -1,4 +1,4 @@
-// A room's recording plays back to the same state after each step; else the first step and thing that differ are named.
+// A room's recording replays to the same state after each step. Otherwise the first different step and body are named.
 #include "lab/recording/session_replay.hpp"
 
 #include <gtest/gtest.h>
@@ -46,8 +46,9 @@ class SessionReplayTest : public ::testing::Test {
   fs::path scene() const { return folder_ / "s.json"; }
   fs::path file() const { return folder_ / "r.mcap"; }
 
-  /// Two hands that come, push, grab, turn, change coupling and law, reset and leave, by networks that lose and delay.
-  /// In      mode  of the first
+  /// Two hands that move, push, grab, turn, change coupling and law, reset and leave, over networks with loss and
+  /// delay.
+  /// In      mode  client mode of the first hand
   void record(proto::ClientMode mode, const std::function<void(server::RoomRecording&)>& change = {}) {
     server::Room room(RoomId{1}, "attic", server::load_scene(scene()));
     server::RoomRecording settings{.file = file(), .program = "test 1", .scene_file = scene().string(), .recording = 7};
@@ -94,7 +95,7 @@ class SessionReplayTest : public ::testing::Test {
     return update;
   }
 
-  /// The same file, but for its steps.
+  /// Rewrites the recording with changed steps.
   void rewrite(const std::function<void(wire::RecordedStep&)>& change) {
     std::ifstream in(file(), std::ios::binary);
     recording::McapReader reader(in);
@@ -142,13 +143,13 @@ TEST_F(SessionReplayTest, HasTheSameStateAfterEachStepInEachMode) {
 
 TEST_F(SessionReplayTest, NamesTheFirstStepAndThingThatDiffer) {
   record(proto::ClientMode::kHandle);
-  // The same scene, but for what the messages say of it: the cube is a little heavier.
+  // The same scene except for the contents of its messages: the cube is a little heavier.
   std::string heavier = physics::scene_json({.bodies = kBodies, .tools = kTools});
   heavier.replace(heavier.find(R"("mass_kg": 0.2)"), 14, R"("mass_kg": 0.3)");
   std::ofstream(scene()) << heavier;
   EXPECT_THROW(replay(), std::invalid_argument) << "another scene is not played";
 
-  // A recording of which one input was changed, as a build that computes otherwise would have it.
+  // A recording with one changed input, like a build that computes differently.
   std::ofstream(scene()) << physics::scene_json({.bodies = kBodies, .tools = kTools});
   rewrite([](wire::RecordedStep& step) {
     if (step.step() == 800 && step.inputs_size() > 0) {

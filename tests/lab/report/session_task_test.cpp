@@ -1,4 +1,4 @@
-// A session that did not do its task fails, whatever its hands felt.
+// A session that did not complete its task fails, even with good forces.
 #include "lab/report/session_task.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Ten ticks a second: "move" until 2 s, then "hold" until 6 s, with the peg in its place and the molecules in contact.
+/// Ten ticks per second: "move" until 2 s, then "hold" until 6 s. The peg is in its place and the molecules are in
+/// contact.
 ClientRun done_user(const std::string& name) {
   ClientRun run;
   run.name = name;

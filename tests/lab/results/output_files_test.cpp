@@ -1,4 +1,4 @@
-// What a long command writes is all there or nothing is.
+// A long command writes all of its output or none.
 #include "lab/results/output_files.hpp"
 
 #include <gtest/gtest.h>

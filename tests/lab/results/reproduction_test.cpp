@@ -1,4 +1,4 @@
-// What a reproduction writes says the same in all three forms, and the recorded path of the peg does what it is for.
+// The three output forms of a reproduction agree, and the recorded path of the peg meets its purpose.
 #include "lab/results/reproduction.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// A study of eight short trials, as a file would describe it, in a folder of its own.
+// A study of eight short trials, in the form of a study file, in its own folder.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// What a study leaves behind: rows, samples, files for other programs, the report; and what makes it run again.
+// Output of a study: rows, samples, files for other programs and the report. Also the conditions under which it runs
+// again.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

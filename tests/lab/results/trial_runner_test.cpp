@@ -1,4 +1,4 @@
-// Trials run on several threads: each once, again none, and with the same bytes.
+// Trials run on several threads: each runs once, a repeated run executes none, and the bytes are the same.
 #include "lab/results/trial_runner.hpp"
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST_F(Study, GoesOnWhereItWasInterrupted) {
   for (const auto& entry : fs::directory_iterator(folder_ / "out" / "trials")) {
     if (removed == 3) break;
     if (removed == 2) {
-      std::ofstream(entry.path()) << "{\"key\": \"cut";  // what a crash may leave on some file systems
+      std::ofstream(entry.path()) << "{\"key\": \"cut";  // some file systems leave such a file after a crash
     } else {
       fs::remove(entry.path());
     }

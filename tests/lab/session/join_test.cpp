@@ -1,4 +1,4 @@
-// Joining over a line that state and assets share, in virtual time.
+// Joining over a link that states and assets share, in virtual time.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// Real sockets on loopback; time is passed in.
+// Real sockets on loopback, with the time as an argument.
 #include "lab/session/link_proxy.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-constexpr int kMostSteps = 5000;  // of a millisecond: reached only when nothing comes
+constexpr int kMostSteps = 5000;  // steps of a millisecond; the limit is reached only when no data arrives
 
 class LinkProxyTest : public ::testing::Test {
  protected:
@@ -46,7 +46,7 @@ class LinkProxyTest : public ::testing::Test {
     }
     return false;
   }
-  /// A stream through the proxy: the client's end, and the server's.
+  /// A stream through the proxy: the client's socket and the server's socket.
   std::pair<tcp::socket, tcp::socket> connected() {
     tcp::socket client(io_), server(io_);
     client.connect(there_);
@@ -60,7 +60,7 @@ class LinkProxyTest : public ::testing::Test {
     server.non_blocking(true);
     return {std::move(client), std::move(server)};
   }
-  /// What reading says in the end.
+  /// Error code of the last read from a socket.
   error_code end_of(tcp::socket& socket) {
     error_code error;
     std::array<char, 16> bytes{};

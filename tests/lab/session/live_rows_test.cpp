@@ -25,7 +25,7 @@ ExperimentUser someone() {
   return user;
 }
 
-/// A tick so long after the start, which displays `force_n`.
+/// A tick `since_start` after the start that displays `force_n`.
 LiveTick tick_at(Duration since_start, double force_n) {
   LiveTick tick;
   tick.record.at = kStart + since_start;

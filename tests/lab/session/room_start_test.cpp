@@ -1,4 +1,4 @@
-// Hands that begin together over links with different delays, in virtual time.
+// Hands that start together over links with different delays, in virtual time.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -25,7 +25,7 @@ const char* const kScene = R"({"name": "three",
             {"name": "c", "placement": {"position_m": [0.2, 0, 0]}}],
   "coupling": {"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2}})";
 
-/// A room, and users who join it when they are told to.
+/// A room, and users who join it at given times.
 struct Session {
   explicit Session(const server::RoomStartSettings& start)
       : room(RoomId{1}, "lab", test::scene_of(kScene), {.start = start}), hub(hub_settings(1), {&room}, network) {}
@@ -66,7 +66,7 @@ struct Session {
         user->transport.deliver(user->client.session(), now);
         user->has_joined |= user->client.session().status().state == client::SessionState::kActive;
         if (is_tick && user->has_joined)
-          user->client.haptics().tick(now);  // as tandem-client: the loop runs once joined
+          user->client.haptics().tick(now);  // like tandem-client: the loop runs once joined
         user->client.poll(now);
       }
     }
@@ -103,7 +103,8 @@ TEST(RoomStart, HandsBeginTogetherWhoeverJoinsLate) {
     for (const auto& user : session.users) {
       const client::HapticCore& hand = user->client.haptics();
       ASSERT_LT(hand.began_at(), session.clock.now()) << "trial " << trial << ": it did not begin";
-      // The clocks are one here. Each estimate of the offset errs by at most the deviation of the jitter, 5 ms.
+      // Both ends use the same clock here. Each estimate of the offset errs by at most the standard deviation of the
+      // jitter, 5 ms.
       EXPECT_LT(std::abs(to_seconds(hand.began_at() - first)), 0.010) << "trial " << trial;
       EXPECT_EQ(user->device.path_time(), hand.record().at - hand.began_at());
     }

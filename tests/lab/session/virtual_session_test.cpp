@@ -27,7 +27,7 @@ constexpr const char* kVirtualScene = R"({
   "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}
 })";
 
-// From the left tool's place 60 mm to the right, through where the block is.
+// Moves from the left tool's place 60 mm to the right, through the block's place.
 constexpr const char* kPush = R"({"points": [
   {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"},
   {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
@@ -73,10 +73,10 @@ TEST(VirtualSession, OneUsersPushReachesTheOtherUsersHand) {
 TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
   const SessionTrace trace = run_virtual_session(pushing(), scene());
   for (const UserTrace& each : trace.users) {
-    // Each way is rounded up to a slot, and an update waits up to a millisecond for the next room step.
+    // Each direction is rounded up to a slot, and an update waits up to a millisecond for the next room step.
     EXPECT_GE(user_metric(each, "round_trip_mean_ms"), 20.0);
     EXPECT_LE(user_metric(each, "round_trip_mean_ms"), 20.0 + 2 * 0.25 + 1e-9);
-    // A new state every millisecond, at most one old when a tick comes.
+    // A new state arrives every millisecond, so it is at most 1 ms old at a tick.
     EXPECT_LT(user_metric(each, "state_age_p99_ms"), 1.0 + 1e-9);
   }
 }
@@ -106,7 +106,7 @@ TEST(VirtualSession, TheSameSeedGivesTheSameBytes) {
   EXPECT_EQ(results_of(experiment), first);
   experiment.seed = 2;
   const std::string other = results_of(experiment);
-  // Not only the printed seed: a measured number differs.
+  // Besides the printed seed, a measured value differs.
   EXPECT_NE(boost::json::parse(other).at("users").at(0).at("metrics"),
             boost::json::parse(first).at("users").at(0).at("metrics"));
 }
@@ -218,7 +218,7 @@ TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
   EXPECT_EQ(trace.body_names[*trace.watched_body], "block");
   for (const UserTrace& each : trace.users) {
     EXPECT_TRUE(each.ticks.back().has_view) << each.user.name;
-    // At rest on its way? It glides on; 10 ms ago it was nearer.
+    // The block still glides after the push, so the view of 10 ms ago may differ by up to 20 mm.
     EXPECT_NEAR((each.ticks.back().view_W - trace.bodies.back().X_WB[0].p).norm(), 0, 0.02);
   }
   Experiment elsewhere = pushing();

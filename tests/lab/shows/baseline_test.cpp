@@ -1,4 +1,5 @@
-// Stages that close the loop through the network fail where theory says: k_c · delay against the hand's damping.
+// Stages that close the loop through the network become unstable where theory predicts: k_c · delay against the hand's
+// damping.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +8,7 @@
 namespace tandem::lab {
 namespace {
 
-/// A hand that rings goes many times as fast as one that shakes.
+/// Speed of a ringing hand; it is many times the speed of a calm one.
 constexpr double kRings_m_per_s = 0.02;
 constexpr double kCalm_m_per_s = 0.001;
 
@@ -31,8 +32,8 @@ TEST(Wave, MakesNoEnergyWhateverTheDelay) {
   }
 }
 
-// The hand of a tool that follows a late pose supplies none of the energy that the tool gives, until the room limits
-// it.
+// With a tool that follows a late pose, the hand supplies none of the energy that the tool gives. Only the room's limit
+// on the tool's energy ends that.
 TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   const Shown off("push", bare("late-pose", 100));
   const Shown on("push", {"stage=late-pose", "passivity=true", "link.rtt_ms=100"});
@@ -45,7 +46,7 @@ TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   EXPECT_GT(on["tool_energy_limited_fraction"], 0);
 }
 
-// It carries on a force that has stopped growing: the longer the delay, the farther beyond.
+// The linear predictor extrapolates a force that has stopped growing: the longer the delay, the larger the overshoot.
 TEST(Linear, Overshoots) {
   const Shown linear("wall", bare("linear", 100));
   const Shown hold("wall", bare("hold", 100));

@@ -1,5 +1,5 @@
-// What one user feels of things that move, or give way: lifted, pressed into, pulled by a field; and of a
-// passivity controller that has to let a force come back.
+// One user's forces with bodies that move or yield: lifted, pressed into, or pulled by a field. Also a passivity
+// controller that must let a force return.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TEST(Docking, ErrsByLessThanHalfOfWhatItDoesWithoutPrediction) {
   }
 }
 
-// What the model does not know is shown as far as it could be foreseen lately.
+// The residual force of the model is displayed with the gain at which it was predictable recently.
 TEST(MassOfTheModel, WrongByFortyPercentIsFeltRight) {
   for (const char* scale : {"model.mass_scale=0.6", "model.mass_scale=1.4"}) {
     const Shown mass("mass", disturbed(100, {scale}));

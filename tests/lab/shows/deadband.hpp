@@ -1,4 +1,4 @@
-// Claims about sending only what a hand would notice.
+// Claims about the deadband, which suppresses imperceptible changes.
 #pragma once
 
 #include <gtest/gtest.h>

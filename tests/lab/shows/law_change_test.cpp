@@ -1,4 +1,4 @@
-// The operator changes the room's law while hands press: no step of the force, and then that law's force.
+// The operator changes the room's law while hands press. The force makes no step, and afterwards follows the new law.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Of the check for the hand's device and of the fade there is nothing left by then.
+/// After this time the check for the hand's device and the fade have ended.
 constexpr Duration kWatched = 750ms;
 
 Trial operated(const std::string& name, const Quantities& quantities) {
@@ -28,7 +28,7 @@ SessionTrace run(const Trial& trial, const OnClient& on_client = {}) {
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, on_client);
 }
 
-/// What the first user sets, each at its time.
+/// Laws that the first user sets, each at its time.
 OnClient setting(const std::map<Duration, std::string>& laws) {
   return [laws, last = Duration{-1}](std::size_t user, Duration time, client::Client& client) mutable {
     if (user != 0) return;
@@ -39,9 +39,10 @@ OnClient setting(const std::map<Duration, std::string>& laws) {
   };
 }
 
-/// The wall is pressed deep enough that each law shows more than a newton. A force that is shown a round trip late makes
-/// the hand ring from some trip on: in stage hold 0.04 mm/s at 18 ms, 16 mm/s from 20 ms on (tandem-lab run wall --single
-/// --stage hold --set law=spring-damper --set link.rtt_ms=18,20). These stand still.
+/// The wall is pressed deeply enough that each law displays more than a newton. A force that is a round trip late makes
+/// the hand ring above some delay. In stage hold the speed is 0.04 mm/s at 18 ms and 16 mm/s from 20 ms on. At 15 ms
+/// these hands are at rest.
+/// Source  tandem-lab run wall --single --stage hold --set law=spring-damper --set link.rtt_ms=18,20
 Quantities wall_with(const std::string& law, const std::string& stage) {
   return {"link.rtt_ms=15", "law=" + law, "stage=" + stage};
 }
@@ -70,7 +71,7 @@ TEST_P(ChangedLaw, WhileTheHandPressesMakesNoStepAndIsThenAsFromTheStart) {
   expect_same(of_first, kStill.back + kWatched);
 }
 
-// The laws that any scene can have: the adaptive one, which needs a fit, is the linear one with other coefficients.
+// The laws available in any scene. The adaptive law, which requires a fit, is the linear one with other coefficients.
 INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                          testing::Values(std::pair{"spring-damper", "stable-dynamic"},
                                          std::pair{"stable-dynamic", "spring-damper"}),
@@ -80,7 +81,7 @@ INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                            return name;
                          });
 
-// Who finds the jumps of his scene too much has the calm law at once, and the scene's own again.
+// A user who finds the jumps of a scene too strong gets the calm law at once, and the scene's own law again.
 TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
   const Ticks changed = run(operated("wall", wall_with("qsa-dynamic", "local-model")),
                             setting({{1s, "spring-damper"}, {kStill.back, "qsa-dynamic"}}))
@@ -95,7 +96,7 @@ TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
 
 class ChangedLawInStage : public testing::TestWithParam<const char*> {};
 
-// There the hand is shown what the server says, or is coupled to its tool.
+// In these stages the displayed force comes from the server, or from a coupling to the tool.
 TEST_P(ChangedLawInStage, MakesNoStepOfTheForce) {
   const Quantities quantities = wall_with("spring-damper", GetParam());
   const Ticks always = run(operated("wall", quantities)).users.at(0).ticks;
@@ -119,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
                            return name;
                          });
 
-// A cube of 0.3 kg is held in the air by friction alone. Sharp enough, the other law presses more, not less.
+// Friction alone holds a cube of 0.3 kg in the air. With a sharp enough curve the other law presses more, not less.
 TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));

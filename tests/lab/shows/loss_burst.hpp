@@ -1,4 +1,4 @@
-// Claims about stretches of time in which nothing arrives.
+// Claims about intervals in which no data arrives.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 
 namespace tandem::lab {
 
-/// Without news for 60 ms the force goes to zero, for the server may be gone; it comes back over the start ramp. In bad
-/// periods of 60 ms on average, one in a few seconds, some are that long.
+/// After 60 ms without states the force decays to zero, because the server may have failed. It returns over the start
+/// ramp. With bad periods of 60 ms on average, one every few seconds, some are that long.
 inline void expect_recovery_from_bursts(bool passivity) {
   const Shown shown("wall", {"link.rtt_ms=100", "link.loss=0.03", "link.bad_period_ms=60",
                              std::string("passivity=") + (passivity ? "true" : "false")});

@@ -1,4 +1,4 @@
-// What fewer and lost datagrams do to the default stage.
+// Effect of fewer and of lost datagrams on the default stage.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(LossBurst, LetsTheForceDecayAndRecoverWithoutAKick) {
   expect_recovery_from_bursts(false);
 }
 
-/// What `tandem-lab run` would write.
+/// Output that `tandem-lab run` would write.
 std::string results_text(const std::string& folder, std::size_t threads) {
   RunSettings settings;
   settings.out = std::filesystem::path(testing::TempDir()) / folder;
@@ -52,14 +52,15 @@ TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
   EXPECT_EQ(results_text("shows_twice", 2), once);
 }
 
-// At the full rate each way wants some 375 kB/s: the queue would grow without end, and nothing would ever be lifted.
+// At the full rate each direction needs about 375 kB/s. The queue would grow without bound, and the cube would never be
+// lifted.
 TEST(NarrowLink, IsGivenWhatItCarriesAndTwoSqueezeAllTheSame) {
   for (const double carried : {300e3, 80e3}) {
     const Shown squeeze("squeeze", {"link.rtt_ms=50", "link.rate_limit_bytes_per_s=" + std::to_string(carried)});
     EXPECT_EQ(squeeze.outcome(), "completed") << carried;
     EXPECT_LE(squeeze["limit_cycle_m_per_s"], 0.002) << carried;
     EXPECT_LE(squeeze["force_step_max_n_per_ms"], 0.1) << carried;
-    // Of 80 kB/s the loop takes 0.3 to 0.7 s until the queue of the first second is gone.
+    // At 80 kB/s the rate control takes 0.3 to 0.7 s to drain the queue of the first second.
     EXPECT_LE(squeeze["energy_created_max_j"], carried > 100e3 ? 0.002 : 0.03) << carried;
   }
 }

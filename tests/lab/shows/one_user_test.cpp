@@ -1,4 +1,5 @@
-// What one user of the default stage feels of a late, jittering, lossy link: on things that nobody else moves, nothing.
+// One user of the default stage over a late, jittering, lossy link: on bodies that only this user moves, the force
+// shows no effect of the link.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::Values;
 
-/// A metric that has no meaning in a trial is not above a bound.
+/// An undefined metric of a trial does not exceed any bound.
 bool is_above(double value, double bound) {
   return std::isfinite(value) && value > bound;
 }
@@ -68,12 +69,12 @@ double largest_difference_n(const SessionTrace& a, const SessionTrace& b) {
   return largest_n;
 }
 
-// The ball needs no server to know where a wall is.
+// The god-object finds a wall without the server.
 TEST(GodObject, FeelsAWallToTheLastBitAsWithoutDelay) {
   const Shown at_0("wall", {"stage=god-object", "link.rtt_ms=0"});
   EXPECT_EQ(at_0.outcome(), "completed");
   EXPECT_GT(at_0["contact_force_mean_n"], 1.0);
-  // The reference's wall gives way a little beneath the coupling, this one does not.
+  // The reference's wall yields a little under the coupling; this wall does not.
   EXPECT_NEAR(at_0["felt_stiffness_ratio"], 1.02, 0.01);
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown late("wall", {"stage=god-object", "link.rtt_ms=" + std::to_string(round_trip_ms)});
@@ -119,7 +120,8 @@ TEST(Soft, HasAnEighthOfTheTextureAbove60HzThatHeldForcesHave) {
   EXPECT_LE(Shown("soft", disturbed(100))["force_above_60_hz_n"], 0.125 * held_n);
 }
 
-// 50 ms to 250 ms, a hundred more each way, while the hand presses: the wall is known, so the gap is bridged.
+// The round trip rises from 50 ms to 250 ms, 100 ms each way, while the hand presses. The local model contains the
+// wall, so it bridges the gap.
 TEST(DelayStep, OfATenthOfASecondEachWayIsHardlyFeltOnAWall) {
   const auto displayed_after = [](Duration more) {
     Trial trial = shipped_trial("wall", {"link.rtt_ms=50"});
@@ -139,14 +141,15 @@ TEST(DelayStep, OfATenthOfASecondEachWayIsHardlyFeltOnAWall) {
   EXPECT_LE(farthest_n, 0.5);
 }
 
-/// On what does not move, and on what only this user moves, at every delay of the default set from 0 to 300 ms.
+/// Contact with fixed bodies, and with bodies that only this user moves, at every delay of the default set from 0 to
+/// 300 ms.
 class Alone : public testing::TestWithParam<At> {};
 
 TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForThePassivityController) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(shown["slew_activations"], 0);
-  // After a gap the server's handle catches up with the hand.
+  // After a gap the server's handle catches up with the hand, which explains the larger bound.
   EXPECT_LE(shown["energy_created_max_j"], shown.was_silent() ? 0.01 : 0.0025);
   EXPECT_FALSE(is_above(shown["passivity_dissipated_fraction"], 0.05)) << shown["passivity_dissipated_fraction"];
   EXPECT_EQ(shown["tool_energy_limited_fraction"], 0);

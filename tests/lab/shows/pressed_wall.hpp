@@ -1,4 +1,4 @@
-// A hand that presses on the wall while something is changed: when, and what it feels of that.
+// A hand that presses on the wall during a change: the times of the change and the displayed force.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace tandem::lab {
 
 using Ticks = std::vector<TickSample>;
 
-/// Of the wall's 14 s: the hand presses deeper from 5.1 s to 7.1 s, and is still from 9.6 s to 13.1 s.
+/// Times within the wall's 14 s: the hand presses deeper from 5.1 s to 7.1 s, and is at rest from 9.6 s to 13.1 s.
 struct Change {
   Duration there{};
   Duration back{};
@@ -19,7 +19,7 @@ struct Change {
 inline constexpr Change kMoving{std::chrono::milliseconds(5500), std::chrono::milliseconds(6300)};
 inline constexpr Change kStill{std::chrono::milliseconds(11'000), std::chrono::milliseconds(11'800)};
 
-/// In a millisecond, of the force on the hand.
+/// Largest force step on the hand in a millisecond.
 inline double largest_step_n(const Ticks& ticks, Duration from, Duration watched) {
   double largest = 0;
   for (std::size_t k = 1; k < ticks.size(); ++k) {
@@ -29,7 +29,7 @@ inline double largest_step_n(const Ticks& ticks, Duration from, Duration watched
   return largest;
 }
 
-/// 0 after the last tick.
+/// Force on the hand at `time`; 0 after the last tick.
 inline Vec3 force_at_n(const Ticks& ticks, Duration time) {
   const auto at = std::ranges::find_if(ticks, [time](const TickSample& tick) { return tick.time >= time; });
   return at == ticks.end() ? Vec3(Vec3::Zero()) : at->displayed_D.f;

@@ -1,6 +1,5 @@
-// The shipped experiments show what their descriptions promise: at 50 ms round trip two hands share a peg and dock
-// two helices calmly with the stage late-pose, and the same hands ring with the stage hold; they lift boxes, push them,
-// and feel a bunny.
+// The shipped experiments meet their descriptions. At a round trip of 50 ms two hands share a peg and dock two helices
+// calmly with the stage late-pose; they ring with the stage hold. They lift boxes, push them, and feel a bunny.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,8 +64,8 @@ TEST(PegTwoUsers, ThePegStandsInTheHoleWhileTheyPress) {
   ASSERT_NE(sample, trace.bodies.end());
   const auto peg = std::find(trace.body_names.begin(), trace.body_names.end(), "peg") - trace.body_names.begin();
   const Vec3 p = sample->X_WB[static_cast<std::size_t>(peg)].p;
-  // Hole: centre x = 60 mm, 0.75 mm of play on each side; ground at z = 0, half the peg's length above it. The engine
-  // lets bodies overlap by up to a millimetre under load.
+  // Hole: centre x = 60 mm, 0.75 mm of play on each side; the ground is at z = 0, half the peg's length below its
+  // centre. The engine allows bodies to overlap by up to a millimetre under load.
   EXPECT_NEAR(p.x(), 0.060, 0.00175);
   EXPECT_NEAR(p.y(), 0, 0.00175);
   EXPECT_NEAR(p.z(), 0.030, 0.001);
@@ -88,7 +87,7 @@ TEST(PegSmallDevice, TwoDevicesOfTenCentimetresHandThePegOverAndPutItIntoItsHole
     EXPECT_LT(farthest_m, 0.0508) << user.user.name << " stays within the device";
     EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
   }
-  // Who reaches half as far by the hand does not get there in time by the border.
+  // With half the motion scale, rate control at the border does not reach the hole in time.
   for (ExperimentUser& user : experiment.users) user.motion_scale = 0.5;
   EXPECT_GT((where_the_peg_ends(run(experiment, "local-model")) - Vec3(0.06, 0, 0.03)).norm(), 0.002);
 }
@@ -110,7 +109,7 @@ void expect_calm_hold(const UserTrace& user) {
   EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
 }
 
-/// Held and felt at its weight all through the settled hold, let go at the end.
+/// Held and felt at its weight throughout the settled hold, released at the end.
 void expect_holds(const UserTrace& user, double mass_kg) {
   for (const TickSample* tick : settled_hold_ticks(user)) ASSERT_TRUE(tick->held_body.is_valid()) << user.user.name;
   EXPECT_FALSE(user.ticks.back().held_body.is_valid()) << user.user.name;

@@ -1,6 +1,6 @@
-// What the shipped experiments are when nothing is late: every hand presses as hard as its path means it to, and
-// calmly; a cube is lifted by friction alone, a peg handed over, a tool slid off an edge. And with a round trip of
-// 100 ms the cube falls, unless something is done about it.
+// The shipped experiments without delay: every hand presses with the intended force, and calmly. A cube is lifted by
+// friction alone, a peg is handed over, and a tool slides off an edge. At a round trip of 100 ms the cube falls, unless
+// a stage compensates the delay.
 
 #include <gtest/gtest.h>
 
@@ -46,9 +46,9 @@ struct HoldForces {
   std::vector<double> of_users_n;
 };
 
-/// What each hand feels in its hold phase, from the springs in a row that its path stretches: 200 N/m of the hand, 500
-/// N/m of the coupling, and what yields behind it; the weight of what it carries; the field's pull. The squeezers'
-/// 3.89 N are 3.6 N across and half of the cube's weight down.
+/// Force on each hand in its hold phase, from the springs in series that its path stretches: 200 N/m of the hand, 500
+/// N/m of the coupling, and the compliance behind it. Added are the carried weight and the field's force. The
+/// squeezers' 3.89 N are 3.6 N across and half of the cube's weight down.
 const HoldForces kHoldForces[] = {{"free", {0}},
                                   {"wall", {4}},
                                   {"curve", {2}},
@@ -81,7 +81,7 @@ TEST_P(WithoutDelay, HandsFeelTheForceThatTheirPathMeansAndHoldStill) {
 INSTANTIATE_TEST_SUITE_P(Experiments, WithoutDelay, testing::ValuesIn(kHoldForces),
                          [](const auto& forces) { return std::string(forces.param.experiment); });
 
-/// Greatest and least height of a body over its start, in [from, to].
+/// Least and greatest height of a body above its start, in [from, to].
 std::pair<double, double> heights(const SessionTrace& trace, const std::string& body, double from_s, double to_s) {
   std::pair<double, double> result{1e9, -1e9};
   for (double t = from_s; t <= to_s; t += 0.05) {
@@ -91,7 +91,7 @@ std::pair<double, double> heights(const SessionTrace& trace, const std::string& 
   return result;
 }
 
-// Hold phase: 7.8 to 11.3 s; set down at 13.3 s, let go at 14.6 s.
+// Hold phase: 7.8 to 11.3 s; set down at 13.3 s, released at 14.6 s.
 TEST(Squeeze, IsLiftedByFrictionCarriedAndSetDownWithoutDelay) {
   const SessionTrace trace = run("squeeze");
   const auto [least, greatest] = heights(trace, "cube", 7.8, 11.3);
@@ -135,7 +135,7 @@ TEST(Peg, IsHandedOverAndStandsInTheHoleAtTheEnd) {
   EXPECT_TRUE(holds(0, 8.8) && holds(1, 8.8)) << "both";
   EXPECT_TRUE(!holds(0, 9.7) && holds(1, 9.7)) << "ben alone";
   EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "nobody";
-  // Hole: centre x = 60 mm, 0.75 mm of play; the peg stands on the table, its centre 30 mm above it.
+  // Hole: centre x = 60 mm, 0.75 mm of play. The peg stands on the table, its centre 30 mm above it.
   const Vec3 p = place_then(trace, "peg", 19.5);
   EXPECT_NEAR(p.x(), 0.060, 0.001);
   EXPECT_NEAR(p.y(), 0, 0.001);

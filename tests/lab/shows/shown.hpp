@@ -1,4 +1,4 @@
-// A shipped experiment, run once under given conditions and held against the same hands at zero delay.
+// A shipped experiment, run once under given conditions and compared with the same hands at zero delay.
 #pragma once
 
 #include <filesystem>
@@ -19,15 +19,15 @@
 
 namespace tandem::lab {
 
-using Quantities = std::vector<std::string>;  ///< as with --set: "link.rtt_ms=100"
+using Quantities = std::vector<std::string>;  ///< in the form of --set: "link.rtt_ms=100"
 
-/// What the claims about the default stage are made under: late, and with jitter and loss in bursts of 20 ms.
+/// Conditions for claims about the default stage: delay, jitter, and loss in bursts of 20 ms.
 inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {
   Quantities all{"link.rtt_ms=" + std::to_string(round_trip_ms), "link.jitter_ms=10", "link.loss=0.05"};
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
-/// And those about other stages: late, nothing else, without passivity controller.
+/// Conditions for claims about other stages: delay only, and no passivity controller.
 inline Quantities bare(const std::string& stage, double round_trip_ms) {
   return {"stage=" + stage, "passivity=false", "link.rtt_ms=" + std::to_string(round_trip_ms)};
 }
@@ -42,7 +42,7 @@ inline Trial shipped_trial(const std::string& name, const Quantities& quantities
   return std::move(trials.front());
 }
 
-/// A trial and its reference.
+/// A trial and its reference, both run at construction.
 class Shown {
  public:
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
@@ -53,7 +53,7 @@ class Shown {
 
   double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
   std::string outcome() const { return outcome_of(view()); }
-  /// So long that the force has to fall: such a trial is judged apart.
+  /// True if a silence was so long that the force had to decay: such a trial has its own bounds.
   bool was_silent() const { return (*this)["silence_max_ms"] > kLongSilence_ms; }
   const SessionTrace& trace() const { return trace_; }
   const SessionTrace& reference() const { return reference_; }
@@ -66,7 +66,7 @@ class Shown {
   SessionTrace trace_;
 };
 
-/// An experiment at a round trip: the parameter of claims that hold for several.
+/// An experiment at a round-trip time: the parameter of claims that hold for several.
 struct At {
   const char* experiment;
   double round_trip_ms;

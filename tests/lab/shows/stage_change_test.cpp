@@ -1,4 +1,4 @@
-// What a person changes at a window while a hand presses on a wall: no step of the force.
+// Changes at the window while a hand presses on a wall: the force makes no step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kWatched = 700ms;
-/// Of the push's 10.5 s: into the block from 4.7 s to 5.5 s, still from then to 9.5 s.
+/// Times within the push's 10.5 s: the hand moves into the block from 4.7 s to 5.5 s, and then rests until 9.5 s.
 constexpr Duration kPushing = 4900ms, kHolding = 7s;
 
 Ticks pressed(const OnClient& on_client) {
@@ -24,7 +24,7 @@ Ticks pressed(const OnClient& on_client) {
       .ticks;
 }
 
-/// There and back, once while the hand moves and once while it is still.
+/// Changes the stage to `there` and back, once while the hand moves and once while it rests.
 Ticks pressed_while(const client::StageSettings& there) {
   bool is_there = false;
   return pressed([&](std::size_t, Duration time, client::Client& client) {
@@ -61,8 +61,8 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-/// Everything about a hand that pushes a block of 0.5 kg over 100 ms, with or without another model of the same scene in
-/// the middle of the push, and another while it is held.
+/// Trace of a hand that pushes a block of 0.5 kg over 100 ms. If `is_changed`, another model of the same scene replaces
+/// the model in the middle of the push, and again while the block is held.
 UserTrace pushed(bool is_changed) {
   const Trial trial = shipped_trial("push", {"link.rtt_ms=100"});
   bool was_there = false;
@@ -70,7 +70,7 @@ UserTrace pushed(bool is_changed) {
     const bool is_there = time >= kPushing && time < kHolding;
     if (!is_changed || std::exchange(was_there, is_there) == is_there) return;
     client::StageSettings same;
-    if (is_there) same.wave.linear_n_s_per_m *= 2;  // of another stage
+    if (is_there) same.wave.linear_n_s_per_m *= 2;  // a setting of another stage
     client.set_stage(same);
   };
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, change).users.at(0);
@@ -94,7 +94,7 @@ TEST(ChangedModel, OfTheSameSceneGoesOnWhereTheOneBeforeItIs) {
   EXPECT_LE(changed.energy_to_hand_j, usual.energy_to_hand_j + 1e-3);
 }
 
-// Half a round trip of 10 ms more each way, and less again.
+// The delay each way rises by 40 ms, and falls again.
 TEST(ChangedDelay, WhileTheHandPressesMakesNoStepOfTheForce) {
   Trial trial = shipped_trial("wall", {"link.rtt_ms=20"});
   ExperimentUser& user = trial.experiment.users.at(0);

@@ -1,4 +1,4 @@
-// Two hands on one thing: lifted by friction alone, handed over. The loop closes through the other person.
+// Two hands on one body: lifted by friction alone, handed over. The loop closes through the other person.
 
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(SqueezeFarApart, IsCalmAndAsFirmAsWithoutDelay) {
   }
 }
 
-// The weight takes 2.94 of the 3.6 N that friction of 0.5 bears at zero delay.
+// Friction of 0.5 carries 3.6 N at zero delay, and the weight takes 2.94 N of them.
 TEST_P(Squeeze, OfAFrictionOfAHalfIsDroppedByEveryStageThatWaitsForTheServer) {
   for (const char* stage : {"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}) {
     Quantities quantities = bare(stage, GetParam().second);
@@ -60,7 +60,7 @@ TEST(SqueezeSlippery, IsLiftedAndNotDroppedAt200Ms) {
   EXPECT_EQ(squeeze["slew_activations"], 0);
 }
 
-// A gap of 85 ms while both move at 150 mm/s along the way in which they press: 13 mm.
+// During a gap of 85 ms both hands move at 150 mm/s along the pressing direction: 13 mm.
 TEST(CarryAlongFast, IsNotDroppedInAGapOfTheNetwork) {
   const Shown shown("carry_along_fast", disturbed(100, {"seed=25"}));
   EXPECT_GT(shown["silence_max_ms"], 80);
@@ -69,7 +69,7 @@ TEST(CarryAlongFast, IsNotDroppedInAGapOfTheNetwork) {
   EXPECT_LE(shown["energy_created_max_j"], 0.002);
 }
 
-/// What several have a hand on, carried, turned and pulled apart.
+/// Bodies held by several users: carried, turned and pulled apart.
 class Together : public testing::TestWithParam<At> {};
 
 TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
@@ -80,7 +80,8 @@ TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
   EXPECT_LE(shown["path_error_of_peak"], is_easy ? 0.1 : 0.25);
   EXPECT_GE(shown["hold_force_ratio"], is_near ? 0.95 : 0.85);
   EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002);
-  // Far apart, the bar comes down tilted: the end that lands first kicks, in truth too (0.42 N/ms, which is excused).
+  // With a large delay the bar lands tilted. The end that lands first kicks, at the server too (0.42 N/ms, which is
+  // accepted).
   const bool lands_tilted = !is_near && GetParam().experiment == std::string("turn_together");
   EXPECT_LE(shown["force_step_max_n_per_ms"], lands_tilted ? 0.5 : 0.3);
   EXPECT_LE(shown["energy_created_max_j"], is_near ? 0.002 : 0.03);
@@ -96,8 +97,8 @@ INSTANTIATE_TEST_SUITE_P(Default, Together,
                                          At{"turn_together", 200}),
                          [](const auto& each) { return name_of_case(each); });
 
-// Each is foreseen to go along with the bar that both hold: with more of that, it swings along itself, 2.5 mm/s a second
-// after they have stopped, and 13 mJ are made.
+// Each partner is predicted to move along with the bar that both hold. With a larger share of that motion, the bar
+// would oscillate: 2.5 mm/s a second after the stop, and 13 mJ generated.
 TEST(Together, ABarTurnedByTwoComesToRest) {
   for (const char* const seed : {"seed=10", "seed=16"}) {
     const Shown shown("turn_together", disturbed(100, {seed}));
@@ -106,14 +107,15 @@ TEST(Together, ABarTurnedByTwoComesToRest) {
   }
 }
 
-// Who presses one held box on another is not taken to go along with the other's: lifting it off would make 3 mJ.
+// A user who presses one held box on another is not predicted to move along with the other box. Otherwise lifting it
+// off would generate 3 mJ.
 TEST(Together, WhatOneHoldsAndTheOtherPressesOnThroughAnotherThingMakesNoEnergy) {
   for (const char* const seed : {"seed=4", "seed=25"}) {
     EXPECT_LE(Shown("box_on_box", disturbed(100, {seed}))["energy_created_max_j"], 0.001) << seed;
   }
 }
 
-// A plate that stops for a gap of 85 ms on its way up and is then fetched after swings on its coupling: 4 mJ.
+// If the plate stopped for a gap of 85 ms on its way up and then caught up, it would oscillate on its coupling: 4 mJ.
 TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
   for (const char* const seed : {"seed=18", "seed=25"}) {
     const Shown shown("two_plates", disturbed(100, {seed}));
@@ -123,12 +125,13 @@ TEST(Together, WhatOneCarriesAloneGoesOnThroughAGapOfTheNetwork) {
   }
 }
 
-// Of what moves at 125 mm/s, in all directions together; a partner that is held instead of foreseen drags with 1.25 N.
+// The plate moves at 125 mm/s in all directions. A partner who is held in place instead of predicted would drag with
+// 1.25 N.
 TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
 }
 
-// What kind of hand the partner has is found out while they touch.
+// The partner's hand impedance is estimated during contact.
 TEST(Together, HandsOfAnyWeightAndStiffness) {
   for (const char* hand : {"hand.mass_kg=1.5", "hand.mass_kg=0.05", "hand.stiffness_n_per_m=600"}) {
     const Shown squeeze("squeeze", disturbed(100, {hand}));
@@ -143,7 +146,8 @@ class Peg : public testing::TestWithParam<double> {};
 TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   const Shown peg("peg", disturbed(GetParam()));
   EXPECT_EQ(peg.outcome(), "completed");
-  // That the other has let go is known a delay later, and what that costs grows with its root (lab/README.md).
+  // The partner's release arrives a delay later. The resulting error grows with the square root of the delay
+  // (lab/README.md).
   const double bound = 0.125 * std::sqrt(std::max(1.0, GetParam() / 200));
   EXPECT_LE(peg["contact_error_fraction"], bound) << "it is gripped where it is without a delay";
   EXPECT_LE(peg["limit_cycle_m_per_s"], 0.002);
@@ -152,10 +156,10 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   EXPECT_LE(peg["energy_created_max_j"], 0.002);
 }
 
-// 25 ms: a loop as short as the time by which client and server may know of a touch apart.
+// 25 ms: a loop as short as the possible time difference between a touch at the client and at the server.
 INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
 
-/// From where a user sees the watched body to where the server has it, at an instant at which it rests.
+/// Distance between the watched body in a user's view and at the server, at an instant at which it rests.
 double out_of_place_m(const SessionTrace& trace, std::size_t user, double at_s) {
   const auto tick = std::ranges::find_if(trace.users.at(user).ticks,
                                          [&](const TickSample& each) { return each.time >= from_seconds(at_s); });
@@ -164,7 +168,7 @@ double out_of_place_m(const SessionTrace& trace, std::size_t user, double at_s) 
   return (tick->view_W - sample->X_WB.at(trace.watched_body.value()).p).norm();
 }
 
-// After it changed hands, on its way into the hole, and in it.
+// After the handover, on the way into the hole, and in the hole.
 TEST(HandOver, LeavesThePegWhereTheReceiverHasIt) {
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown peg("peg", disturbed(round_trip_ms));
@@ -178,7 +182,7 @@ TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
   expect_few_datagrams("peg");
 }
 
-// A burst of 60 ms lets the force go (LossBurst), and the hand moves with it: that is no divergence.
+// A burst of 60 ms makes the force decay (LossBurst), and the hand moves with it. The trial must not diverge.
 TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
   const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
   EXPECT_EQ(lossy.outcome(), "completed");

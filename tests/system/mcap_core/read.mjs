@@ -1,5 +1,5 @@
-// Reads a recording with @mcap/core, the reference reader: how many messages each channel has, and the time of the last.
-// Prints one line of JSON. A file that was cut off, as by kill -9, is read to its last whole record.
+// Reads a recording with @mcap/core, the reference reader. Prints one line of JSON with the number of messages of each
+// channel and the time of the last message. A file that was cut off, as by kill -9, is read to its last whole record.
 import { McapStreamReader } from "@mcap/core";
 import { decompress } from "fzstd";
 import { readFileSync } from "node:fs";

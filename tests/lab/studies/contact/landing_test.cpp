@@ -1,4 +1,4 @@
-// Landings and drops are held against what a rigid stop and a fall must give, their judges against springs of one line.
+// Landings and drops against a rigid stop and a free fall. Their evaluation is tested with springs in one dimension.
 #include "lab/studies/contact/landing.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ constexpr double kStep_s = 1e-3;
 constexpr double kSpringStep_s = 1e-4;
 constexpr double kEdge_m = 0.02;
 
-/// Built once, because that takes a while.
+/// Prepared only once, because preparation is slow.
 const TouchObject& landed_cube() {
   static const TouchObject object = make_touch_object("cube", make_cube(kEdge_m), VirtualClock{});
   return object;
@@ -36,7 +36,7 @@ TouchStep spring_step(double& z_m, double& v_m_per_s, double stiffness_n_per_m, 
   return step;
 }
 
-/// Pressed on with 1 N; on its way out the spring is `harder` times as stiff.
+/// Trace of a tool pressed with 1 N. While it moves out the spring is `harder` times as stiff.
 TouchTrace bounces(double speed_m_per_s, double harder) {
   TouchTrace trace;
   double z = 1e-3, v = -speed_m_per_s;
@@ -47,7 +47,7 @@ TouchTrace bounces(double speed_m_per_s, double harder) {
 TEST(Landing, OfASpringWithoutDampingIsLostMoreThanOnceAndMakesNothing) {
   const TouchFigures figures = quick_figures_of({bounces(0.1, 1)});
   EXPECT_GT(figures.separations, 1U);
-  // It gives back what it took: ½ k d² = ½ m v² + 1 N · (1 mm + d) at d = 3 mm.
+  // The spring returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d) at d = 3 mm.
   const double taken_j = 4.5e-3;
   EXPECT_NEAR(figures.contact_returned_j, taken_j, 0.02 * taken_j);
   EXPECT_LT(figures.contact_created_j, 0.02 * taken_j);
@@ -72,7 +72,8 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
     const TouchFigures& figures = landing.figures;
     const double damping = 2 * 0.7 * std::sqrt(landing.stiffness_n_per_m * kMass_kg);
     EXPECT_NEAR(landing.stop_force_n, landing.speed_m_per_s * (damping + landing.stiffness_n_per_m * kStep_s), 1e-12);
-    // In the step in which the surfaces meet it comes to the surface, in the next one it is stopped: one of them has half.
+    // The step in which the surfaces meet brings the cube to the surface, and the next step stops it. One of the two
+    // has at least half of the force step.
     const double ratio = figures.hand_force_step_max_n / landing.stop_force_n;
     EXPECT_GT(ratio, 0.5) << landing.name;
     EXPECT_LT(ratio, 1 + 1e-6) << landing.name;
@@ -80,7 +81,7 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
     EXPECT_GT(figures.contacts_max, 0U) << landing.name;
     EXPECT_LT(landing.kinetic_left_j, 1e-9) << landing.name;
   }
-  // A face that lies flat turns nothing.
+  // A face that lies flat gives no torque.
   EXPECT_LT(all.front().figures.hand_torque_step_max_n_m, 1e-3 * all.front().stop_torque_n_m);
   // Full cube: I = m a²/6.
   const double gyration_m = kEdge_m / std::sqrt(6.0), inertia = kMass_kg * gyration_m * gyration_m;
@@ -91,10 +92,10 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
 
 TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   const TouchObject& cube = landed_cube();
-  // Only the edge beside x = −8 mm is met; the lever that turns a body most is r = a/√6.
+  // Only the edge beside x = −8 mm is hit. The lever arm with the fastest rotation is r = a/√6.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
-  settings.coupling.stiffness_n_per_m = 1e-6;  // as good as no hand
+  settings.coupling.stiffness_n_per_m = 1e-6;  // practically without a hand
   settings.coupling.stiffness_n_m_per_rad = 0;
   RigidState start{{{2 * lever_m, 0, kEdge_m + 1e-3}, Quat::Identity()}, {{0, 0, -0.06}, Vec3::Zero()}};
   const TouchTrace trace = run_touch(
@@ -111,7 +112,7 @@ TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   EXPECT_GT(fastest_rad_per_s, 0.5 * 0.06 / (2 * gyration_m));
 }
 
-// Friction of a corner is a soft spring: what it gives back it had taken.
+// Friction at a corner acts as a soft spring: it returns only energy that it stored.
 TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
   const TouchObject& cube = landed_cube();
   TouchSettings settings;
@@ -121,7 +122,7 @@ TEST(Landing, OfACornerThatFrictionHoldsMakesNothing) {
   RigidState start;
   start.X.q = Quat::FromTwoVectors(Vec3::Ones().normalized(), -Vec3::UnitZ());
   start.X.p = Vec3(0.003, 0.002, kEdge_m / 2 * (1 + std::sqrt(3.0)) + 1e-4);
-  // Down for 0.1 s, to the side for 0.2 s, and back.
+  // Down for 0.1 s, aside for 0.2 s, and back.
   const auto hand = [&](Duration at) {
     const double t = to_seconds(at), aside = std::clamp(1 - std::abs(t - 0.3) / 0.2, 0.0, 1.0);
     RigidState now = start;
@@ -161,7 +162,8 @@ TEST(Drop, OfAConeIsOnAFaceWhereItsBaseIs) {
   EXPECT_LT(all.back().rest_s, 0.1);
 }
 
-// A plate of one triangle whose longest side goes through the middle of its box: it rolls over the rim there.
+// A plate of one triangle whose longest side passes through the middle of its bounding box. It rolls over the rim
+// there.
 TEST(Drop, OfAPlateIsOnAFaceWhereItsMiddleIsAboveIt) {
   geometry::TriangleMesh plate;
   plate.vertices = {{-0.02, -0.02, 0}, {0.02, 0.02, 0}, {-0.02, 0.02, 0}};

@@ -1,4 +1,4 @@
-// The benchmark's meshes are what they are said to be: their counts are the thesis's, and nothing leaks.
+// The benchmark's meshes match their description: their counts are the thesis's, and they are closed.
 #include "lab/studies/contact/mesh_generators.hpp"
 
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ TEST(MeshGenerators, ThePegLeavesTheStatedClearanceHoweverItIsTurned) {
     const geometry::TriangleMesh box = make_box_with_hole(clearance_m);
     double peg_radius = 0;
     for (const Vec3& p : peg.vertices) peg_radius = std::max(peg_radius, p.head<2>().norm());
-    // Least distance of the hole's walls from the axis: the middles of its sides.
+    // Least distance of the hole's walls from the axis: the midpoints of its sides.
     double hole_radius = 1;
     for (int i = 0; i < 40; ++i) {
       const Vec3 &p = box.vertices[static_cast<std::size_t>(i)],

@@ -1,4 +1,4 @@
-// The walls of solids whose thickness is known, most of them as coarse as files of others are.
+// Wall thickness of solids for which it is known, most of them with meshes as coarse as typical files.
 #include "lab/studies/contact/wall_thickness.hpp"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ TriangleMesh together(TriangleMesh mesh, const TriangleMesh& other, bool is_flip
   return mesh;
 }
 
-/// A polygon seen from above, in the order against the clock, pulled up; triangles around its first corner.
+/// A prism over a counter-clockwise polygon, with triangles around its first corner.
 TriangleMesh prism(const std::vector<std::array<double, 2>>& outline, double height_m) {
   TriangleMesh mesh;
   const auto n = static_cast<int>(outline.size());
@@ -84,7 +84,8 @@ TEST(WallThickness, OfAHollowBallIsTheGapBetweenItsFacesDownToAMicrometre) {
 TEST(WallThickness, OfAWedgeIsThatOfAllButTwoHundredthsOfItsSurface) {
   const double height_m = 0.02, length_m = 0.1;
   const TriangleMesh wedge = prism({{0, -height_m / 2}, {length_m, 0}, {0, height_m / 2}}, 1.0);
-  // At s from the tip, along a slanted side, it is s·tan α thick straight through; the ends have 1 m or 2 ‰ of the area.
+  // At s from the tip along a slanted side, the thickness straight through is s·tan α. The two ends have 1 m or 2 ‰ of
+  // the area.
   const double slant_m = std::hypot(length_m, height_m / 2), alpha = 2 * std::atan2(height_m / 2, length_m);
   const double area_m2 = 2 * slant_m + height_m + length_m * height_m;
   EXPECT_NEAR(thinnest_of(wedge), 0.02 * area_m2 / 2 * std::tan(alpha), 2e-5);
@@ -99,7 +100,7 @@ TEST(WallThickness, FacesThatMeetAtAnEdgeBoundNone) {
 
 TEST(WallThickness, OfPartsThatOverlapIsThatOfTheWholeAndTheOverlapIsTold) {
   const TriangleMesh plate = contact::box_mesh({0.1, 0.06, 0.006});
-  // A fin of 1.5 mm that is 1 mm deep in it: not 1 mm.
+  // A fin of 1.5 mm is embedded 1 mm deep in the plate: the result is 1.5 mm, not 1 mm.
   const auto [walls, share] = walls_of(together(plate, contact::box_mesh({0.0015, 0.06, 0.03}, {0, 0, 0.017})));
   EXPECT_NEAR(thinnest_wall_m(walls), 0.0015, 1e-12);
   EXPECT_NEAR(share, 2 * 0.0015 * 0.06 / (0.1 * 0.06 * 2 + 0.32 * 0.006 + 2 * 0.06 * 0.03), 0.01);

@@ -1,4 +1,4 @@
-// How much of two molecules touches, against every pair; and poses in which it is as much as wanted.
+// Contact area of two molecules against all pairs, and poses with a required area.
 #include "lab/studies/docking/interface.hpp"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST(PosesByInterface, HaveAsManyAtomsAsWantedAndNoMoreThanOneStepGives) {
     EXPECT_LE(atoms_in(a, b, poses[k]), sizes[k] + 10);
     EXPECT_EQ(poses[k].q.coeffs(), Quat::Identity().coeffs());
   }
-  // Atoms of these molecules fill cubes of 3 Å: an interface of 400 is found without one inside another.
+  // Atoms of these molecules fill cubes of 3 Å, so an interface of 400 exists without overlapping atoms.
   EXPECT_GT(interface_facts(a, b, poses.back(), kReach).at("min_distance_angstrom").as_double(), 1.0);
 }
 

@@ -1,4 +1,4 @@
-// Parts made by hand that form a complex, and parts that do not.
+// Hand-made parts that form a complex, and parts that do not.
 #include "lab/studies/docking/parts_as_read.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace tandem::lab {
 namespace {
 
-/// A molecule of one atom of residue `residue` 7 in `chain`, at the origin.
+/// A molecule of one atom in residue `residue` 7 of `chain`, at the origin.
 docking::Molecule part(const std::string& name, const std::string& element, const std::string& residue,
                        const std::string& chain) {
   docking::Molecule made = test::one_atom(3.4, 0.4);
@@ -25,7 +25,7 @@ docking::Molecule part(const std::string& name, const std::string& element, cons
   return made;
 }
 
-/// Why parts at this distance are refused; empty: they are not.
+/// Reason why parts at this distance are refused; empty if they are accepted.
 std::string refusal_at(const docking::Molecule& a, const docking::Molecule& b, double distance_angstrom) {
   try {
     require_complex_as_read(a, b, {Vec3(0, distance_angstrom, 0), Quat::Identity()});
@@ -83,7 +83,8 @@ TEST(PartsAsRead, NearestAtomsAreHeavyAndFoundAmongAll) {
 }
 
 TEST(PartsAsRead, StrongestRepulsionNamesTheResiduesWithTheirEnergy) {
-  // Equal atoms at r = σ (1 / 2)^(1/6): 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, which is 0.76 kcal/mol. Atoms of either molecule sum to it.
+  // Equal atoms at r = σ (1 / 2)^(1/6): 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, which is 0.76 kcal/mol. The energies of either
+  // molecule's atoms sum to that value.
   const docking::Molecule a = part("CB", "C", "ALA", "A"), b = part("CB", "C", "LEU", "B");
   const double r = 3.4 * std::pow(0.5, 1.0 / 6);
   const std::string text = strongest_repulsion_text(a, b, {Vec3(r, 0, 0), Quat::Identity()});

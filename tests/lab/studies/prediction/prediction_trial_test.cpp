@@ -11,7 +11,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Force x of 1 kHz.
+/// Series of a force along x, sampled at 1 kHz.
 template <class Force>
 ForceSeries series_of(double length_s, const Force& force) {
   ForceSeries series{"test", "", {}};
@@ -28,7 +28,7 @@ TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   const PredictionErrors errors = predict_series(ramp, hold);
-  // Ages 0 … 4 ms at 3 N/s; the last tick of 1000 is at age 0: 200 of each and one more 0.
+  // Ages 0 … 4 ms at 3 N/s, 200 of each; the last tick, number 1000, adds one more age of 0.
   EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
   EXPECT_NEAR(errors.force.largest, 0.012, 1e-9);
   // Variance of a uniform choice of 0 … 4: 2.
@@ -44,17 +44,18 @@ TEST(PredictionTrial, ADelayIsAnAge) {
   constexpr Duration kLate = std::chrono::milliseconds(10);
   EXPECT_NEAR(predict_series(ramp, hold, kPeriod, kLate).force.mean, 3e-3 * 12, 1e-4);
   haptics::ForceStream linear(haptics::force_stream_settings("linear"));
-  // Right but for the first sample, which no line goes through yet.
+  // Exact except for the first sample, before a line can be fitted.
   EXPECT_LT(predict_series(ramp, linear, kPeriod, kLate).force.mean, 3e-3 * 12 / 50);
 }
 
 TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
-  // A step of eight times the noise: a jump only where a contact is said to have changed (5 times), not else (12).
+  // A step of eight times the noise resets the predictor only where a contact change is flagged (threshold 5 times).
+  // Otherwise the threshold is 12 times.
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
   haptics::ForceStream plain, flagged;
   const std::uint64_t before = predict_series(series, plain).stream.resets;
-  // Between the samples of 500 and 505 ms, which are sent.
+  // The change is between the samples of 500 and 505 ms, which are sent.
   series.samples[502].has_contact_changed = true;
   EXPECT_EQ(predict_series(series, flagged).stream.resets, before + 1);
 }

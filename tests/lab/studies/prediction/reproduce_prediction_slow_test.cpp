@@ -7,7 +7,7 @@ namespace tandem::lab {
 namespace {
 
 TEST(ReproducePrediction, TheDefaultIsNeverWorseThanHoldAndLinearAndBeatsLinearOnChatter) {
-  // A clock that stands still: what a fit costs is not for a test.
+  // A clock that stands still, because a test does not measure the cost of a fit.
   expect_claims(reproduce_prediction(VirtualClock{}));
 }
 

@@ -1,4 +1,4 @@
-// What every reproduction must be: all its claims hold, and what it writes has them all.
+// Requirements on every reproduction: all its claims hold, and its output contains all of them.
 #pragma once
 
 #include <gtest/gtest.h>

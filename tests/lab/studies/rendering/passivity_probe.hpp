@@ -1,4 +1,4 @@
-// What a hand can take out of a coupling: random hands, and drivers that choose their direction to gain.
+// Energy that a hand can extract from a coupling: random hands, and drivers that choose their direction to gain energy.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace tandem::lab {
 
-/// Rest for a moment, then way points a human hand reaches, turned a little: into the plane, along it, off it.
+/// A path that starts at rest, then way points within human reach, turned a little: into the plane, along it, off it.
 inline devices::HandPath random_path(std::uint64_t seed, double length_s) {
   Random random(seed, 1);
   std::vector<devices::WayPoint> points{{Duration(0), Pose{}, 0, ""}};
@@ -37,7 +37,8 @@ inline double least_work_j(const HandRigSettings& settings, std::uint64_t seed, 
   return least;
 }
 
-/// Which way the driver moves the handle: into the plane and out, along the plane while it presses, or turning.
+/// Direction in which the driver moves the handle: into the plane and out, along the plane while it presses, or
+/// turning.
 enum class DriverWay : std::uint8_t { kDown, kAlong, kTurning };
 inline constexpr std::array kDriverWays{DriverWay::kDown, DriverWay::kAlong, DriverWay::kTurning};
 
@@ -46,27 +47,27 @@ inline std::string name_of(DriverWay way) {
   return kNames.at(static_cast<std::size_t>(way));
 }
 
-/// In metres or, turning, in radians.
+/// Limits of a driver, in metres or, when turning, in radians.
 struct DriverLimits {
   double speed_per_s = 0.1;
   double acceleration_per_s2 = 10;
-  double decision_s = 0.05;  ///< it keeps to a direction at least so long
-  double rashness = 0.2;     ///< share of decisions by chance
-  double reach = 0.02;       ///< from where it began
+  double decision_s = 0.05;  ///< minimum time between changes of direction
+  double rashness = 0.2;     ///< share of random decisions
+  double reach = 0.02;       ///< greatest distance from the start
 };
-/// As fast as a hand can: directions of 50 ms, 10 m/s², 200 rad/s².
+/// Limits of a human hand: a new direction every 50 ms, 10 m/s², 200 rad/s².
 inline DriverLimits human_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{2, 200, 0.05, 0.2, 0.4} : DriverLimits{};
 }
-/// Every tick another direction if that gains: more than any hand, and within what the passivity controller assumes of
-/// one.
+/// A new direction in every tick if that gains energy: faster than any hand, and within the passivity controller's
+/// assumptions.
 inline DriverLimits tick_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{1, 5000, 0.001, 0.2, 0.1}
                                     : DriverLimits{0.05, 100, 0.001, 0.2, 0.005};
 }
 
-/// Moves the handle along one coordinate. It goes with the force when that is above its recent mean (it gains
-/// most) and against it when it is below (it loses least), and now and then as chance has it.
+/// Moves the handle along one coordinate. It moves with the force while that exceeds its recent mean, and gains most.
+/// It moves against the force while that is below the mean, and loses least. Some decisions are random.
 class Driver {
  public:
   Driver(const DriverLimits& limits, std::uint64_t seed, double period_s)
@@ -101,7 +102,7 @@ class Driver {
   double at_ = 0;
 };
 
-/// Presses the handle 3 mm past the plane in 0.2 s, and waits as long.
+/// Presses the handle 3 mm past the plane in 0.2 s, and then rests for 0.2 s.
 inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
   const double depth_m = 0.003 - settings.plane_z_m.value_or(0);
   const int steps = static_cast<int>(0.2 * settings.rate_hz);
@@ -114,9 +115,9 @@ inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
 /// Least W over a run of a driver.
 struct DrivenWork {
   double from_rest_j = 0;  ///< from the first tick on
-  double reported_j = 0;   ///< the same, of the reported positions
-  /// From when the driver begins: along the plane with the handle pressed down. What is stored then is the least for
-  /// that height, so that none of it can be had by moving along.
+  double reported_j = 0;   ///< the same for the reported positions
+  /// Counted from the start of the driver. Along the plane the handle is pressed down first. The stored energy is then
+  /// the least for that height, so that motion along the plane cannot extract it.
   double from_start_j = 0;
 };
 
@@ -147,7 +148,7 @@ inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay w
   return least;
 }
 
-/// Least W of a driver that knows laws that switch: slowly in on the soft curve, out on the stiff one, four times.
+/// Least W of a driver that exploits laws that switch: slowly in on the soft curve, out on the stiff one, four times.
 inline double least_stroke_work_j(const HandRigSettings& settings) {
   HandRig rig(settings, devices::named_hand_path("rest"));
   const double step_m = 0.05 / settings.rate_hz;

@@ -1,6 +1,7 @@
-// The whole region in which laws are called passive: every shipped device profile, soft to as stiff as it can show in
-// translation and rotation, three dampings, tools of 0.02 to 2 kg, three hands. With exact positions, and behind the
-// profile's encoder, from whose steps the velocity is estimated; W is of the true motion in both.
+// The whole region in which laws are marked passive: every shipped device profile, tools of 0.02 to 2 kg, three hands.
+// Stiffness ranges from soft to the stiffest displayable in translation and rotation, with three dampings. Positions
+// are exact, or pass the profile's encoder, from whose steps the velocity is estimated. W refers to the true motion in
+// both cases.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double kLength_s = 1;
 
-/// The least of many runs, and whose it was.
+/// The least W of many runs, and the run in which it occurred.
 class LeastWork {
  public:
   void add(double work_j, const std::string& run) {
@@ -25,7 +26,7 @@ class LeastWork {
     run_ = run;
   }
   double work_j() const { return least_j_; }
-  /// Said once: a test in which everything fails stays readable.
+  /// Prints once, so that a test with many failures stays readable.
   void print(std::string_view what) const {
     std::cout << what << ": least W " << 1e6 * least_j_ << " µJ, " << run_ << '\n';
   }
@@ -36,8 +37,8 @@ class LeastWork {
   std::string run_ = "in no run below 0";
 };
 
-/// Calls `run(settings, device, seed)` for a law on every profile, stiffness, mass and the dampings given, each with
-/// its own seed.
+/// Calls `run(settings, device, seed)` for a law on every profile, stiffness, mass and given damping, each with its own
+/// seed.
 template <class Run>
 void for_region(std::string_view law, std::span<const double> dampings, std::uint64_t seed, const Run& run) {
   for (const devices::DeviceProfile& device : devices::load_device_profiles(devices::shipped_device_profiles())) {
@@ -53,7 +54,7 @@ void for_region(std::string_view law, std::span<const double> dampings, std::uin
   }
 }
 
-/// Both passive laws that differ: the adaptive one at a given stiffness is the spring-damper.
+/// Applies to both distinct passive laws: at a given stiffness the adaptive law is the spring-damper.
 template <class Run>
 void for_passive_laws(std::uint64_t seed, const Run& run) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
@@ -98,10 +99,10 @@ LeastWork least_of_drivers(Encoder encoder) {
 
 struct ControlledWork {
   LeastWork real;
-  LeastWork reported;  ///< over the positions that the passivity controller was given
+  LeastWork reported;  ///< for the positions that the passivity controller received
 };
 
-/// With damping k T: less is never asked for. The passivity controller knows no direction, so its bound counts from
+/// Uses damping k T, the least that is ever requested. The passivity controller does not distinguish directions, so its bound counts from
 /// rest.
 ControlledWork least_of_controlled_drivers(Encoder encoder) {
   ControlledWork least;
@@ -149,8 +150,8 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 }
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
-  // Its energy balance is of what the encoder reports. A driver that turns every tick gets a little more, as what it
-  // does within a step is seen by nobody: W of the true positions is printed and not claimed.
+  // The controller's energy balance uses the encoder's positions. A driver that turns every tick gains a little more,
+  // because its motion within a step is not observed. W of the true positions is therefore printed and not claimed.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");
   expect_passive(least.reported,

@@ -1,5 +1,5 @@
-// Nobody gets energy out of a law that is called passive; of the others it is shown how much they give. W is what the
-// hand has put in since it began at rest, over the displacements that really happened under the force that was held.
+// A hand cannot extract energy from a law marked passive; for the other laws the test shows the extracted amount. W is
+// the work of the hand since it began at rest, from the true displacements under the held force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kUsualSeed = 20240611;
 
-/// 300 N/m in light grip, damping k T.
+/// 300 N/m in a light grip, damping k T.
 HandRigSettings light_rig(std::string_view law) {
   HandRigSettings settings;
   settings.law = law;
@@ -29,7 +29,7 @@ double least_driven_j(const HandRigSettings& settings, const DriverLimits& limit
   return least_driven_work(settings, DriverWay::kDown, limits, seed, 2).from_rest_j;
 }
 
-/// As stiff as the device can show, damping k T.
+/// The greatest stiffness that the device can display, damping k T.
 HandRigSettings stiffest_rig(std::string_view law, const devices::DeviceProfile& device) {
   HandRigSettings settings = rig_on(law, device, coupling_on(device, 1, 1), 0.02);
   settings.hand = devices::holding(settings.hand, device);
@@ -45,7 +45,7 @@ double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   return least_j;
 }
 
-/// The stiffest one, and the stiffest that shows torque.
+/// The device with the greatest stiffness, and the one with the greatest stiffness that displays torque.
 constexpr std::array kDevices{"omega.6", "sigma.7"};
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
@@ -61,7 +61,7 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
 }
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsBehindTheEncoder) {
-  // The law pulls at where the encoder says, W is of where the hand is: what the steps give is in it.
+  // The law uses the encoder's position and W the hand's position, so W includes the effect of the encoder steps.
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
@@ -102,13 +102,13 @@ TEST(Passivity, IsLostBySwitchingAndByDirectRendering) {
     const double by_driver_j = least_driven_j(settings, human_limits(DriverWay::kDown), seed);
     std::cout << law.name << " gave " << -1e3 * by_strokes_j << " mJ in 2.4 s of strokes, " << -1e3 * by_driver_j
               << " mJ to a driver in 2 s\n";
-    // A hundred times what a passive law may be missing.
+    // A hundred times the tolerance of a passive law.
     EXPECT_LT(std::min(by_strokes_j, by_driver_j), -100 * kMaxCreated_j) << law.name << ", seed " << seed;
   }
 }
 
 TEST(Passivity, OfPassiveLawsIsLostToADriverThatTurnsEveryTickWithoutAPassivityController) {
-  // What the passivity controller is for: no damping suffices for a hand that turns as often as the force is updated.
+  // Purpose of the passivity controller: no damping suffices for a hand that turns as often as the force is updated.
   HandRigSettings settings = light_rig("spring-damper");
   settings.coupling.stiffness_n_per_m = 5000;
   settings.coupling.damping_n_s_per_m = 5;
