@@ -63,9 +63,9 @@ TEST(DeviceWriter, ADeviceWithoutForceIsGivenNoneAndThatIsNoClamp) {
 }
 
 TEST(DeviceWriter, ClampsAnyWrenchToTheLimitsWithItsDirectionKept) {
-  const char* text = std::getenv("TANDEM_SEED");
+  const char* text = std::getenv("TANDEM_TEST_SEED");
   const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : 4711;
-  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   Random random(seed);
   RecordingDevice device = verified_device();
   DeviceWriter writer(device);

@@ -97,7 +97,7 @@ Outcome outcome_of_copy(Packing packing, std::span<const std::byte> bytes) {
 }
 
 std::uint64_t seed() {
-  const char* text = std::getenv("TANDEM_SEED");
+  const char* text = std::getenv("TANDEM_TEST_SEED");
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 20'240'601;
 }
 
@@ -178,7 +178,7 @@ TEST(HostileBytes, RandomDamageIsRefusedOrRead) {
       if (random.next_u32() % 4 == 0) bytes.resize(random.next_u32() % (2 * bytes.size()), std::byte{0xff});
       const Outcome outcome = outcome_of_copy(message.packing, bytes);
       ASSERT_NE(outcome, Outcome::kUnusable)
-          << message.name << " round " << round << "; repeat with TANDEM_SEED=" << first_seed;
+          << message.name << " round " << round << "; repeat with TANDEM_TEST_SEED=" << first_seed;
       refused += outcome == Outcome::kRefused ? 1 : 0;
     }
     EXPECT_GT(refused, 0) << message.name;
@@ -195,7 +195,7 @@ TEST(HostileBytes, PureNoiseBehindAGoodHeaderIsRefusedOrRead) {
       for (std::uint32_t n = random.next_u32() % kMaxPayloadBytes; n > 0; --n)
         bytes.push_back(std::byte(random.next_u32()));
       ASSERT_NE(outcome_of_copy(packing, bytes), Outcome::kUnusable)
-          << "round " << round << "; repeat with TANDEM_SEED=" << first_seed;
+          << "round " << round << "; repeat with TANDEM_TEST_SEED=" << first_seed;
     }
   }
 }

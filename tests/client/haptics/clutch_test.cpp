@@ -45,9 +45,9 @@ class RandomHand {
 };
 
 TEST(Clutch, HandleNeverMovesMoreThanTheHandDidWhateverTheButtonDoes) {
-  const char* text = std::getenv("TANDEM_SEED");
+  const char* text = std::getenv("TANDEM_TEST_SEED");
   const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : 99;
-  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   RandomHand hand(seed);
   Clutch clutch;
   RigidState raw = hand.next();

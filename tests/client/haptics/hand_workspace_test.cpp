@@ -38,7 +38,7 @@ struct SmallRig : HapticRig {
 
 TEST(HandWorkspace, AScaledAndTurnedMappingKeepsTheHandsPower) {
   const std::uint64_t seed = test::test_seed(7);
-  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   Random random(seed);
   const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };
   for (int i = 0; i < 100; ++i) {

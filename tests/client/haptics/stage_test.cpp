@@ -58,9 +58,9 @@ TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
 }
 
 TEST(LatePose, PairOnHandAndToolSumsToZero) {
-  const char* text = std::getenv("TANDEM_SEED");
+  const char* text = std::getenv("TANDEM_TEST_SEED");
   const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : 17;
-  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   Random random(seed);
   const auto vector = [&random](double scale) {
     return Vec3(scale * Vec3(random.normal(), random.normal(), random.normal()));

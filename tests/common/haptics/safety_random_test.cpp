@@ -1,4 +1,4 @@
-// The guarantees of the safety chain under random input. Seed: TANDEM_SEED, printed on failure.
+// The guarantees of the safety chain under random input. Seed: TANDEM_TEST_SEED, printed on failure.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -17,7 +17,7 @@ constexpr Duration kTick{std::chrono::milliseconds(1)};
 constexpr double kRounding = 1e-12;
 
 std::uint64_t test_seed() {
-  const char* text = std::getenv("TANDEM_SEED");
+  const char* text = std::getenv("TANDEM_TEST_SEED");
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 20240517;
 }
 
@@ -62,7 +62,7 @@ class RandomInput {
 
 TEST(Safety, AnyInputGivesFiniteOutputWithinTheSlewLimitExceptWhileDecaying) {
   const std::uint64_t seed = test_seed();
-  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
   RandomInput inputs(seed);
   SafetyChain chain{SafetySettings{}};
   LocalTime now{};
