@@ -12,7 +12,7 @@ namespace tandem::lab {
 /// Writes the first two molecules of the recorded room in their recorded pose. The file's extension selects PDB or
 /// mmCIF. Never overwrites a file.
 ///
-/// In      recording  of a room
+/// In      recording  a room's recording
 ///         at      time since the start of the recording: the last states up to it are saved; none: the states of least
 ///                 field energy
 ///         scene   used instead of the scene file that the recording names; empty: the recorded name

@@ -13,7 +13,7 @@ namespace tandem::lab {
 /// step used, with its user and tick). Tables of a client: `ticks`, with the columns of its --trace, and `link`. Times
 /// t_s count from the first message; unix_s is since 1970.
 ///
-/// Fails   as read_recording()
+/// Fails   see read_recording()
 std::map<std::string, CsvTable> recording_tables(const std::filesystem::path& file);
 
 }  // namespace tandem::lab
