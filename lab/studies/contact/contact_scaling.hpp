@@ -20,7 +20,7 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// Compares the p99 of the finest mesh with that of `reference`, the index of the mesh as given.
+/// Compares the p99 of the finest mesh with the p99 of mesh number `reference`, the mesh as given.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

@@ -14,7 +14,7 @@ namespace tandem::lab {
 struct TouchObject {
   std::string name;
   geometry::ContactMesh mesh;
-  std::shared_ptr<const contact::ContactShape> shape;  ///< as loaded from the cache file
+  std::shared_ptr<const contact::ContactShape> shape;  ///< loaded from the cache file
   std::shared_ptr<const ExactSurface> exact;
   double build_s = 0;       ///< build time with repair; 0: loaded from the cache
   double cache_load_s = 0;  ///< load time from a file, which the kernel still holds in memory if it was just built

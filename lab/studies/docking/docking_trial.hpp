@@ -41,7 +41,7 @@ Pose pose_between(const Pose& from, const Pose& to, double share);
 Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
 
 /// Loads the scene of docking_scene() or a similar one, with the ligand and its tool placed at `X_AB` [Å].
-/// Fails   as server::load_scene_text()
+/// Fails   see server::load_scene_text()
 std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom);
 
 /// `scene` with the force scale, the knee and the zero area found by loading; later loads skip their computation.

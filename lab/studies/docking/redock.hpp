@@ -31,7 +31,7 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 /// back, up to kRelease_angstrom from the minimum; then both hands relax for four seconds. The trial is repeated at
 /// zero delay on the stage that displays the server's own force.
 ///
-/// In      scene     as made by docking_scene()
+/// In      scene     scene of docking_scene()
 ///         guided    the ligand's hand does not relax: the distance of its end pose is then an offset, not a claim
 ///         threads   number of parallel trials
 ///         progress  called with the finished share of the trials, 0 to 1
@@ -39,7 +39,7 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 ///         as "lock"; "seeds", a row each, whose "end" is "docked", "deeper minimum" (the field prefers another pose),
 ///         "zero area" (no force is displayed there), "elsewhere" or "disconnected". The minimum and the end poses are
 ///         compared with the native pose by the measures of lab/metrics/capri.hpp
-/// Fails   as server::load_scene_text(); std::invalid_argument: the parts form no complex in the poses of their files
+/// Fails   see server::load_scene_text(); std::invalid_argument: the parts form no complex in the poses of their files
 boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
                            bool guided, std::size_t threads, const std::function<void(double)>& progress = {});
 

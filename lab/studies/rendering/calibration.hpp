@@ -26,25 +26,25 @@ struct CalibrationPoint {
   /// Reason why the stiffness is not higher: "maximum" of the device, "cap" where that is unverified, "stability",
   /// "rest" or "quiet".
   std::string_view limited_by;
-  double spectral_radius = 0;  ///< of `best`, including the margins
-  double restlessness = 0;     ///< of `best`, in encoder steps
-  double roughness = 0;        ///< of `best`
+  double spectral_radius = 0;  ///< that of `best`, including the margins
+  double restlessness = 0;     ///< that of `best`, in encoder steps
+  double roughness = 0;        ///< that of `best`
   double roughness_allowed = 0;
   Pair fitted;                        ///< pair given by the polynomials
-  double fitted_spectral_radius = 0;  ///< of `fitted`, including the margins
+  double fitted_spectral_radius = 0;  ///< that of `fitted`, including the margins
   double fitted_restlessness = 0;
   double fitted_roughness = 0;
 };
 
 /// Calibration of translation or of rotation.
 struct AxisCalibration {
-  std::vector<CalibrationPoint> points;  ///< by ascending inertia, up to the first point that reaches the stiffness
+  std::vector<CalibrationPoint> points;  ///< sorted by inertia, up to the first point that reaches the stiffness
                                          ///< maximum
   /// Masses that are too light: even the softest tried pair (`best`) violates the rule `limited_by`. The fits exclude
   /// them.
   std::vector<CalibrationPoint> left_out;
-  haptics::Cubic stiffness;  ///< as a function of the inertia
-  haptics::Cubic damping;    ///< as a function of the stiffness
+  haptics::Cubic stiffness;  ///< function of the inertia
+  haptics::Cubic damping;    ///< function of the stiffness
   int stiffness_degree = 0;
   int damping_degree = 0;
   double stiffness_maximum = 0;     ///< limit from coupling_bounds()
