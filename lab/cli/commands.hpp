@@ -1,5 +1,5 @@
 // The subcommands of tandem-lab, one file each. Each function adds its command to `app`; parsing the command line
-// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main answers with 2.
+// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main returns 2.
 #pragma once
 
 namespace CLI {

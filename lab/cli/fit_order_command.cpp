@@ -40,8 +40,7 @@ haptics::ArFit fit_named(const std::string& name) {
   for (const haptics::ArFit fit : kFits) {
     if (haptics::name_of(fit) == name) return fit;
   }
-  throw std::invalid_argument("--fit " + name + " is not known");  // unreachable: the option's check refuses other
-                                                                   // names
+  throw std::invalid_argument("--fit " + name + " is not known");  // refused earlier by the option's check
 }
 
 std::vector<SeriesOrders> orders_of(const FitOrderOptions& options) {

@@ -18,8 +18,7 @@ struct ReplayResult {
   std::uint64_t steps = 0, commands = 0, inputs = 0;
   std::optional<std::uint64_t> differs_at_step;  ///< first step after which the two rooms differ
   std::string differing_thing;                   ///< first body or tool of the scene that differs at that step
-  std::optional<std::uint64_t> missing_step;     ///< first step that is missing in the recording; playback ends before
-                                                 ///< it
+  std::optional<std::uint64_t> missing_step;     ///< step missing in the recording; playback ends before it
   bool is_whole = true;                          ///< each file of the recording has its end record
   std::string program;                           ///< program that made the recording
   std::string note;                              ///< known reason why the states may differ

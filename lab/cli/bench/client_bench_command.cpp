@@ -199,9 +199,7 @@ ClientBenchRun BenchSession::run() {
   is_measuring_ = true;
   const LocalTime end = virtual_clock_.now() + experiment_.duration;
   while (virtual_clock_.now() < end) run_slot();
-  if (!std::isfinite(work_))
-    throw std::runtime_error("the fixed work came to nothing");  // keeps the computation from
-                                                                 // being optimised away
+  if (!std::isfinite(work_)) throw std::runtime_error("the fixed work came to nothing");  // prevents its removal
   const auto ticks = static_cast<double>(run_.tick.count());
   run_.local_share = static_cast<double>(local_ticks_) / ticks;
   run_.predicting_share = static_cast<double>(predicting_ticks_) / ticks;

@@ -19,8 +19,7 @@ struct Landing {
   double stop_force_n = 0;     ///< step of the hand's force at a rigid stop, see landings()
   double stop_torque_n_m = 0;  ///< upper bound of the torque step at a rigid stop
   bool is_on_face = false;     ///< drops only, see drops()
-  double rest_s = 0;           ///< drops only: time after which the tool is slower than 1 mm/s; infinite: not within
-                               ///< kDrop_s
+  double rest_s = 0;           ///< drops only: start of rest below 1 mm/s; infinite: not within kDrop_s
   double kinetic_left_j = 0;   ///< kinetic energy at the end
 };
 
@@ -42,8 +41,8 @@ std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed,
 /// Six drops without a hand: the tool falls 5 mm onto level ground that is 40 times as wide as its radius, once with
 /// each side of its bounding box down. Centre of mass and moments of inertia are those of the filled box.
 ///
-/// A drop is "on a face" where corners of the mesh within 10 µm of that side support the tool stably up to a tilt of a
-/// tenth. Elsewhere the tool may keep rolling and rocking, because rolling on rigid ground dissipates nothing.
+/// A drop is "on a face" where corners of the mesh within 10 µm of that side support the tool stably up to a tilt of
+/// 1 in 10. Elsewhere the tool may keep rolling and rocking, because rolling on rigid ground dissipates nothing.
 std::vector<Landing> drops(const TouchObject& tool, double mass_kg, const Clock& clock);
 
 /// Checks. All: contact occurs, and contact creates at most 1 mJ. Landings: steps of the hand's force and torque are

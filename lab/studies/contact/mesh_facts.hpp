@@ -27,13 +27,11 @@ struct MeshFacts {
 /// Conversion of a file's units to metres.
 struct MeshScale {
   double scale = 1;           ///< metres per unit of the file
-  double largest_size_m = 0;  ///< if positive, the longest edge of the bounding box is scaled to it and `scale` is
-                              ///< ignored
+  double largest_size_m = 0;  ///< if positive: longest edge of the bounding box; `scale` is ignored
   bool y_is_up = false;       ///< for files that do not state their up axis
 };
 
-/// In      warn  called before anything is built, with the doubt about an implausible size and the options that change
-///               it
+/// In      warn  called before anything is built, if the size is implausible, with the reason and the remedy
 /// Fails   std::runtime_error that names the file and why it cannot be used
 MeshFacts mesh_facts(const std::filesystem::path& file, const MeshScale& scale,
                      const std::function<void(const std::string& warning)>& warn);

@@ -191,7 +191,7 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< keyed by the corners around a point and its weights
+  std::map<std::vector<int>, int> points_;  ///< keyed by a point's corners and its weights
   geometry::TriangleMesh result_;
 };
 

@@ -117,7 +117,7 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
 ///         Between steps the points move along straight lines in pieces of at most kPiece_m.
 class PopThroughWatch {
  public:
-  /// In      separate at the first step
+  /// In      a, b  separate at the first step
   PopThroughWatch(const ExactSurface& a, const ExactSurface& b) {
     for (const ExactSurface* of_a : a.parts()) {
       for (const ExactSurface* of_b : b.parts()) {

@@ -62,7 +62,8 @@ inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max(
 ///
 /// The force jump is the error that a receiver of 16 reduced contacts feels when the next ones arrive. It is the net
 /// wrench of the new reduced contacts less that of the previous ones, extrapolated by their own stiffness, less the
-/// same difference for all contacts. Torque is divided by the contacts' spread. In      clock  for TouchStep's times
+/// same difference for all contacts. Torque is divided by the contacts' spread.
+/// In      clock  for TouchStep's times
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
                      Duration begin = Duration{0}, std::size_t steps = kWholePath);

@@ -72,7 +72,7 @@ class Walls {
   /// Wall thickness behind a place; nullopt for a place inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // Number of parts that contain a point just outside, and change for a point just inside.
+    // Number of parts around a point just outside, and the increase for a point just inside.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;

@@ -36,9 +36,8 @@ std::vector<ForceSeries> shipped_series();
 /// Chattering contact of the thesis's kind: peg and box in GImpact, stock Bullet with its default solver. Each time
 /// step is as long as the previous step would take on a slow machine.
 ///
-/// Model    step h = 2 ms + 0.25 ms for each contact, within 2 … 10 ms: 100 to 500 Hz. Ours; the thesis says "variable,
-///          less than 100 to several 100 Hz"
-/// In       clock  required by GImpactReference; its times are not used
+/// Model   step h = 2 ms + 0.25 ms for each contact, within 2 … 10 ms: 100 to 500 Hz. Ours; the thesis says "variable,
+///         less than 100 to several 100 Hz"
 ForceSeries chatter_series(double mass_kg);
 
 /// RMS deviation of the force from its mean over the surrounding 20 ms, over samples with a force: the part that no

@@ -38,8 +38,7 @@ struct CalibrationPoint {
 
 /// Calibration of translation or of rotation.
 struct AxisCalibration {
-  std::vector<CalibrationPoint> points;  ///< sorted by inertia, up to the first point that reaches the stiffness
-                                         ///< maximum
+  std::vector<CalibrationPoint> points;  ///< sorted by inertia, up to the first at the stiffness maximum
   /// Masses that are too light: even the softest tried pair (`best`) violates the rule `limited_by`. The fits exclude
   /// them.
   std::vector<CalibrationPoint> left_out;

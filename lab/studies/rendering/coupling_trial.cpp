@@ -120,8 +120,7 @@ double CouplingTrial::spectral_radius(const Pair& pair, double inertia) const {
 
 double CouplingTrial::restlessness(const Pair& pair, double inertia) const {
   double worst = 0;
-  for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {  // starts at 1: the entry without a hand cannot
-                                                                       // press
+  for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {  // entry 0 has no hand
     worst = std::max(worst, restlessness_of(i, pair, inertia));
   }
   return worst;

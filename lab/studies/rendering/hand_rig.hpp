@@ -46,9 +46,10 @@ struct HandRigTick {
   Wrench on_hand_W;           ///< displayed from now to the next tick, about the handle
   Wrench on_tool_W;           ///< wrench of the coupling, about the tool
   double normal_force_n = 0;  ///< normal force of the contact
-  double hand_work_j = 0;  ///< W: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ, up to this tick; F, τ as displayed, x, θ true
-  double reported_work_j =
-      0;  ///< the same of the positions that the encoder reported: all that a passivity controller can know
+  /// Work of the hand up to this tick: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ; F, τ as displayed, x, θ true.
+  double hand_work_j = 0;
+  /// The same from the reported positions, the only ones available to a passivity controller.
+  double reported_work_j = 0;
 };
 
 /// The simulated hand with the impedance of a hand from check_coupling(); the entry without a hand is not valid here.

@@ -47,8 +47,7 @@ const LawBuzz& of_law(const std::vector<LawBuzz>& laws, std::string_view law) {
 /// Ratio of the default's vibration to its rival's in light touches.
 struct LightTouches {
   int count = 0;
-  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN without any touch, which would be no
-                                                                  ///< evidence
+  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no light touch, so no evidence
 };
 
 LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const PressSettings& settings) {
@@ -98,8 +97,7 @@ std::string slope_ratio_with(const PressSettings& settings) {
 /// Range of the settled force without tremor.
 struct Rest {
   double exact_n = 0;       ///< largest over all forces, with an exact encoder
-  double over_quantum = 0;  ///< largest over all forces with the encoder, in multiples of the force change of one
-                            ///< encoder step
+  double over_quantum = 0;  ///< largest over all forces, in force changes of one encoder step
 };
 
 Rest rest_of(std::string_view law, PressSettings settings) {
