@@ -177,7 +177,7 @@ json::array close_json(const DockingPair& pair, const Energies& found) {
   return rows;
 }
 
-/// Names the molecules with a physically impossible total charge; empty: none, or the user accepted it.
+/// Names the molecules whose total charge is not an integer; empty: none, or the user accepted it.
 std::string doubtful_charges(const DockingPair& pair, const EnergyOptions& options) {
   if (options.accepts_charge) return {};
   std::string which;

@@ -41,7 +41,7 @@ std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed,
 /// Six drops without a hand: the tool falls 5 mm onto level ground that is 40 times as wide as its radius, once with
 /// each side of its bounding box down. Centre of mass and moments of inertia are those of the filled box.
 ///
-/// A drop is "on a face" where corners of the mesh within 10 µm of that side support the tool stably up to a tilt of
+/// A drop is "on a face" if corners of the mesh within 10 µm of that side support the tool stably up to a tilt of
 /// 1 in 10. Elsewhere the tool may keep rolling and rocking, because rolling on rigid ground dissipates nothing.
 std::vector<Landing> drops(const TouchObject& tool, double mass_kg, const Clock& clock);
 

@@ -199,7 +199,7 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg) {
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg,
                                        const Vec3& inertia_kg_m2) {
   coupling.damping_n_s_per_m = 2 * kDampingRatio * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
-  // Critical for the lightest axis: the others are damped less, but an explicit peer can still step each of them.
+  // For the lightest axis: the others are damped less, but an explicit peer can step every axis.
   coupling.damping_n_m_s_per_rad =
       2 * kDampingRatio * std::sqrt(coupling.stiffness_n_m_per_rad * inertia_kg_m2.minCoeff());
   return coupling;

@@ -57,7 +57,8 @@ devices::HandPath receptor_hand(const devices::HandPath& ligand, bool relaxes);
 /// Time at which a hand of ligand_hand() begins to settle.
 Duration settles_at(const devices::HandPath& hand);
 
-/// An experiment of two users, each with one hand, over `round_trip`; it ends `settling` after the hands begin to settle.
+/// An experiment of two users, each with one hand, over `round_trip`. It ends `settling` after the hands begin to
+/// settle.
 Experiment docking_experiment(const devices::HandPath& ligand, bool relaxes, Duration round_trip, Duration settling,
                               std::uint64_t seed);
 

@@ -43,8 +43,8 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
                            bool guided, std::size_t threads, const std::function<void(double)>& progress = {});
 
-/// Claims: the minimum is near the native pose. A locked pair fails the claim of an exit path. In other pairs the ligands
-/// dock without large force steps or forces.
+/// Claims: the minimum is near the native pose. A locked pair fails the claim of an exit path. In other pairs the
+/// ligands dock without large force steps or forces.
 std::vector<Check> redock_checks(const boost::json::object& redocked);
 
 }  // namespace tandem::lab
