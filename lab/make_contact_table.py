@@ -5,8 +5,8 @@ Usage: lab/make_contact_table.py [--lab PROGRAM] [--out DIR] [--partners self,bu
        [--steps 0] [--landing] [--write]
 Runs `tandem-lab bench contact` for each mesh of lab/mesh_corpus.py, generated or found, against each partner, one after
 the other, and prints the table. With --write it also replaces the table in the README. With --landing it runs
-`bench contact --landing` instead and makes the table of landings and drops. DIR keeps finished runs and the assets of the
-meshes, so an interrupted run continues where it ended. Exit code: 0 done, 2 wrong arguments.
+`bench contact --landing` instead and makes the table of landings and drops. DIR keeps finished runs and the assets of
+the meshes, so an interrupted run continues where it ended. Exit code: 0 done, 2 wrong arguments.
 """
 
 import argparse

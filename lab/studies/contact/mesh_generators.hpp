@@ -26,8 +26,9 @@ geometry::TriangleMesh make_sphere(double radius_m, int levels);
 /// 12 triangles, centred.
 geometry::TriangleMesh make_cube(double edge_m);
 
-/// Divides each edge into `pieces` and each triangle into pieces². New corners are displaced along the normal of the old
-/// surface by up to `height_m`. The displacement is a smooth function of position, so the finer mesh has no flat patches.
+/// Divides each edge into `pieces` and each triangle into pieces². New corners are displaced along the normal of the
+/// old surface by up to `height_m`. The displacement is a smooth function of position, so the finer mesh has no flat
+/// patches.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
 /// Bounding box of the corners of the triangles.
