@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Makes the table of lab/README.md: what each stage shows of each case, against the server's own touch at zero delay.
+"""Makes the table of lab/README.md: error of each stage in each case, against the server's own touch at zero delay.
 
 Usage: lab/make_touch_table.py [--lab PROGRAM] [--out DIR] [--seeds 30] [--other-seeds 5]
        [--cases NAME,...] [--write]
-Prints the table; with --write it also replaces the one in lab/README.md, or of some cases their rows in it. What is in DIR from an earlier run is not run
-again. Exit code: 0 done, 1 tandem-lab failed, 2 wrong arguments.
+Prints the table. With --write it also replaces the table in lab/README.md, or with --cases the rows of these cases. DIR
+keeps finished runs, which are not repeated. Exit code: 0 done, 1 tandem-lab failed, 2 wrong arguments.
 """
 
 import argparse
@@ -28,7 +28,7 @@ LONG_SILENCE_MS = 110
 
 
 def trials(lab, out, stages, cases, first_seed, seeds):
-    """Rows by stage and case. One truth of a case and seed serves all stages."""
+    """Rows by stage and case. All stages share the truth of a case and seed."""
     if seeds < 1:
         return {stage: {case: [] for case in cases} for stage in stages}
     command = [lab, "run", *cases, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
@@ -71,7 +71,7 @@ def default_cells(rows):
 
 
 def silent_cell(rows):
-    """How many, and the greatest step at a return."""
+    """Number of trials with a long silence, and their largest force step at the end of it."""
     silent = [row for row in rows if row["silence_max_ms"] > LONG_SILENCE_MS]
     steps = values(silent, "return_step_max_n_per_ms")
     return f"{len(silent)}" + (f": {max(steps):.2f}" if steps else "")
@@ -109,7 +109,7 @@ def with_rows(text, rows):
 
 
 def replaced(text, new, file=README, begins=BEGIN, ends=END):
-    """The text of a file with what is between two lines replaced."""
+    """The text of a file with the part between two marker lines replaced by `new`."""
     before, begin, rest = text.partition(begins)
     _, end, after = rest.partition(ends)
     if not begin or not end:

@@ -1,4 +1,4 @@
-"""Meshes as other people bring them: made here by class, or found in Debian's packages of test models."""
+"""Meshes of typical users: generated here by class, or found in Debian's packages of test models."""
 
 import math
 import pathlib
@@ -11,7 +11,7 @@ PACKAGES = ("/usr/share/assimp/models", "/usr/share/glmark2/models")
 
 
 class Mesh(NamedTuple):
-    """Places in millimetres, and the indices of each triangle's corners."""
+    """Vertices in millimetres, and the indices of each triangle's corners."""
 
     vertices: list
     triangles: list
@@ -45,7 +45,7 @@ def lattice(place, columns, rows, closes_columns=False, closes_rows=False):
 
 
 def prism(outline, height, bottom=0.0):
-    """Of a polygon that is seen as a star from its middle, against the clock."""
+    """A prism over a counter-clockwise polygon that is star-shaped about its centre."""
     n = len(outline)
     x, y = (sum(p[k] for p in outline) / n for k in (0, 1))
     vertices = [(*p, z) for z in (bottom, bottom + height) for p in outline] + [(x, y, bottom), (x, y, bottom + height)]
@@ -68,7 +68,7 @@ def box(x, y, z):
 
 
 def turned(profile, sides):
-    """Closed: the outline (radius, height), from the axis to the axis, about z."""
+    """A closed solid of revolution about z; the profile (radius, height) starts and ends on the axis."""
     vertices = [(0.0, 0.0, profile[0][1]), (0.0, 0.0, profile[-1][1])]
     rings = []
     for radius, height in profile[1:-1]:
@@ -108,7 +108,7 @@ def rock(seed, sides):
 
 
 def torus(radius, thickness, columns, rows, twist=0.0):
-    """With `twist` its section is an eight, which meets itself."""
+    """A torus; with `twist` its section is a figure eight, which intersects itself."""
     def place(u, v):
         a, b = 2 * math.pi * u, 2 * math.pi * v
         across, up = thickness * math.cos(b), thickness * math.sin(b if twist == 0 else 2 * b) * (1 if twist == 0 else twist)
@@ -123,14 +123,14 @@ def wavy(waves, height, cells):
 
 
 def without(mesh, is_gone):
-    """Without the triangles whose middle is_gone()."""
+    """The mesh without the triangles whose centroid satisfies is_gone()."""
     def middle(triangle):
         return [sum(mesh.vertices[i][k] for i in triangle) / 3 for k in range(3)]
     return Mesh(mesh.vertices, [t for t in mesh.triangles if not is_gone(middle(t))])
 
 
 def finer(mesh):
-    """Each triangle as four."""
+    """The mesh with each triangle divided into four."""
     vertices, middles, triangles = list(mesh.vertices), {}, []
 
     def between(a, b):
@@ -155,7 +155,7 @@ def some_flipped(mesh, seed):
 
 
 def made():
-    """(class, name, mesh) of each."""
+    """Yields (class, name, mesh) of each generated mesh."""
     for k, size in enumerate([(60, 60, 60), (100, 40, 20), (100, 60, 4), (100, 10, 10), (80, 80, 2)]):
         yield "flat faces", f"box{k}", box(*size)
         yield "flat faces", f"box{k}-fine", finer(finer(finer(box(*size))))
@@ -214,7 +214,7 @@ def obj(mesh):
 
 
 def off(mesh):
-    """With comments, and colours of the faces."""
+    """An .off file with comments and face colours, to test the reader."""
     lines = ["OFF # of the corpus", f"{len(mesh.vertices)} {len(mesh.triangles)} 0", "# places"]
     lines += [f"{x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices]
     return "\n".join(lines + [f"3 {a} {b} {c} 200 100 50" for a, b, c in mesh.triangles]).encode() + b"\n"
@@ -238,7 +238,7 @@ WRITERS = {"obj": obj, "off": off, "stl": stl, "ply": ply}
 
 
 def write_made(folder):
-    """Writes all of them, in the formats in turn. Out: (class, file) of each."""
+    """Writes all generated meshes, cycling through the formats. Out: (class, file) of each."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     for number, (kind, name, mesh) in enumerate(made()):
@@ -250,6 +250,6 @@ def write_made(folder):
 
 
 def found():
-    """("of others", file) of each file of the packages that are installed."""
+    """("of others", file) of each mesh file in the installed packages."""
     return [("of others", file) for folder in PACKAGES for file in sorted(pathlib.Path(folder).rglob("*"))
             if file.suffix[1:].lower() in FORMATS and file.is_file()]

@@ -1,4 +1,4 @@
-// `tandem-lab check`: is a coupling stable and passive on a device, and what would do instead?
+// `tandem-lab check`: checks whether a coupling is stable and passive on a device, and proposes values that are.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -27,7 +27,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
-// Ours: far beyond any tool and any device; what is outside is a mistake.
+// Ours: far beyond any tool and any device, so values outside are typing errors.
 constexpr double kMinMass = 1e-6;
 constexpr double kMinInertia = 1e-12;
 constexpr double kMaxMass = 1e4;
@@ -47,13 +47,13 @@ struct CheckOptions {
   std::optional<int> velocity_window;
   int delay_periods = 0;
   bool wants_json = false;
-  std::vector<const CLI::Option*> chosen_by_fit;          ///< by the adaptive law
-  std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< when the fit is of rotation too
+  std::vector<const CLI::Option*> chosen_by_fit;          ///< options that the adaptive law sets itself
+  std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< also set by the law when the fit includes rotation
 };
 
 struct CheckRun {
-  haptics::CouplingParameters coupling;  ///< as it was checked
-  std::string fit_source;                ///< where the adaptive law's pairs are from; empty for the other laws
+  haptics::CouplingParameters coupling;  ///< the checked coupling
+  std::string fit_source;                ///< source of the adaptive law's pairs; empty for other laws
   std::vector<haptics::CheckedLoop> loops;
   std::vector<haptics::StabilityFinding> findings;
   bool is_refused = false;
@@ -74,7 +74,7 @@ haptics::LoopDevice device_of(const CheckOptions& options, devices::DeviceProfil
   return device;
 }
 
-/// An option that would be ignored is a mistake.
+/// Refuses options that would be ignored.
 void refuse_given(const std::vector<const CLI::Option*>& options) {
   for (const CLI::Option* const option : options) {
     if (option->count() == 0) continue;
@@ -84,7 +84,7 @@ void refuse_given(const std::vector<const CLI::Option*>& options) {
   }
 }
 
-/// The adaptive law has its pairs from a table, by the tool's mass.
+/// Sets the adaptive law's pairs from a table, by the tool's mass.
 void adapt(CheckRun& check, const CheckOptions& options, const devices::DeviceProfile& profile) {
   const haptics::AdaptiveFit fit = profile.adaptive.value_or(haptics::thesis_adaptive_fit());
   refuse_given(options.chosen_by_fit);
@@ -176,7 +176,7 @@ void print(const CheckRun& check, const CheckOptions& options) {
   if (check.findings.empty()) std::printf("nothing to complain of\n");
 }
 
-/// A number from `low` to `high`, both of which a mistake is answered with.
+/// Adds an option for a number from `low` to `high`; the error message names both.
 template <class T>
 CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, double low, double high,
                         const std::string& help) {
@@ -191,7 +191,7 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
   return command.add_option(name, value, help)->check(problem);
 }
 
-/// In the range that a scene may give it.
+/// Adds an option for a coefficient within the range of scene files.
 CLI::Option* add_coefficient(CLI::App& command, const std::string& name, CheckOptions& options,
                              double haptics::CouplingParameters::*value, const std::string& help) {
   const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);

@@ -1,5 +1,5 @@
 // The subcommands of tandem-lab, one file each. Each function adds its command to `app`; parsing the command line
-// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main answers with 2.
+// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main returns 2.
 #pragma once
 
 namespace CLI {
@@ -32,7 +32,7 @@ void add_energy_command(CLI::App& app, int& exit_code);
 void add_redock_command(CLI::App& app, int& exit_code);
 /// fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …] [--json]
 void add_fit_order_command(CLI::App& app, int& exit_code);
-/// report --out FILE --session NAME=DIR …: from the folders that live sessions left to one HTML file and a verdict
+/// report --out FILE --session NAME=DIR …: one HTML report and a verdict from the folders of live sessions
 void add_report_command(CLI::App& app, int& exit_code);
 
 }  // namespace tandem::lab

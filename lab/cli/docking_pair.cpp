@@ -1,4 +1,3 @@
-// See docking_pair.hpp.
 #include "lab/cli/docking_pair.hpp"
 
 #include <CLI/CLI.hpp>
@@ -15,7 +14,7 @@ bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// Of molecules about their centres, as a room has them.
+/// Chooses the field for molecules about their centres, as a room does.
 void choose_as_a_room(DockingPair& pair) {
   docking::Molecule receptor = pair.receptor, ligand = pair.ligand;
   const Vec3 centre = receptor.centre(), offset = ligand.centre() - centre;

@@ -1,4 +1,4 @@
-// Two structure files and what acts between them, as the commands energy and bench docking are told.
+// Two structure files and the field model between them, as options of the commands energy and bench docking.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ namespace tandem::lab {
 struct DockingOptions {
   std::string receptor;
   std::string ligand;
-  std::string hydrogens;  ///< empty: given, or built where a file has none
+  std::string hydrogens;  ///< empty: explicit hydrogens are kept, and built where a file has none
   std::string cutoff = "none";
   std::string dielectric = "4r";
   std::string force_field_directory = server::default_force_field();
@@ -34,8 +34,8 @@ struct DockingPair {
 /// --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR]
 void add_docking_options(CLI::App& command, DockingOptions& options);
 
-/// Of --cutoff [Å]: 0 for none; nothing for auto.
-/// Throws std::invalid_argument: what is neither, nor a number
+/// Parses --cutoff [Å]: 0 for "none", nullopt for "auto". Throws std::invalid_argument for any other text that is not
+/// a number.
 std::optional<double> cutoff_of(const std::string& text);
 
 /// Throws docking::MoleculeError or std::invalid_argument naming file or option.

@@ -1,4 +1,5 @@
-// `tandem-lab energy`: what two structures as they lie in their files do to each other, in double precision.
+// `tandem-lab energy`: interaction energy, force and torque of two structures in the poses of their files, in double
+// precision.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,12 +31,12 @@ namespace {
 namespace json = boost::json;
 namespace fs = std::filesystem;
 
-/// A residue is told of from here on, in either term: less is the sum of what far residues do.
+/// Smallest energy, in either term, with which a residue is listed.
 constexpr double kMinResidueEnergyKjPerMol = 0.01;
 
-/// In double precision: some 2 s.
+/// Pairs from which progress is shown: about 2 s in double precision.
 constexpr std::size_t kPairsWithProgress = 50'000'000;
-/// In float: some 0.1 s.
+/// Largest number of pairs for the comparison without a cut-off: about 0.1 s in float.
 constexpr std::size_t kPairsToCompare = 200'000'000;
 
 struct EnergyOptions {
@@ -50,7 +51,7 @@ struct EnergyOptions {
 };
 
 struct ResidueEnergy {
-  std::size_t atom = 0;                                  ///< its first
+  std::size_t atom = 0;                                  ///< index of its first atom
   Eigen::Vector2d kj_per_mol = Eigen::Vector2d::Zero();  ///< Lennard-Jones, Coulomb
 };
 
@@ -58,11 +59,11 @@ struct Energies {
   docking::FieldResult result;
   Pose X_AB;
   std::vector<Vec3> on_receptor, on_ligand;
-  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< where asked for, the greatest first
-  Vec3 centre = Vec3::Zero();                         ///< of the ligand's mass, in the receptor's file
-  Vec3 torque = Vec3::Zero();                         ///< about it
-  std::vector<docking::CloseAtoms> close;             ///< pairs that are too near for a contact without a bond
-  std::optional<double> all_pairs_kj_per_mol;         ///< with a cut-off, of up to kPairsToCompare
+  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< only if requested; largest energy first
+  Vec3 centre = Vec3::Zero();                         ///< centre of mass of the ligand, in the receptor's file
+  Vec3 torque = Vec3::Zero();                         ///< torque about that centre
+  std::vector<docking::CloseAtoms> close;             ///< pairs too near for a non-bonded contact
+  std::optional<double> all_pairs_kj_per_mol;         ///< only with a cut-off, up to kPairsToCompare
 };
 
 std::vector<ResidueEnergy> residues_of(const docking::Molecule& molecule,
@@ -176,7 +177,7 @@ json::array close_json(const DockingPair& pair, const Energies& found) {
   return rows;
 }
 
-/// Which molecules have a charge that no molecule has, for people; empty: none, or it is accepted.
+/// Names the molecules whose total charge is not an integer; empty: none, or the user accepted it.
 std::string doubtful_charges(const DockingPair& pair, const EnergyOptions& options) {
   if (options.accepts_charge) return {};
   std::string which;
@@ -254,7 +255,7 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   print_lines("  overlaps: ", report.clashes);
 }
 
-/// The last line has what is left, so that the columns sum to the energies above them.
+/// The last line sums all residues that are not listed, so that the columns sum to the energies above them.
 void print_residues(const char* which, const docking::Molecule& molecule, const std::vector<ResidueEnergy>& residues,
                     const docking::FieldResult& result) {
   std::printf("%s, chain residue number: Lennard-Jones, Coulomb, both [kJ/mol]\n", which);
@@ -271,7 +272,7 @@ void print_residues(const char* which, const docking::Molecule& molecule, const 
               others.sum());
 }
 
-/// The nearest pairs of one kind.
+/// Prints the nearest pairs of one kind.
 void print_close(const DockingPair& pair, const Energies& found, docking::Closeness closeness, const char* what) {
   constexpr std::size_t kMaxPairLines = 8;
   std::size_t count = 0;
@@ -312,7 +313,7 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   if (!options.save.empty()) std::printf("saved as %s\n", options.save.c_str());
 }
 
-/// Without folders: who gets the complex need not know where its files were.
+/// File names without folders, so that a shared complex does not expose the user's folders.
 std::string file_remark(const char* which, const std::string& text) {
   const server::StructureChoice choice = server::structure_choice(text);
   std::string remark = std::string(which) + " from " + fs::path(choice.file).filename().string();
@@ -320,7 +321,7 @@ std::string file_remark(const char* which, const std::string& text) {
   return remark;
 }
 
-/// Before the work: a name that cannot be written to, or a structure that would be lost.
+/// Checks before the computation that the output name is valid and would not overwrite an input structure.
 void check_save(const EnergyOptions& options) {
   if (options.save.empty()) return;
   server::check_complex_name(options.save);
@@ -341,7 +342,7 @@ void save(const DockingPair& pair, const Energies& found, const EnergyOptions& o
 void run_energy(const EnergyOptions& options) {
   check_save(options);
   DockingPair pair = load_docking_pair(options.pair);
-  if (pair.model.has_far_grid) pair.model.cutoff_angstrom = 0;  // nothing needs to be left to a grid here
+  if (pair.model.has_far_grid) pair.model.cutoff_angstrom = 0;  // exact evaluation needs no far-field grid
   pair.model.has_far_grid = false;
   const Energies found = energies_of(pair, options);
   if (!options.save.empty()) save(pair, found, options);

@@ -34,7 +34,7 @@ struct LinkOptions {
   std::string duration;
 };
 
-/// By the address that each listens at.
+/// Proxies by listening address.
 using Proxies = std::map<std::string, std::unique_ptr<LinkProxy>>;
 
 void obey(const std::string& word, LinkProxy& proxy) {
@@ -49,7 +49,7 @@ void obey(const std::string& word, LinkProxy& proxy) {
   }
 }
 
-/// A word, of all links, or with the address of one.
+/// Executes a line: a word for all links, or an address and a word for one.
 void obey_line(const std::string& line, const Proxies& proxies) {
   const std::size_t space = std::min(line.find(' '), line.size());
   const std::string word = line.substr(0, space);
@@ -63,7 +63,7 @@ void obey_line(const std::string& line, const Proxies& proxies) {
   std::cout << line << std::endl;
 }
 
-/// What has been typed so far, a line each.
+/// Executes the lines typed on standard input since the last call.
 void listen_to_stdin(std::string& begun, bool& has_ended, const Proxies& proxies) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   if (has_ended || ::poll(&input, 1, 0) <= 0) return;

@@ -1,5 +1,5 @@
-// `tandem-lab live`: the trials of an experiment file in real time, over sockets, and held against the same trials in
-// virtual time: does what the lab says of a client hold for the client that people run?
+// `tandem-lab live`: the trials of an experiment file in real time over sockets, compared with the same trials in
+// virtual time. It checks that results of the lab hold for the real client.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -37,9 +37,9 @@ namespace {
 
 namespace json = boost::json;
 
-/// What live and virtual trial shall agree in, and how far they may be apart: the greater of a share of the virtual
-/// value and an absolute one. Both are ours: what is looked for is a part that works in one and not in the other, not
-/// the last per cent.
+/// Compared metric of a live and a virtual trial. The allowed difference is the larger of a share of the virtual value
+/// and an absolute value. Both are ours: the aim is to find a part that works in only one of the two, not small
+/// deviations.
 struct Compared {
   std::string_view metric;
   const char* what;
@@ -56,7 +56,7 @@ struct Comparison {
   double virtual_value = 0;
 
   double allowed() const { return std::max(of->allowed, kAllowedShare * std::abs(virtual_value)); }
-  /// False where neither trial has such a number: there is nothing to disagree about.
+  /// False where neither trial has a value to compare.
   bool is_possible() const { return !std::isnan(live) || !std::isnan(virtual_value); }
   bool agrees() const { return std::abs(live - virtual_value) <= allowed(); }
 };
@@ -89,10 +89,10 @@ std::vector<Trial> trials_of_live(const LiveOptions& options) {
   return expand(read_experiment_file(experiment_files(names).front()), request);
 }
 
-/// Virtual runs at zero delay, each done once.
+/// Virtual runs at zero delay, each computed once.
 class References {
  public:
-  /// In      at_zero_delay  reference_of() or same_stage_of() a trial
+  /// In      at_zero_delay  reference_of() or same_stage_of() of a trial
   const SessionTrace& of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
     const std::string key = compact_json(experiment_json(at_zero_delay.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
@@ -120,7 +120,7 @@ std::vector<Comparison> compared(const json::object& live, const json::object& b
   return comparisons;
 }
 
-/// `files_in`: where the time series go; none: nowhere.
+/// `files_in`: folder of the time series; none: they are not written.
 LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
                      const std::optional<std::filesystem::path>& files_in) {
   server::SceneLoading loading;
@@ -148,7 +148,7 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   return result;
 }
 
-/// A trial of which nothing could be compared does not agree.
+/// A trial without any comparable value does not agree.
 bool agrees(const LiveResult& result) {
   const auto possible = [](const Comparison& each) { return each.is_possible(); };
   const auto good = [](const Comparison& each) { return !each.is_possible() || each.agrees(); };
@@ -248,7 +248,7 @@ void write_files(const std::filesystem::path& folder, const std::vector<LiveResu
   write_text_file(folder / "virtual.json", pretty_json(study_json(beside)));
   write_text_file(folder / "comparison.json", pretty_json(comparisons_json(results)));
   write_text_file(folder / "timing.json", pretty_json(json::object{{"wall_s", wall_s}}));
-  // The only trial's own report shows its forces over time; curves over delay would have one point.
+  // A single trial's own report shows its forces over time; curves over delay would have one point.
   if (results.size() > 1) write_text_file(folder / "report.html", study_report_html(live));
 }
 
@@ -276,7 +276,7 @@ int run_live(const LiveOptions& options) {
       if (results.size() == 1) std::cerr << line << '\n';
     }
     if (!options.wants_json) print_result(results.back());
-    write_files(folder, results, to_seconds(wall.now() - begin));  // each time: the next may fail
+    write_files(folder, results, to_seconds(wall.now() - begin));  // after each trial, because the next may fail
   }
   if (options.wants_json) std::cout << pretty_json(comparisons_json(results));
   const bool is_good = std::all_of(results.begin(), results.end(), [](const LiveResult& result) {

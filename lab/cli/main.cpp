@@ -1,4 +1,4 @@
-// tandem-lab: experiments in virtual time, benchmarks, and reports of what came out.
+// tandem-lab: experiments in virtual time, benchmarks, and reports of their results.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// One line; a missing subcommand is answered by those that exist.
+/// Error message in one line; a missing subcommand is answered with the list of subcommands.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   std::string path = "tandem-lab";

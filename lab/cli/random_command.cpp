@@ -1,4 +1,4 @@
-// `tandem-lab random`: trials under random conditions, held against bounds.
+// `tandem-lab random`: trials under random conditions, checked against bounds.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -35,7 +35,7 @@ struct RandomOptions {
 };
 
 struct NumberedTrial {
-  std::size_t number = 0;  ///< place in random_trials()
+  std::size_t number = 0;  ///< index in random_trials()
   Trial trial;
 };
 
@@ -62,7 +62,7 @@ std::vector<Trial> trials_of(const std::vector<NumberedTrial>& selected) {
   return trials;
 }
 
-/// Trials named by number keep their time series, in every millisecond; so does their truth.
+/// Runs trials. Those selected by number, and their references, keep their time series at every millisecond.
 std::vector<TrialResult> run_trials(std::vector<Trial> trials, const RandomOptions& options) {
   RunSettings settings;
   settings.out = options.out;
@@ -85,7 +85,7 @@ bool succeeds(const TrialResult& result) {
   return text_in(result.row, "outcome") == "completed";
 }
 
-/// The truth is run only for trials that did not succeed, and where time series are kept.
+/// Runs references at zero delay only for trials that did not succeed, and where time series are kept.
 std::vector<RandomOutcome> outcomes_of(const std::vector<NumberedTrial>& trials,
                                        const std::vector<TrialResult>& results, const RandomOptions& options) {
   std::vector<RandomOutcome> outcomes;

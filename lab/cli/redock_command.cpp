@@ -1,4 +1,4 @@
-// `tandem-lab redock`: a complex taken apart, and put together again by two simulated hands over a network.
+// `tandem-lab redock`: two simulated hands take a complex apart and reassemble it over a network.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -122,7 +122,7 @@ void print_lock(const json::object& lock) {
   }
 }
 
-/// The reasons of seeds that are not docked.
+/// Prints the reasons of seeds that are not docked.
 void print_ends(const json::object& redocked) {
   struct End {
     std::string_view name, text;
@@ -163,7 +163,7 @@ void print_far_minimum(const json::object& redocked) {
                "that were left out or lost their charge.\n";
 }
 
-/// The result in words.
+/// Prints the result in words.
 void print_remark(const json::object& redocked) {
   if (redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>() > kNative_angstrom)
     print_far_minimum(redocked);

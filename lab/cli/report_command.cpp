@@ -46,7 +46,7 @@ std::vector<Session> load_sessions(const std::vector<std::string>& options) {
   return sessions;
 }
 
-/// Task checks first: a session that felt right and did nothing has failed.
+/// Task checks first: a session without errors whose task was not done has failed.
 std::vector<Check> all_checks(const std::vector<Session>& sessions, const SessionTasks& tasks) {
   for (const auto& [name, task] : tasks) {
     if (std::ranges::find(sessions, name, &Session::name) == sessions.end()) {
@@ -89,7 +89,7 @@ int run_report(const ReportOptions& options) {
 }  // namespace
 
 void add_report_command(CLI::App& app, int& exit_code) {
-  // Lives as long as the callback that needs it.
+  // Shared with the callback, which outlives this function.
   const auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand("report", "Checks sessions of tandem-client and writes an HTML report");
   command

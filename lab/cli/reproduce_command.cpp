@@ -1,4 +1,4 @@
-// `tandem-lab reproduce [NAME]`: a published benchmark run again, its figures beside ours.
+// `tandem-lab reproduce [NAME]`: repeats a published benchmark and prints its figures beside ours.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -28,7 +28,7 @@ std::filesystem::path no_file() {
 struct Benchmark {
   std::string_view name;
   std::string_view description;
-  std::filesystem::path (*needs)();  ///< a file that is not part of the project; empty: none
+  std::filesystem::path (*needs)();  ///< required file that is not part of the project; empty: none
   Reproduction (*run)(const Clock& clock);
 };
 constexpr std::array kBenchmarks{
@@ -45,7 +45,7 @@ constexpr std::array kBenchmarks{
               reproduce_docking},
 };
 
-/// False when a claim does not hold.
+/// Returns false when a claim does not hold.
 bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& folder) {
   const Reproduction reproduction = benchmark.run(SteadyClock{});
   write_text_file(folder / (std::string(benchmark.name) + ".json"), pretty_json(to_json(reproduction)));
@@ -54,7 +54,8 @@ bool run_reproduce(const Benchmark& benchmark, const std::filesystem::path& fold
   return all_hold(reproduction.claims);
 }
 
-/// Each into a folder of its own. One that lacks its file is left out, and said to be; the last line has the count.
+/// Runs each benchmark into its own folder. A benchmark whose file is missing is skipped with a message; the last line
+/// has the count.
 bool run_all(const std::string& out) {
   bool do_all_hold = true;
   std::size_t done = 0;

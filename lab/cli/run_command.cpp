@@ -31,7 +31,7 @@
 namespace tandem::lab {
 namespace {
 
-/// What studies have been seen to run at on one core, times real time; only for the estimate before the first trial.
+/// Typical speed of studies on one core, in multiples of real time; used only for the estimate before the first trial.
 constexpr double kExpectedSpeed = 10;
 
 struct RunOptions {
@@ -94,7 +94,7 @@ std::string time_text(double seconds) {
   return text.str();
 }
 
-/// A bar on a terminal; else a line now and then.
+/// Progress display: a bar on a terminal, otherwise an occasional line.
 class StudyLine {
  public:
   explicit StudyLine(std::size_t total) : total_(total) {}
@@ -140,11 +140,11 @@ void write_results(const std::filesystem::path& folder, std::span<const TrialRes
   write_text_file(folder / "results.csv", study_csv(results));
   write_study_hdf5(folder / "results.h5", results);
   write_text_file(folder / "timing.json", pretty_json(study_timing_json(results, wall_s)));
-  // The only trial's own report shows its forces over time; curves over delay would have one point.
+  // A single trial's own report shows its forces over time; curves over delay would have one point.
   if (!is_one_with_files) write_text_file(folder / "report.html", study_report_html(results));
 }
 
-/// What of the results a reader of the table alone would wonder at.
+/// Prints notes on results that the table alone does not explain.
 void print_notes(const std::filesystem::path& folder, std::span<const TrialResult> results) {
   std::set<std::string> here, reasons;
   for (const TrialResult& result : results) {

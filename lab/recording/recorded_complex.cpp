@@ -21,7 +21,7 @@
 namespace tandem::lab {
 namespace {
 
-/// The states that are looked for, and the room that they are of.
+/// Finds the wanted states in a recording, and its room.
 class Search {
  public:
   Search(std::optional<Duration> at, const std::filesystem::path& scene_file) : at_(at), scene_file_(scene_file) {}
@@ -50,7 +50,7 @@ class Search {
 
  private:
   bool begin(const recording::Message& message) {
-    if (scene != nullptr) return true;  // of a later file
+    if (scene != nullptr) return true;  // start record of a later file
     wire::RecordedRoom recorded;
     proto::require_recorded(message, recorded);
     scene = recorded_scene(recorded, scene_file_);

@@ -28,7 +28,7 @@ std::string utc(std::uint64_t unix_ns) {
   return text.data();
 }
 
-/// Numbers that should follow each other.
+/// Finds gaps in consecutive numbers.
 class Sequence {
  public:
   void add(std::uint64_t number, std::uint64_t stride) {
@@ -87,7 +87,7 @@ class Facts {
 
   bool take_room(const recording::Message& message) {
     wire::RecordedRoom room;
-    if (out_.contains("room")) return true;  // of a later file
+    if (out_.contains("room")) return true;  // start record of a later file
     proto::require_recorded(message, room);
     out_["kind"] = "room";
     out_["program"] = room.program();
@@ -99,7 +99,7 @@ class Facts {
   }
   bool take_session(const recording::Message& message) {
     wire::RecordedSession session;
-    if (out_.contains("user")) return true;  // of a later file
+    if (out_.contains("user")) return true;  // start record of a later file
     proto::require_recorded(message, session);
     out_["kind"] = "client";
     out_["program"] = session.program();

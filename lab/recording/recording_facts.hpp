@@ -1,4 +1,4 @@
-// What is in a recording, at a glance.
+// Summary of a recording.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace tandem::lab {
 
-/// `kind` is "room" or "client". Common: program, files, is_whole, is_damaged, why, begun_utc, duration_s, messages by topic. Of a room: scene,
-/// users with their times, steps, commands, inputs, faults; of a client: user, device, stage, ticks, faults. `gaps`: what is
-/// missing between the first step or tick and the last.
-/// Fails   as read_recording()
+/// `kind` is "room" or "client". Common fields: program, files, is_whole, is_damaged, why, begun_utc, duration_s,
+/// messages by topic. A room adds scene, users with their times, steps, commands, inputs, faults; a client adds user,
+/// device, stage, ticks, faults. `gaps`: steps or ticks missing between the first and the last.
+/// Fails   see read_recording()
 boost::json::object recording_facts(const std::filesystem::path& file);
 
-/// The same for people, a line each.
+/// The same summary as text, one line for each fact.
 std::string facts_text(const boost::json::object& facts);
 
 }  // namespace tandem::lab

@@ -13,7 +13,7 @@
 namespace tandem::lab {
 namespace {
 
-/// A row, as it is filled: names with the first.
+/// Fills a row; the first row also sets the column names.
 class Row {
  public:
   explicit Row(CsvTable& table) : table_(table) {}
@@ -137,7 +137,7 @@ class Tables {
     return is_there ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
   }
 
-  /// By the client's own writer of traces, so that the columns are those of --trace.
+  /// Uses the client's own trace writer, so that the columns are those of --trace.
   void take_tick(const recording::Message& message) {
     wire::RecordedTick recorded;
     proto::require_recorded(message, recorded);
@@ -165,9 +165,9 @@ class Tables {
   wire::RecordedRoom room_;
   std::uint64_t begun_ns_ = 0;
   LocalTime ticks_begun_{};
-  std::string lines_;  ///< of ticks
+  std::string lines_;  ///< trace lines of ticks
   int waiting_ = 0;
-  std::map<std::uint32_t, std::uint32_t> users_;  ///< by seat
+  std::map<std::uint32_t, std::uint32_t> users_;  ///< user id by seat
 };
 
 }  // namespace

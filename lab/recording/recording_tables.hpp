@@ -9,11 +9,11 @@
 
 namespace tandem::lab {
 
-/// Of a room: `steps` (each), `bodies` and `tools` (as often as they were recorded), `inputs` (each that a step took, by user and
-/// tick). Of a client: `ticks`, with the columns of its --trace, and `link`. Times t_s count from the first message;
-/// unix_s is since 1970.
+/// Tables of a room: `steps` (every step), `bodies` and `tools` (every recorded state), `inputs` (each input that a
+/// step used, with its user and tick). Tables of a client: `ticks`, with the columns of its --trace, and `link`. Times
+/// t_s count from the first message; unix_s is since 1970.
 ///
-/// Fails   as read_recording()
+/// Fails   see read_recording()
 std::map<std::string, CsvTable> recording_tables(const std::filesystem::path& file);
 
 }  // namespace tandem::lab

@@ -1,5 +1,5 @@
-// A room's recording, played back: the same steps with the same inputs in a new room. The same build on the same machine
-// must come to the same state after each.
+// Playback of a room's recording: the same steps with the same inputs in a new room. The same build on the same
+// machine must reach the same state after each step.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,24 @@ namespace tandem::lab {
 
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0, inputs = 0;
-  std::optional<std::uint64_t> differs_at_step;  ///< the first after which the two rooms are not the same
-  std::string differing_thing;                   ///< of the scene: the first that differs then
-  std::optional<std::uint64_t> missing_step;     ///< played to there: this one is not in the recording
-  bool is_whole = true;                          ///< of the recording's files: each had its end
-  std::string program;                           ///< that recorded
-  std::string note;                              ///< why the states may differ, as far as that is known
+  std::optional<std::uint64_t> differs_at_step;  ///< first step after which the two rooms differ
+  std::string differing_thing;                   ///< first body or tool of the scene that differs at that step
+  std::optional<std::uint64_t> missing_step;     ///< step missing in the recording; playback ends before it
+  bool is_whole = true;                          ///< each file of the recording has its end record
+  std::string program;                           ///< program that made the recording
+  std::string note;                              ///< known reason why the states may differ
 };
 
-/// The scene that a room's recording names.
-/// In      instead  of the file that it names; empty: that
-/// Fails   std::invalid_argument: none is named, or it is another than then; SceneError
+/// Loads the scene that a room's recording names.
+/// In      instead  scene file used instead of the recorded one; empty: the recorded one
+/// Fails   std::invalid_argument: no scene file is named, or the scene differs from the recorded one; SceneError
 std::shared_ptr<const server::LoadedScene> recorded_scene(const wire::RecordedRoom& recorded,
                                                           const std::filesystem::path& instead);
 
-/// In      scene  instead of the file that the recording names; empty: that
+/// In      scene  scene file used instead of the recorded one; empty: the recorded one
 ///         on_step  called after each step
-/// Fails   std::invalid_argument: no recording of a room, one that does not begin at its start, or another scene than it names
+/// Fails   std::invalid_argument: not a recording of a room, not the first file of a recording, or a scene that
+///         differs from the recorded one
 ReplayResult replay_session(const std::filesystem::path& recording, const std::filesystem::path& scene = {},
                             const std::function<void(const server::Room&)>& on_step = {});
 

@@ -1,9 +1,9 @@
-// What the studies agree on: what counts as vibration, and what a mass weighs.
+// Shared conventions of the studies: the frequency limit of vibration, and weight.
 #pragma once
 
 namespace tandem::lab {
 
-/// Hands move below it, tremor included; what is above is felt as buzz.
+/// Voluntary motion and tremor are below this frequency; force components above it are felt as buzz.
 inline constexpr double kVibration_hz = 30;
 
 inline constexpr double kGravity_m_per_s2 = 9.81;

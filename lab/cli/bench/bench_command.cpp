@@ -1,4 +1,4 @@
-// `tandem-lab bench`: what is fast here, each against a peer or a limit in the same run.
+// `tandem-lab bench`: speed measurements, each beside a peer or a limit measured in the same run.
 
 #include <CLI/CLI.hpp>
 

@@ -1,8 +1,8 @@
-// `tandem-lab bench client`: what one haptic tick takes with everything on, in a session with server and link, beside
-// the same session with nothing on and beside what the machine takes for a fixed computation.
+// `tandem-lab bench client`: time of one haptic tick with all stages on, in a session with server and link. It is
+// compared with the same session with all stages off, and with a fixed computation on the same machine.
 //
-// Hand, client, link and server are as in a trial in virtual time. The clock is around nothing but the tick: not the
-// simulated hand, nor the energy ledger that an experiment keeps.
+// Hand, client, link and server are those of a trial in virtual time. Only the tick is timed: neither the simulated
+// hand nor the energy ledger of an experiment.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -37,24 +37,24 @@ namespace {
 
 /// One run of a session.
 struct ClientBenchRun {
-  Histogram tick;   ///< HapticCore::tick(), the clock's readings included
-  Histogram fit;    ///< one fit of the wrenches' models off the path: six axes, the stage's settings
-  Histogram clock;  ///< beside each tick: reading the clock
-  Histogram work;   ///< beside each tick: a computation that is always the same, so that its tail is the machine's
+  Histogram tick;   ///< HapticCore::tick(), including the reads of the clock
+  Histogram fit;    ///< one fit of the wrenches' models outside the tick: six axes, the stage's settings
+  Histogram clock;  ///< one read of the clock, beside each tick
+  Histogram work;   ///< a fixed computation beside each tick, whose tail shows the machine's jitter
   double force_max_n = 0;
-  double local_share = 0;       ///< of the ticks that the local model had the hand
-  double predicting_share = 0;  ///< of the ticks that had a predicted part
+  double local_share = 0;       ///< share of the ticks in which the local model drives the hand
+  double predicting_share = 0;  ///< share of the ticks with a predicted part
 };
 
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
-/// About as much as a tick of a simple scene takes.
+/// Terms of the fixed computation, about as long as a tick of a simple scene.
 constexpr std::size_t kWorkTerms = 1500;
 
-/// A simulated hand that is moved outside of the clock, for a hand's mechanics are no client's work.
+/// A simulated hand that moves outside the timed section, because the mechanics of a hand are not part of the client.
 class HandAhead final : public devices::Device {
  public:
   explicit HandAhead(devices::SimDevice& hand) : hand_(hand) {}
-  /// Before the tick at `now`.
+  /// Moves the hand before the tick at `now`.
   void move_to(LocalTime now) noexcept { sample_ = hand_.read(now); }
 
   const devices::DeviceSpec& spec() const noexcept override { return hand_.spec(); }
@@ -68,14 +68,14 @@ class HandAhead final : public devices::Device {
   devices::DeviceSample sample_;
 };
 
-/// A chain of dependent operations: nothing to predict, and too little memory to miss any.
+/// A chain of dependent operations, without branches to mispredict or memory to miss.
 double fixed_work(double x) {
   for (std::size_t i = 0; i < kWorkTerms; ++i) x = 0.999 * x + 1e-3 / (1.0 + x);
   return x;
 }
 
-/// What a fit costs, on the wrenches of this very session: a stream with the predictor's settings is given each new
-/// one.
+/// Measures the cost of a fit on the wrenches of this session: a stream with the predictor's settings receives each
+/// new wrench.
 class FitMeter {
  public:
   explicit FitMeter(const std::string& predictor) : stream_(haptics::make_force_stream(predictor)) {}
@@ -95,7 +95,7 @@ class FitMeter {
   Step seen_;
 };
 
-/// One user's session with everything that it needs; the order within a slot is that of run_virtual_session().
+/// One user's session with all its parts; the order within a slot is that of run_virtual_session().
 class BenchSession {
  public:
   BenchSession(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene);
@@ -199,30 +199,30 @@ ClientBenchRun BenchSession::run() {
   is_measuring_ = true;
   const LocalTime end = virtual_clock_.now() + experiment_.duration;
   while (virtual_clock_.now() < end) run_slot();
-  if (!std::isfinite(work_)) throw std::runtime_error("the fixed work came to nothing");  // keeps it in the program
+  if (!std::isfinite(work_)) throw std::runtime_error("the fixed work came to nothing");  // prevents its removal
   const auto ticks = static_cast<double>(run_.tick.count());
   run_.local_share = static_cast<double>(local_ticks_) / ticks;
   run_.predicting_share = static_cast<double>(predicting_ticks_) / ticks;
   return run_;
 }
 
-/// Runs the experiment's first user alone from joining to the end of its duration. Faster than real time: between two
-/// ticks the server steps on the same core, so caches are as cold as they are for a client that shares its core.
+/// Runs the experiment's first user alone from joining to the end of its duration. It runs faster than real time:
+/// between two ticks the server steps on the same core, so caches are as cold as for a client that shares its core.
 ///
-/// Fails   std::runtime_error: the user does not get into the room, or has no local model where the stage wants one
+/// Fails   std::runtime_error: the user cannot enter the room, or has no local model although the stage requires one
 ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
   BenchSession session(experiment, scene);
   session.join();
   return session.run();
 }
 
-/// Of the 1000 µs of a tick. What is left is the device's own and the machine's: USB, wake-up, network.
+/// Claimed limit of a tick, out of 1000 µs. The rest is for the device and the machine: USB, wake-up, network.
 struct Claim {
   const char* experiment;
   double tick_p99_us;
 };
 constexpr std::array kClaims{Claim{"bunny", 150}, Claim{"wall", 20}};
-/// Off the path, but on the thread that has the sockets: what comes from the server waits for it.
+/// Limit of a fit. It runs outside the tick, but on the thread of the sockets, so received data waits for it.
 constexpr double kFitMedian_us = 200;
 
 struct Variant {
@@ -241,14 +241,14 @@ struct ClientBenchOptions {
   bool wants_json = false;
 };
 
-/// Runs of one experiment, with everything on and with nothing, in turn: a change of the clock rate meets both.
+/// Runs of one experiment, alternating all stages on and all off, so that a change of the clock rate affects both.
 struct ClientBenchRow {
   Claim claim{};
   std::vector<ClientBenchRun> full;
   std::vector<ClientBenchRun> peer;
 };
 
-/// Median over the repetitions of a quantile of each: one that something else held up does not decide.
+/// Median over the repetitions of a quantile of each, so that one interrupted repetition does not decide.
 double quantile_us(const std::vector<ClientBenchRun>& runs, Histogram ClientBenchRun::*of, double q) {
   std::vector<double> values;
   for (const ClientBenchRun& run : runs) values.push_back(microseconds((run.*of).quantile(q)));

@@ -1,5 +1,5 @@
-// `tandem-lab bench coupling`: what one haptic tick spends on coupling law, saturation and safety chain, for every law,
-// against a plain spring and damper and against reading the clock, in the same run.
+// `tandem-lab bench coupling`: time of coupling law, saturation and safety chain in one haptic tick, for every law. It
+// is compared with a plain spring and damper and with a read of the clock in the same run.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -24,9 +24,9 @@
 namespace tandem::lab {
 namespace {
 
-/// Of the 1000 µs of a tick: what is left to device, network and proxy is what this does not take.
+/// Limit of the median, out of 1000 µs of a tick; the rest is for device, network and proxy.
 constexpr double kMedianBound_us = 2;
-/// Contestants take turns, so that a change of the clock rate meets them all.
+/// Rounds; contestants alternate, so that a change of the clock rate affects them all.
 constexpr int kCouplingRounds = 5;
 constexpr std::size_t kTicks = 4096;
 constexpr Duration kPeriod{std::chrono::milliseconds(1)};
@@ -43,7 +43,7 @@ struct WalkTick {
   Twist V_WH, V_WT;
 };
 
-/// One coordinate that wanders and is drawn back, as a hand around its aim: standard deviation `spread`.
+/// One coordinate that wanders about zero, like a hand around its target: standard deviation `spread`.
 ///
 /// Model   Ornstein–Uhlenbeck process, sampled every period
 class Wander {
@@ -61,8 +61,8 @@ class Wander {
   Vec3 value_ = Vec3::Zero();
 };
 
-/// A hand that wanders through its workspace, and a tool up to some centimetres and half a radian away: on the flat,
-/// on the steep and on the spent part of every curve.
+/// A hand that wanders through its workspace, and a tool up to a few centimetres and half a radian away: on the flat,
+/// the steep and the saturated part of every curve.
 std::vector<WalkTick> random_walk() {
   Random random(kSeed);
   Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),
@@ -80,27 +80,27 @@ std::vector<WalkTick> random_walk() {
 struct CouplingBenchContestant {
   std::string name;
   std::string what;
-  bool is_claimed = false;  ///< the bound is for this one
-  /// Called through a pointer the compiler cannot see through: otherwise it may move the work out of the clock's sight.
+  bool is_claimed = false;  ///< the bound applies to this contestant
+  /// Called through an opaque pointer: otherwise the compiler may move the work out of the timed section.
   std::function<Wrench(const WalkTick&)> work;
   Histogram times;
 };
 
-/// What a tick cannot do without, and no more: no limit, no short way round, no safety.
+/// The minimum of a tick: no limit, no shortest rotation, no safety chain.
 Wrench plain_spring(const WalkTick& tick) {
   const haptics::CouplingParameters c;
   return {c.stiffness_n_per_m * (tick.X_WT.p - tick.X_WH.p) + c.damping_n_s_per_m * (tick.V_WT.v - tick.V_WH.v),
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
-/// What direct rendering does to a contact before it is shown, as the room does: any wrench will do for one.
+/// Limits a contact as the room does for direct rendering; the test uses any wrench as the contact.
 Wrench limited(const Wrench& contact) {
   const haptics::CouplingParameters c;
   return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),
           haptics::saturated(contact.t, c.torque_limit_n_m, c.saturation_softness)};
 }
 
-/// The safety chain at full force, in virtual time, a period a call.
+/// The safety chain at full force, in virtual time, one period a call.
 class Safety {
  public:
   Wrench apply(const Wrench& on_hand) {
@@ -127,7 +127,7 @@ std::vector<CouplingBenchContestant> contestants() {
                  {}});
   for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
     if (info.tool == haptics::ToolDynamics::kAtHandle) {
-      // No law acts: what is left is to limit the contact.
+      // Without a law only the limit of the contact is left.
       const auto tick_of = [safety = std::make_shared<Safety>()](const WalkTick& tick) {
         return safety->apply(limited(plain_spring(tick)));
       };

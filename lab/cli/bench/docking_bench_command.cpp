@@ -1,5 +1,5 @@
-// `tandem-lab bench docking`: how long one evaluation of two structures' field takes, and what share of the multiply-adds
-// that this machine does in the same run; where wanted, at an interface of a given size, or of several.
+// `tandem-lab bench docking`: time of one field evaluation of two structures, and its share of the multiply-add rate
+// of this machine in the same run. Optionally at an interface of a given size, or of several sizes.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,12 +30,12 @@ namespace {
 
 namespace json = boost::json;
 
-/// Poses in a round: the ligand swings by ±0.5 Å and turns a little, by no more at its far end, so that nothing is the
-/// same twice.
+/// Poses in a round: the ligand swings by ±0.5 Å and turns a little, by no more at its far end, so that no pose
+/// repeats.
 constexpr int kPoses = 16;
 constexpr double kSwingAngstrom = 0.5;
 constexpr double kTurnRad = 0.01;
-/// Between the rounds the limit is measured, so that a change of the clock rate meets both.
+/// Rounds; the limit is measured between them, so that a change of the clock rate affects both.
 constexpr int kDockingRounds = 10;
 constexpr std::size_t kLimitLoops = 200'000;
 
@@ -50,10 +50,10 @@ struct DockingBenchOptions {
   bool wants_json = false;
 };
 
-/// Of a sweep, parts of --interface-atoms.
+/// Interface sizes of a sweep, as parts of --interface-atoms.
 constexpr std::size_t kSweepParts[] = {32, 16, 8, 4, 2, 1};
 
-/// Best of the rounds, as a limit has to be.
+/// Multiply-adds a second in one run; the best of the rounds is the limit.
 double multiply_adds_per_s(std::string_view kernel, const SteadyClock& clock) {
   const LocalTime begin = clock.now();
   const auto done = static_cast<double>(docking::MolecularField::run_multiply_adds(kernel, kLimitLoops));
@@ -115,7 +115,7 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
   return row;
 }
 
-/// What the grid adds, against all pairs without a cut-off: root mean squares over the poses.
+/// Error of the grid for the far field, relative to all pairs without a cut-off: root mean squares over the poses.
 json::object far_part(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB) {
   docking::FieldModel model = pair.model;
   model.has_far_grid = false;

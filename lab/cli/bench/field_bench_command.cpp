@@ -1,4 +1,4 @@
-// `tandem-lab bench field`: how fast this machine computes a scene's molecular field, each kernel against the
+// `tandem-lab bench field`: speed of a scene's molecular field on this machine, each kernel relative to the
 // double-precision one of the same run, at the same poses.
 
 #include <CLI/CLI.hpp>
@@ -23,9 +23,9 @@
 namespace tandem::lab {
 namespace {
 
-/// Kernels take turns, so that a change of the clock rate meets them all; the median round counts.
+/// Rounds; kernels alternate, so that a change of the clock rate affects them all. The median round counts.
 constexpr int kFieldRounds = 5;
-/// Poses in a round: B swings by ±1 Å, as in docking, so that no branch is always the same.
+/// Poses in a round: B swings by ±1 Å, as in docking, so that branches vary.
 constexpr int kFieldPoses = 16;
 
 struct FieldBenchOptions {

@@ -1,5 +1,5 @@
-// `tandem-lab bench join`: how soon somebody who joins over a narrow line touches by a local model, and what fetching its
-// assets costs the state on the same line; beside fetching them one chunk at a time, and beside fetching nothing.
+// `tandem-lab bench join`: time until a user who joins over a slow line has a local model, and the delay of states
+// while assets share that line. It is compared with fetching one chunk at a time, and with fetching nothing.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace tandem::lab {
 namespace {
 
-/// A trial goes on for as long as the line would take for this many times the assets.
+/// Duration of a trial, as a multiple of the time that the line needs for the assets.
 constexpr double kTimesTheAssets = 3;
 constexpr double kBitsPerByte = 8;
 
@@ -33,7 +33,7 @@ struct JoinBenchOptions {
   bool wants_json = false;
 };
 
-/// One line, and what joining over it is like.
+/// One line, and the results of joining over it.
 struct JoinBenchRow {
   double rate_mbit_per_s = 0;
   double loss = 0;

@@ -1,8 +1,8 @@
-// `tandem-lab bench loop`: how well the haptic loop of the program tandem-client keeps time, without a window and with
-// one, beside what this machine wakes any loop with.
+// `tandem-lab bench loop`: lateness of the haptic loop of the program tandem-client, without and with a window,
+// compared with the wake-up latency of this machine.
 //
-//   this process     a server with its threads, as tandem-server has them, for the whole run
-//   one at a time    cyclictest, tandem-client --headless, tandem-client with its window; then all over again
+//   this process     a server with its threads, as in tandem-server, for the whole run
+//   one at a time    cyclictest, tandem-client --headless, tandem-client with its window; then repeated
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -35,7 +35,7 @@ namespace {
 
 namespace json = boost::json;
 
-// Ours, of the issue that asked for the window: what it may cost the hand.
+// Ours, from the issue that requested the window: its allowed cost for the haptic loop.
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
 constexpr int kServerPriority = 60;
 
@@ -50,11 +50,11 @@ struct LoopBenchOptions {
   bool wants_json = false;
 };
 
-/// Of one run, or the medians of several.
+/// Figures of one run, or medians of several.
 struct LoopFigures {
   double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0;
   double missed = 0;
-  double late_percent = 0;  ///< ticks more than 1 ms late
+  double late_percent = 0;  ///< share of ticks more than 1 ms late
   double tick_p50_us = 0, tick_p99_us = 0;
   double awake = 0;  ///< 1: the processor was kept awake
 };
@@ -90,8 +90,8 @@ class ServerBeside {
   std::thread thread_;
 };
 
-/// What a command prints.
-/// Fails   std::runtime_error: it does not start, or ends with another code than 0
+/// Returns the standard output of a command.
+/// Fails   std::runtime_error: it cannot be started, or its exit code is not 0
 std::string output_of(const std::string& command) {
   std::FILE* const pipe = popen(command.c_str(), "re");
   if (pipe == nullptr) throw std::runtime_error("'" + command + "' cannot be started");
@@ -131,7 +131,7 @@ LoopFigures run_client(const LoopBenchOptions& options, std::uint16_t port, bool
   return figures_of_client(output_of(command.str()));
 }
 
-/// Of the lines "000012 000345" that cyclictest prints: microseconds, and how often it was so late.
+/// Parses lines "000012 000345" of cyclictest: lateness in microseconds, and its count.
 LoopFigures figures_of_cyclictest(const std::string& text) {
   Histogram lateness;
   std::istringstream lines(text);

@@ -1,4 +1,4 @@
-// `tandem-lab bench proxy`: touch with a point on a mesh, against a closest-point loop in the same run.
+// `tandem-lab bench proxy`: point contact with a mesh, compared with a closest-point loop in the same run.
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -16,10 +16,10 @@
 namespace tandem::lab {
 namespace {
 
-/// What a tick of touch with a point may take beside everything else in a millisecond.
+/// Time budget of point contact in a tick of one millisecond, which it shares with everything else.
 constexpr double kMedianBudget_us = 4;
 constexpr double kP99Budget_us = 20;
-/// Of each loop in turn; their times are pooled. One more before, untimed, fills the caches.
+/// Timed rounds of each loop, alternating; their times are pooled. One untimed round before them fills the caches.
 constexpr int kProxyRounds = 3;
 
 struct ProxyBenchOptions {

@@ -1,4 +1,4 @@
-// `tandem-lab bench room`: a scene's room at its own pace, with hands that touch it.
+// `tandem-lab bench room`: a scene's room in real time, with simulated hands that touch it.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -25,14 +25,14 @@ namespace tandem::lab {
 namespace {
 
 struct RoomBenchResult {
-  Histogram step;              ///< of the room: inputs, physics, updates
+  Histogram step;              ///< step of the room: inputs, physics, updates
   std::uint64_t overlong = 0;  ///< steps that took longer than the period
-  Histogram lateness;          ///< of the wake-ups: the machine's, not the room's
-  std::uint64_t missed = 0;    ///< periods skipped because a wake-up came more than a period late
+  Histogram lateness;          ///< lateness of the wake-ups, caused by the machine, not by the room
+  std::uint64_t missed = 0;    ///< periods skipped because a wake-up was more than a period late
   TickFaults faults = 0;
-  std::uint32_t contacts_max = 0;  ///< points that pressed, all tools together
+  std::uint32_t contacts_max = 0;  ///< contacts that press, all tools together
   double depth_max_m = 0;
-  double force_max_n = 0;  ///< of the contacts of one tool
+  double force_max_n = 0;  ///< contact force of one tool
 };
 
 void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& result) {
@@ -46,10 +46,10 @@ void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& 
   result.contacts_max = std::max(result.contacts_max, contacts);
 }
 
-/// Runs the room in real time on this thread; the hands are moved between its steps and feel each step's wrench at
-/// once.
+/// Runs the room in real time on this thread. The hands move between its steps and receive each step's wrench without
+/// delay.
 ///
-/// In      hands  named hand paths, one a user; the n-th user gets the n-th tool
+/// In      hands  names of hand paths, one a user; the n-th user gets the n-th tool
 /// Fails   std::invalid_argument: more hands than tools, an unknown path
 RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene,
                            const std::vector<std::string>& hands, Duration duration) {
@@ -58,7 +58,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
     throw std::invalid_argument("--users " + std::to_string(hands.size()) + ": the scene has " +
                                 std::to_string(scene->world.tools.size()) + " tools; ask for fewer users");
   }
-  // Its hands are paths and supply no energy.
+  // The hands follow paths and supply no energy, so passivity control is off.
   const server::RoomOptions options{.steps_soft_aside = true, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<SimulatedUser>> seats;
@@ -85,7 +85,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
   return result;
 }
 
-/// What the thesis of 1 kHz touch leaves for a step, beside client, network and operating system.
+/// Time budget of a step at 1 kHz, besides client, network and operating system.
 constexpr double kStepBudget_us = 250;
 constexpr double kOverlongShare_percent = 0.1;
 constexpr std::size_t kDefaultUsers = 2;
@@ -137,7 +137,7 @@ void print(const RoomBenchOptions& options, const RoomBenchResult& result, const
   print_checks(std::cout, checks);
 }
 
-/// One path a user: those that were named, then presses, for the shipped scenes put something below every tool.
+/// One path for each user: the named paths, then presses, because the shipped scenes have an object below every tool.
 std::vector<std::string> hands_of(const RoomBenchOptions& options) {
   std::vector<std::string> hands = options.hands;
   if (hands.size() > options.users) {
@@ -150,7 +150,7 @@ std::vector<std::string> hands_of(const RoomBenchOptions& options) {
 }
 
 int run_room_bench(RoomBenchOptions options) {
-  // What the command line alone says is wrong is said before a scene takes its time to load.
+  // Errors of the command line are reported before the scene is loaded, which takes time.
   if (options.users != 0) hands_of(options);
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();

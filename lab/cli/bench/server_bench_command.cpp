@@ -1,5 +1,5 @@
-// `tandem-lab bench server`: a whole server with its sockets and rooms, and users that send and receive at 1 kHz, all on
-// this machine; and beside it, a bare echo of datagrams.
+// `tandem-lab bench server`: a complete server with its sockets and rooms, and users that send and receive at 1 kHz,
+// all on this machine. It is compared with a bare echo of datagrams.
 
 #include <sys/resource.h>
 
@@ -30,19 +30,19 @@ namespace tandem::lab {
 namespace {
 
 constexpr Duration kServerSettling = std::chrono::seconds(1);
-/// In which the time is dealt; the middle one of their latencies counts.
+/// Number of turns into which the measured time is divided; the median of their latencies counts.
 constexpr int kTurns = 3;
 constexpr std::size_t kEchoUsers = 2;
 constexpr int kRoomPriority = 60;
 constexpr double kMaxLatency_us = 500;
 constexpr double kMaxEchoes = 2;
 constexpr double kMaxAead_percent = 10;
-/// Of the first room with --overload: a step and this take five periods.
+/// Delay added to a step of the first room with --overload: a step then takes five periods.
 constexpr Duration kOverload = std::chrono::milliseconds(4);
 
 struct ServerBenchOptions {
   std::size_t clients = 16;
-  std::size_t rooms = 0;  ///< 0: one for every two users
+  std::size_t rooms = 0;  ///< 0: one room for every two users
   std::size_t bodies = 3;
   double rate_hz = 1000;
   double seconds = 5;
@@ -51,7 +51,7 @@ struct ServerBenchOptions {
   bool wants_json = false;
 };
 
-/// Of this process without its calling thread, which is the load; or of that thread alone.
+/// Processor time of this process without its calling thread, which generates the load, or of that thread alone.
 double cpu_seconds(int who) {
   rusage usage{};
   getrusage(who, &usage);
@@ -64,8 +64,8 @@ double server_cpu_seconds() {
   return cpu_seconds(RUSAGE_SELF) - cpu_seconds(RUSAGE_THREAD);
 }
 
-/// Of all processors together since the machine started, in one unit, whichever: all time, and what the host of a virtual
-/// machine took of it.
+/// Processor time of all cores since the machine started, in one arbitrary unit: the total, and the part taken by the
+/// host of a virtual machine (steal).
 std::array<double, 2> machine_time() {
   std::ifstream stat("/proc/stat");
   std::string cpu;
@@ -77,21 +77,21 @@ std::array<double, 2> machine_time() {
 }
 
 struct ServerBenchResult {
-  Histogram echo;  ///< meanwhile
+  Histogram echo;  ///< latency of the echo during the load
   std::array<LoadResult, kTurns> turns;
-  double took_s = 0;         ///< of all turns
-  std::vector<double> kept;  ///< share of its rate that each room kept, while the load ran
+  double took_s = 0;         ///< duration of all turns
+  std::vector<double> kept;  ///< share of its step rate that each room kept during the load
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
-  double aead_percent = 0;  ///< of the server's processor time
+  double aead_percent = 0;  ///< share of the server's processor time
   double wake_us = 0;       ///< processor time of one sleep and wake-up
-  double taken = 0;         ///< share of the machine's time that the host of a virtual machine took while the load ran
+  double taken = 0;         ///< share of the machine's time taken by the host of a virtual machine during the load
 };
 
-/// When the newest steps of a room were due. Written by the room, read by the load.
+/// Due times of the newest steps of a room. Written by the room, read by the load.
 using Deadlines = std::array<std::atomic<LocalTime>, 4096>;
 
-/// A server on a thread of its own, whose rooms' steps are counted.
+/// A server on its own thread, which counts the steps of its rooms.
 class ServerUnderLoad {
  public:
   explicit ServerUnderLoad(const ServerBenchOptions& options) : steps_(options.rooms), deadlines_(options.rooms) {
@@ -161,7 +161,7 @@ class ServerUnderLoad {
   std::thread thread_;
 };
 
-/// Processor time that a thread needs to sleep until a deadline and wake up, on this machine when nothing else runs [µs].
+/// Processor time of a thread for one sleep until a deadline and its wake-up, on this machine when idle [µs].
 double wake_cost_us() {
   constexpr int kWakes = 1000;
   double cost_us = 0;
@@ -175,7 +175,7 @@ double wake_cost_us() {
   return cost_us;
 }
 
-/// The middle one of the turns' p99 [µs].
+/// Median of the turns' p99 [µs].
 double median_p99_us(const ServerBenchResult& result, Histogram LoadResult::*what) {
   std::array<double, kTurns> p99_us{};
   std::ranges::transform(result.turns, p99_us.begin(),
@@ -212,7 +212,8 @@ ServerBenchResult measure_server_bench(const ServerBenchOptions& options) {
     const LocalTime begin = SteadyClock().now();
     const double cpu_before_s = server_cpu_seconds();
     const Duration duration = from_seconds(options.seconds / kTurns);
-    // Datagrams like a user's, at the priority of the server's io: what this machine gives while it has so much to do.
+    // Echo of user-sized datagrams at the priority of the server's io thread: the latency of this machine under the
+    // same load.
     auto echo =
         std::async(std::launch::async, udp_echo_latency, kEchoUsers, options.rate_hz, duration, kRoomPriority + 1);
     turn = load.run(duration, options.rate_hz);

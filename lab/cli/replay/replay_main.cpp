@@ -1,4 +1,4 @@
-// tandem-replay: recordings of tandem-server and tandem-client, looked into, written as tables, played back.
+// tandem-replay: shows recordings of tandem-server and tandem-client, exports them as tables, plays them back.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -45,7 +45,7 @@ void add_scene(CLI::App& command, Options& options) {
 
 constexpr int kDamaged = 3;
 
-/// Says on standard error what is missing of the recording, and makes it the exit code of what went well otherwise.
+/// Reports missing parts of the recording on standard error; a damaged recording turns exit code 0 into kDamaged.
 int with_end(const Options& options, int code) {
   const proto::RecordingEnd end = proto::read_recording(options.file, [](const auto&, const auto&) { return true; });
   if (!end.why.empty()) std::cerr << "tandem-replay: " << end.why << '\n';

@@ -1,4 +1,4 @@
-// `tandem-lab bench contact-scaling`: the cost of touch must follow the area in contact, not the size of the meshes.
+// `tandem-lab bench contact-scaling`: the cost of contact must follow the area in contact, not the size of the meshes.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace tandem::lab {
 
-/// One resolution of the mesh, against itself.
+/// One resolution of the mesh in contact with itself.
 struct ScalingRow {
   std::size_t triangles = 0;
   std::size_t points = 0;
@@ -20,7 +20,7 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// p99 of the finest mesh against that of `reference`, the mesh as it was given.
+/// Compares the p99 of the finest mesh with the p99 of mesh number `reference`, the mesh as given.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

@@ -1,4 +1,4 @@
-// What a mesh file is, before anybody touches it: what its parts were taken for, how thin it is, what it looks like.
+// Facts about a mesh file before it is used for contact: solids and sheets, wall thickness, size, a picture.
 #pragma once
 
 #include <cstdint>
@@ -13,30 +13,30 @@ namespace tandem::lab {
 
 struct MeshFacts {
   geometry::ContactMesh mesh;
-  Vec3 size_units = Vec3::Zero();  ///< as the file has it
-  double scale_m = 1;              ///< of a unit of the file, or of a metre where the file states its unit
+  Vec3 size_units = Vec3::Zero();  ///< size in units of the file
+  double scale_m = 1;              ///< metres per unit of the file, or per metre where the file states its unit
   Vec3 size_m = Vec3::Zero();
-  double volume_m3 = 0;        ///< of its solids, one by one: what overlaps counts twice
-  double overlap_share = 0;    ///< of the surface of its solids (wall_thickness.hpp)
-  bool is_watertight = false;  ///< no sheet, and no hole that was closed
-  double thinnest_wall_m = 0;  ///< of its solids (wall_thickness.hpp); 0: no solid, or no two faces of it are opposite
-  double resolution_m = 0;     ///< cells near the surface that contact would have
-  std::string doubt;           ///< what is odd about its size, and the options that change it; empty: nothing
+  double volume_m3 = 0;        ///< sum over its solids; overlapping volume counts twice
+  double overlap_share = 0;    ///< overlapping share of the surface of its solids (wall_thickness.hpp)
+  bool is_watertight = false;  ///< no sheet, and no hole had to be closed
+  double thinnest_wall_m = 0;  ///< thinnest wall of its solids (wall_thickness.hpp); 0: no solid, or no opposite faces
+  double resolution_m = 0;     ///< cell size near the surface in the contact grid
+  std::string doubt;           ///< why the size is implausible, and the options that change it; empty: it is plausible
 };
 
-/// How a file's numbers become metres.
+/// Conversion of a file's units to metres.
 struct MeshScale {
-  double scale = 1;           ///< metres of a unit of the file
-  double largest_size_m = 0;  ///< in place of it: the longest edge becomes that; 0: `scale` holds
-  bool y_is_up = false;       ///< of files that do not state it
+  double scale = 1;           ///< metres per unit of the file
+  double largest_size_m = 0;  ///< if positive: longest edge of the bounding box; `scale` is ignored
+  bool y_is_up = false;       ///< for files that do not state their up axis
 };
 
-/// In      warn  called before anything is built, with a size that is doubtful and the options that change it
+/// In      warn  called before anything is built, if the size is implausible, with the reason and the remedy
 /// Fails   std::runtime_error that names the file and why it cannot be used
 MeshFacts mesh_facts(const std::filesystem::path& file, const MeshScale& scale,
                      const std::function<void(const std::string& warning)>& warn);
 
-/// Seen from the side and above, orthographic, the nearer the lighter; sheets are blue.
+/// Orthographic picture, seen obliquely from above; nearer surfaces are lighter, sheets are blue.
 ///
 /// Out     rgb, three bytes a pixel, from top to bottom, `pixels` square
 std::vector<std::uint8_t> picture_of(const geometry::ContactMesh& mesh, int pixels);

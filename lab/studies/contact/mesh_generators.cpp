@@ -34,7 +34,7 @@ int add_ring(geometry::TriangleMesh& mesh, int sides, double radius_m, double z_
   return first;
 }
 
-/// The wall from one ring up to another, facing away from the axis.
+/// The wall between a lower and an upper ring, facing away from the axis.
 void join_rings(geometry::TriangleMesh& mesh, int lower, int upper, int sides) {
   for (int i = 0; i < sides; ++i) {
     const int next = (i + 1) % sides;
@@ -52,7 +52,7 @@ void cap_ring(geometry::TriangleMesh& mesh, int ring, int sides, double z_m, boo
   }
 }
 
-/// Between a square's corners (at 45°, 135°, …) and the hole's ring inside it, facing +z.
+/// The surface between a square's corners (at 45°, 135°, …) and the hole's ring inside it, facing +z if `faces_up`.
 void add_annulus(geometry::TriangleMesh& mesh, int ring, int square, bool faces_up) {
   const auto add = [&](int a, int b, int c) {
     mesh.triangles.push_back(faces_up ? std::array{a, b, c} : std::array{a, c, b});
@@ -67,7 +67,7 @@ void add_annulus(geometry::TriangleMesh& mesh, int ring, int square, bool faces_
   }
 }
 
-/// The same for the same place, within ±1, with waves of a few millimetres at a size of 10 cm.
+/// Deterministic function of position within ±1, with waves of a few millimetres at a size of 10 cm.
 double smooth_noise(const Vec3& p) {
   return std::sin(900 * p.x() + 0.3) * std::sin(1100 * p.y() + 1.1) * std::sin(1000 * p.z() + 2.3);
 }
@@ -136,7 +136,7 @@ geometry::TriangleMesh make_cube(double edge_m) {
 
 namespace {
 
-/// Cuts every edge and triangle of a mesh; neighbours share the points on their edge.
+/// Divides every edge and triangle of a mesh; adjacent triangles share the points on their edge.
 class Subdivision {
  public:
   Subdivision(const geometry::TriangleMesh& mesh, int pieces, double height_m)
@@ -154,7 +154,7 @@ class Subdivision {
   }
 
  private:
-  /// Places on a triangle: towards b and c in pieces of its edges, the rest towards a.
+  /// Creates the points on a triangle, numbered by steps towards b and c, and its pieces.
   void cut(const std::array<int, 3>& triangle) {
     std::map<std::pair<int, int>, int> at;
     for (int to_b = 0; to_b <= pieces_; ++to_b) {
@@ -169,7 +169,7 @@ class Subdivision {
   }
 
   int point(const std::array<int, 3>& triangle, int to_b, int to_c) {
-    // Sorted, so that both triangles at an edge name, and add up, its points alike.
+    // Sorted, so that both triangles at an edge use the same key and order of summation for its points.
     std::array<std::pair<int, int>, 3> shares{
         {{triangle[0], pieces_ - to_b - to_c}, {triangle[1], to_b}, {triangle[2], to_c}}};
     std::sort(shares.begin(), shares.end());
@@ -191,7 +191,7 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< by the corners between which they lie, and how near to each
+  std::map<std::vector<int>, int> points_;  ///< keyed by a point's corners and its weights
   geometry::TriangleMesh result_;
 };
 

@@ -1,5 +1,5 @@
-// Meshes whose size, triangle count and fit are known exactly: the thesis's peg and box, bodies for tests, and one
-// mesh at many resolutions.
+// Meshes whose size, triangle count and clearance are known exactly: the thesis's peg and box, bodies for tests, and
+// one mesh at many resolutions.
 #pragma once
 
 #include "common/geometry/triangle_mesh.hpp"
@@ -9,14 +9,14 @@ namespace tandem::lab {
 /// The peg of the peg-in-hole benchmark: 180 triangles. A prism of 30 sides, axis z, centred; the tip, chamfered, is at
 /// −z.
 geometry::TriangleMesh make_peg();
-inline constexpr double kPegRadius_m = 0.010;  ///< of the circle through its corners
+inline constexpr double kPegRadius_m = 0.010;  ///< radius of the circle through its corners
 inline constexpr double kPegLength_m = 0.060;
 inline constexpr double kPegChamfer_m = 0.002;
 
-/// The box of that benchmark: 176 triangles. Centred, with a hole of 40 sides through it along z.
+/// The box of the peg-in-hole benchmark: 176 triangles. Centred, with a through hole of 40 sides along z.
 ///
-/// The clearance is that between the circle around the peg and the circle inside the hole, so the peg fits however it
-/// is turned about its axis.
+/// The clearance is the distance between the circle around the peg and the circle inscribed in the hole. So the peg
+/// fits at every angle about its axis.
 geometry::TriangleMesh make_box_with_hole(double clearance_m = 5e-4);
 inline constexpr double kBoxWidth_m = 0.080;
 inline constexpr double kBoxHeight_m = 0.040;  ///< along the hole
@@ -26,11 +26,12 @@ geometry::TriangleMesh make_sphere(double radius_m, int levels);
 /// 12 triangles, centred.
 geometry::TriangleMesh make_cube(double edge_m);
 
-/// Each edge becomes `pieces`, each triangle pieces²; new corners leave the old surface by up to `height_m` along its
-/// normal, by a smooth function of place, so that the finer mesh is not made of flat patches.
+/// Divides each edge into `pieces` and each triangle into pieces². New corners are displaced along the normal of the
+/// old surface by up to `height_m`. The displacement is a smooth function of position, so the finer mesh has no flat
+/// patches.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
-/// Of the corners of triangles.
+/// Bounding box of the corners of the triangles.
 /// In      mesh  at least one triangle
 Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh);
 

@@ -10,7 +10,8 @@
 namespace tandem::lab {
 namespace {
 
-// Of the depth from which contact is rigid, which is 0.4 of a thin wall's half at most.
+// Largest pose depth, as a multiple of the depth from which contact is rigid; that depth is at most 0.4 of a thin
+// wall's half thickness.
 constexpr double kDeepestInRigid = 2;
 constexpr double kDeepestPose_m = kDeepestInRigid * contact::kMaxRigidDepth;
 constexpr double kBand_m = 3e-4;
@@ -29,7 +30,8 @@ Quat random_rotation(Random& random) {
   return q.norm() > 1e-9 ? Quat(q.normalized()) : Quat::Identity();
 }
 
-/// Whether a point of `from` is deeper than `depth_m` in `to`; only good for choosing poses.
+/// Whether a point of `from` is deeper than `depth_m` in `to`. It samples the points, so it is only for the choice of
+/// poses.
 bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to, double depth_m) {
   const auto& points = from.shape->shells.surface.points;
   const std::size_t stride = points.size() / kPlacingPoints + 1;
@@ -37,7 +39,7 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
     const Vec3 p_T = X_TF * points[i].p_S.cast<double>();
     const double rough = -to.shape->field->distance_m(p_T);
     if (rough > depth_m) return true;
-    // Past its band the field tells no more than the side.
+    // Beyond its band the field gives only the side.
     if (rough > 0.5 * to.shape->field->band_m() &&
         -to.exact->distance_m(p_T, std::numeric_limits<double>::infinity()) > depth_m)
       return true;
@@ -61,7 +63,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
     const bool is_deep = is_deeper(a, X_WA, b, wanted) || is_deeper(b, X_WA.inverse(), a, wanted);
     (is_deep ? inside : outside) = middle;
   }
-  // Not all points were looked at, and a thin wall that is through another one is not deep: back, by what it is too deep.
+  // The bisection samples the points, and a thin wall that has passed through another one is not deep. So the pose
+  // moves back by the excess depth.
   for (int i = 0; i < kStepsBack; ++i) {
     const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, 2 * kDeepestPose_m);
     if (deepest <= limit_m) break;
@@ -70,8 +73,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
   return X_WA;
 }
 
-/// Contacts in the order of x, so that those near a point are found without looking at all. Where one stands for several points, as
-/// beyond the budget, it is at each of these that is inside.
+/// Contacts sorted by x, so that those near a point are found without a scan of all. A contact that represents several
+/// points, as beyond the budget, is stored at each of these points that is inside.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {
@@ -101,10 +104,10 @@ class NearContacts {
     return false;
   }
 
-  /// Whether one of them says of this point how deep it is, as one that stands for a face does.
+  /// Whether a contact that represents a face gives the depth of this point.
   bool has_face_over(const OverlapPoint& point) const {
     return std::ranges::any_of(faces_, [&point](const contact::ContactPoint& face) {
-      // Along the normal points of A come out of B, and points of B go into A.
+      // Along the normal the points of A leave B, and points of B enter A.
       const double way_m = face.normal_W.dot(point.p_W - face.p_W);
       const double error_m = face.depth_m - point.depth_m;
       return std::min(std::abs(error_m - way_m), std::abs(error_m + way_m)) <= kSamePlane_m;
@@ -116,8 +119,8 @@ class NearContacts {
   std::vector<contact::ContactPoint> faces_;
 };
 
-/// How deep this contact is, by the exact surfaces; 0 where none of its points is on its own one. What only corners and edges say misses a
-/// face that a corner has gone through.
+/// Depth of this contact by the exact surfaces; 0 where none of its points is on its own surface. Corners and edges
+/// alone would miss a face that a corner has pierced.
 double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
                      const Pose& X_WA, const TouchObject& b, double deepest_m) {
   const bool is_of_a = pair.is_of_a(contact);

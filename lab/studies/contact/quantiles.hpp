@@ -1,4 +1,4 @@
-// Times of steps, and counts in them, as the benchmarks print them.
+// Quantiles of step times and of counts a step, as printed by the benchmarks.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 constexpr Duration kPeerStretch = std::chrono::seconds(3);
 
-/// What runs of one tool look like over time: one line a run.
+/// A run of one tool over time: one line of a plot.
 struct NamedTrace {
   std::string name;
   TouchTrace trace;
@@ -76,14 +76,14 @@ double greatest_force_n(const TouchTrace& trace) {
   return force;
 }
 
-/// How much the force shakes for longer than a moment: in 300 ms, the least RMS of the three 100 ms of its deviation
-/// from its own mean over 20 ms around; of all such times the largest.
+/// Sustained vibration of the force. Its deviation from its own mean over the surrounding 20 ms gives an RMS in each
+/// 100 ms. The result is the largest value, over all times, of the smallest of three consecutive RMS.
 ///
-/// A hand moves the force by less than 10 Hz; what this lets through is above some 25 Hz, where buzzing is felt. An
-/// impact is over within one of the three.
+/// Voluntary motion changes the force below 10 Hz. The deviation passes frequencies above about 25 Hz, where buzz is
+/// felt. An impact ends within one of the three windows.
 double buzz_n(const TouchTrace& trace) {
   constexpr std::size_t kMean = 10, kWindow = 100;
-  std::vector<double> sums{0};  // of squared deviations up to a step
+  std::vector<double> sums{0};  // cumulative squared deviations up to a step
   for (std::size_t i = kMean; i + kMean < trace.size(); ++i) {
     Vec3 mean = Vec3::Zero();
     for (std::size_t k = i - kMean; k <= i + kMean; ++k) mean += trace[k].on_hand_W.f;
@@ -118,7 +118,7 @@ struct PegRun {
   double mass_kg = 0;
   double force_n = 0;
   double buzz_n = 0;
-  double deepest_z_m = 0;  ///< of the tip
+  double deepest_z_m = 0;  ///< lowest height of the tip
   TouchFigures figures;
 };
 

@@ -10,11 +10,11 @@
 
 namespace tandem::lab {
 
-/// The bunny's mesh, of Debian's package glmark2-data.
+/// The bunny's mesh from Debian's package glmark2-data.
 std::filesystem::path bunny_file();
-/// Fails   std::invalid_argument when the bunny's file is not there (names the package)
+/// Fails   std::invalid_argument when the bunny's file is missing (names the package)
 Reproduction reproduce_bunny(const Clock& clock);
-/// The hand's path is lab/paths/peg_five_steps.json for every mass.
+/// Uses the hand path lab/paths/peg_five_steps.json for every mass.
 Reproduction reproduce_peg(const Clock& clock);
 
 }  // namespace tandem::lab

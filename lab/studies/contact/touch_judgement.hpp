@@ -1,4 +1,4 @@
-// What a trace of touch is judged by, and what this machine can do at best, measured in the same run.
+// Figures computed from a contact trace, and the speed limits of this machine, measured in the same run.
 #pragma once
 
 #include <cstddef>
@@ -13,29 +13,29 @@ namespace tandem::lab {
 struct TouchFigures {
   std::size_t steps = 0;
   std::uint32_t contacts_max = 0;
-  std::uint32_t looks_p50 = 0, looks_p99 = 0;  ///< distances asked of a field in a step: the same on every machine
+  std::uint32_t looks_p50 = 0, looks_p99 = 0;  ///< distance queries to a field in a step: the same on every machine
   TimeQuantiles query_us;
-  TimeQuantiles step_us;       ///< each step as fast as in the fastest of kRounds equal runs
-  TimeQuantiles step_once_us;  ///< of the first run alone, with whatever interrupted it
-  /// Overlap by the exact meshes. Checked every 50 steps up to 3 mm, and at 200 points of each body at every step.
+  TimeQuantiles step_us;       ///< per step, the shortest time of kRounds equal runs
+  TimeQuantiles step_once_us;  ///< times of the first run alone, interruptions included
+  /// Overlap by the exact meshes: every 50 steps up to a depth of 3 mm, and at 200 points of each body in every step.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;
-  double force_jump_max_n = 0;  ///< of the reduced contacts, see run_touch()
-  /// From step to step of what the hand feels.
+  double force_jump_max_n = 0;  ///< for the reduced contacts, see run_touch()
+  /// Largest change of the wrench on the hand from step to step.
   double hand_force_step_max_n = 0, hand_torque_step_max_n_m = 0;
   std::size_t not_converged = 0;
-  std::size_t separations = 0;  ///< how often contact was lost again
-  /// The most that contact gave the tool from some moment on: its springs give back what they stored.
+  std::size_t separations = 0;  ///< number of times that contact was lost
+  /// Largest net work of contact on the tool over any interval: the springs return stored energy.
   double contact_returned_j = 0;
-  /// Likewise beyond what the contacts' layers and friction held at that moment: what is not passive. What the rigid floor
-  /// stores is in it, so it is an upper bound.
+  /// The same, less the energy stored in contact layers and friction at the start of the interval: energy that
+  /// violates passivity. Energy stored in the rigid floor is included, so it is an upper bound.
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
-/// Without the exact judgement, which takes seconds: times, contacts and force jump.
+/// Figures without the exact overlap, which takes seconds: times, contacts and force jump.
 TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs);
 
-/// As often everything that is timed is run.
+/// Number of runs of everything that is timed.
 inline constexpr int kRounds = 3;
 template <class Run>
 std::vector<TouchTrace> in_rounds(const Run& run) {
@@ -44,11 +44,11 @@ std::vector<TouchTrace> in_rounds(const Run& run) {
   return runs;
 }
 
-// What no method can beat here.
+// Speed limits of this machine: lower bounds for every method.
 
-/// Distance and gradient at one point near the surface, everything in the cache.
+/// Time of one distance with gradient near the surface, with everything in the cache.
 double field_sample_ns(const contact::ContactShape& shape, const Clock& clock);
-/// Of 256 KiB: the tail is what the machine itself adds to a step.
+/// Time to copy 256 KiB: its tail is the jitter that the machine itself adds to a step.
 TimeQuantiles memory_copy_us(const Clock& clock);
 
 }  // namespace tandem::lab

@@ -7,7 +7,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Largest speed of a minimum-jerk movement over its mean.
+/// Ratio of peak to mean speed of a minimum-jerk movement.
 constexpr double kPeakOverMean = 1.875;
 constexpr double kRest_s = 0.2;
 constexpr double kTouching_m = 1e-5;
@@ -29,7 +29,7 @@ class Way {
 
  private:
   void add(const Pose& X_WH, double seconds) {
-    // A phase begins at the point where the movement starts.
+    // The previous point starts the new phase.
     if (!phase_.empty()) points_.back().phase = std::exchange(phase_, "");
     points_.push_back({points_.back().at + from_seconds(seconds), X_WH, 0, ""});
   }
@@ -53,9 +53,9 @@ Vec3 first_contact(const ExactSurface& a, const ExactSurface& b, const TouchPlan
     const double gap = corner_gap_m(a, X_WA, b, Pose{});
     if (gap < kTouching_m) break;
     X_WA.p += direction * gap;
-    if (X_WA.p.dot(direction) > 0) break;  // past each other without touching
+    if (X_WA.p.dot(direction) > 0) break;  // the meshes passed each other without contact
   }
-  // Where edges cross, corners see the contact too late.
+  // Where edges cross, the corners detect the contact too late.
   for (int i = 0; i < kApproachSteps; ++i) {
     const double depth = deepest_overlap_m(a, X_WA, b, Pose{});
     if (depth <= 0) break;

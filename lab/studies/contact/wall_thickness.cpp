@@ -15,11 +15,11 @@ namespace {
 
 constexpr double kThinShare = 0.02;
 constexpr double kOppositeCosine = 1 / std::numbers::sqrt2;
-/// Of the mesh's size: surfaces that are nearer to each other coincide.
+/// Distance, as a share of the mesh's size, below which surfaces coincide.
 constexpr double kCoincident = 1e-9;
-/// Lines that cross more of the surface are left out.
+/// Lines that cross more surfaces are skipped.
 constexpr std::size_t kMaxCrossings = 4096;
-/// Steps of a sequence that fills the unit square evenly: powers of the plastic number's inverse.
+/// Steps of a sequence that fills the unit square evenly: inverse powers of the plastic number.
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
 /// A point of the surface to measure from.
@@ -28,7 +28,7 @@ struct Place {
   std::size_t triangle = 0;
 };
 
-/// One in each equal share of the area.
+/// One point in each equal share of the area.
 std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
   std::vector<double> area_up_to;
   double area = 0;
@@ -42,7 +42,7 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
     const auto t = static_cast<std::size_t>(found - area_up_to.begin());
     const auto corner = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][k])]; };
     double whole = 0;
-    // Never on the edge of another triangle, however regular the mesh is.
+    // Never on the edge of another triangle, even for a regular mesh.
     double u = std::modf(static_cast<double>(i + 1) * kStepU, &whole);
     double v = std::modf(static_cast<double>(i + 1) * kStepV, &whole);
     if (u + v > 1) u = 1 - u, v = 1 - v;
@@ -51,9 +51,9 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
   return places;
 }
 
-/// Where a line crosses the surface.
+/// Intersection of a line with the surface.
 struct Crossing {
-  double at_m = 0;  ///< from the place, into the solid
+  double at_m = 0;  ///< distance from the place, into the solid
   bool is_exit = false;
   bool is_opposite = false;
 };
@@ -69,10 +69,10 @@ class Walls {
     coincident_m_ = kCoincident * (high - low).maxCoeff();
   }
 
-  /// Nothing for a place inside the solid.
+  /// Wall thickness behind a place; nullopt for a place inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // How many parts a point just outside is in, and how many one just inside.
+    // Number of parts around a point just outside, and the increase for a point just inside.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;
@@ -102,7 +102,7 @@ class Walls {
       const double along = normal.dot(inwards);
       crossings_.push_back({normal.dot(a - place.p) / along, along > 0, along >= kOppositeCosine * normal.norm()});
     }
-    // Where one part ends at the face where another begins, nothing is left.
+    // Entries sort before coincident exits, so that the line does not leave the solid where two parts touch.
     const auto order = [this](const Crossing& crossing) {
       return crossing.is_exit ? crossing.at_m : crossing.at_m - 2 * coincident_m_;
     };

@@ -19,11 +19,11 @@ namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
 constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
-/// Time over which the hand's speed rises at the start and falls at the end.
+/// Time in which the hand's speed rises at the start and falls at the end.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
 constexpr int kHalvings = 30;
-/// Random poses that are tried for each start of a descent; most are inside the receptor.
+/// Random poses tried for each start of a descent; most overlap the receptor.
 constexpr std::size_t kTriesForAStart = 200;
 constexpr double kFreeStart_kj_per_mol = 50 * docking::kKilojoulesPerKilocalorie;
 
@@ -31,7 +31,7 @@ const docking::Molecule& molecule(const server::LoadedScene& scene, std::size_t 
   return *scene.world.bodies[body].molecule;
 }
 
-/// The atoms of `molecule` within `reach` of one of `other`, which is at X_MO.
+/// The atoms of `molecule` within `reach` of an atom of `other`, whose pose is X_MO.
 docking::Molecule near_part(const docking::Molecule& molecule, const docking::Molecule& other, const Pose& X_MO,
                             double reach) {
   return part_of(molecule, [&](std::size_t i) {
@@ -74,7 +74,7 @@ Vec3 random_vector(Random& random) {
   return {x, y, z};
 }
 
-/// `X_AB` moved and turned at random, by so much that the ligand's RMSD to it is `rmsd_angstrom`.
+/// `X_AB` moved and turned at random, so that the ligand's RMSD to it is `rmsd_angstrom`.
 Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_angstrom, Random& random) {
   const Vec3 move = random_vector(random), turn = random_vector(random) / ligand.gyration_radius_angstrom();
   const auto moved_by = [&](double share) {
@@ -89,7 +89,7 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Number of poses of a way of `count` that the hand has passed at `time`.
+/// Number of poses that the hand has passed at `time` on a path of `count` poses.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

@@ -23,7 +23,7 @@ constexpr std::size_t kNoParent = static_cast<std::size_t>(-1);
 
 struct Node {
   Pose X_AB;
-  Vec3 direction_A = Vec3::Zero();  ///< of the step to here; zero: none was taken
+  Vec3 direction_A = Vec3::Zero();  ///< direction of the step to this node; zero at the root
   Vec3 turn_A = Vec3::Zero();
   std::size_t parent = kNoParent;
   double out_angstrom = 0;
@@ -106,7 +106,8 @@ class Tree {
     return field_.evaluate(X_AB);
   }
 
-  /// Downhill across the step's direction and in turn: a way along walls and not into them.
+  /// Relaxes downhill, across the step's direction and in rotation, so that the path follows walls instead of entering
+  /// them.
   void relax(Node& node) {
     docking::FieldResult here = look(node.X_AB);
     double way = kRelax_angstrom;
@@ -130,7 +131,7 @@ class Tree {
   }
 
   bool is_free(const Pose& from, const Pose& to) {
-    // The end first: it is what is most often not free.
+    // The end first, because it is most often blocked.
     for (int quarter = kQuarters; quarter > 0; --quarter) {
       const double share = static_cast<double>(quarter) / kQuarters;
       const docking::FieldResult here = look(pose_between(from, to, share));
@@ -162,7 +163,7 @@ std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule&
     tree.grow(effort);
     return tree;
   };
-  // The highest first: where it lets nothing out, none does.
+  // The highest bound first: if it finds no exit, no lower bound does.
   const Tree highest = grown(kExitBound_kcal_per_mol);
   if (!highest.is_out()) return highest.way();
   for (const double bound : kLowerBounds_kcal_per_mol) {

@@ -1,4 +1,4 @@
-// The way out of a complex, for two molecules that are rigid.
+// Exit path of a ligand from a complex of two rigid molecules.
 #pragma once
 
 #include <cstddef>
@@ -11,31 +11,32 @@
 
 namespace tandem::lab {
 
-/// What a pose on the way out may have at most, Lennard-Jones [kcal/mol].
+/// Largest Lennard-Jones energy of a pose on the exit path [kcal/mol].
 inline constexpr double kExitBound_kcal_per_mol = 50;
-/// So far from where it began has B left, with no more than kHardlyHeld_kcal_per_mol of attraction [Å].
+/// B has left when it is this far from its start [Å] with no more than kHardlyHeld_kcal_per_mol of attraction.
 inline constexpr double kExitDistance_angstrom = 8;
 inline constexpr double kHardlyHeld_kcal_per_mol = 5;
-/// A step of B's origin, and of its farthest atom by its turn; what gives way downhill may add 0.4 Å [Å].
+/// Length of a step of B's origin, and of its farthest atom by rotation [Å]. Downhill relaxation may add 0.4 Å.
 inline constexpr double kExitStep_angstrom = 0.25;
-/// Poses looked at before a bound is given up.
+/// Number of poses evaluated before an energy bound is given up.
 inline constexpr std::size_t kExitEffort = 60'000;
 
-/// From the first to the last of its poses [Å].
+/// Distance from the first to the last of the poses [Å].
 double way_out_angstrom(std::span<const Pose> way);
 
-/// A noisy way for molecule B out of A, through poses of bounded energy alone, the motion between them looked at in
-/// quarters. Of the bounds 10, 20, … 50 kcal/mol the lowest that lets it out counts: hands are no stronger than they have to
-/// be.
+/// A path with noise for molecule B out of A, through poses of bounded energy only. The motion between two poses is
+/// checked at quarters. The result uses the lowest of the bounds 10, 20, … 50 kcal/mol that lets B out: hands apply no
+/// more force than needed.
 ///
-/// Model   a tree of poses. Each time the one that is farthest in a random direction, less 0.05 Å for each time that it was
-///         tried, takes a step that way, on the way and with the turn that it came by, and with noise; then it gives way
-///         downhill, across the step and in turn, by at most 0.4 Å
-/// Source  ours, after the expansive trees of motion planning
-/// In      X_AB  [Å]; `effort` poses are looked at for each bound
-/// Out     poses of B in A from X_AB until it has left; where no bound allows that, to the farthest out that was found: closer
-///         than kExitDistance_angstrom, it is locked, as far as the effort can tell
-/// Cost    a MolecularField evaluation per pose looked at
+/// Model   a tree of poses. Each iteration extends the pose that is farthest in a random direction, less 0.05 Å for
+///         each earlier trial of it. The new step combines that direction, the direction and rotation of the pose's
+///         own step, and noise. The result then relaxes downhill, across the step and in rotation, by at most 0.4 Å
+/// Source  our method, after the expansive trees of motion planning
+/// In      X_AB  [Å]
+///         effort  poses evaluated for each bound
+/// Out     poses of B in A from X_AB until B has left. If no bound allows that, the path to the farthest pose found:
+///         if it ends closer than kExitDistance_angstrom, B is locked as far as the effort can show
+/// Cost    a MolecularField evaluation for each pose
 std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                             const Pose& X_AB_angstrom, std::uint64_t seed, std::size_t effort = kExitEffort);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStepAngstrom = 2;
 constexpr double kPlaceAngstrom = 1e-3;
-constexpr int kMaxCells = 128;  ///< along an axis
+constexpr int kMaxCells = 128;  ///< number of cells along an axis
 
 struct Facts {
   std::size_t atoms = 0;
@@ -20,7 +20,8 @@ struct Facts {
   double min_distance2 = std::numeric_limits<double>::infinity();
 };
 
-/// Points by cell of a grid, of which the sides are no shorter than the reach, so that neighbours are in adjacent cells.
+/// Points sorted into the cells of a grid whose sides are at least the reach, so that neighbours are in adjacent
+/// cells.
 class Cells {
  public:
   Cells(const std::vector<Vec3>& points, double reach) : points_(points), origin_(points.front()) {
@@ -59,7 +60,7 @@ class Cells {
 
  private:
   Eigen::Array3i cell_of(const Vec3& p) const {
-    // Bounded first: far away is not what an int can hold.
+    // Clamped before the cast: distant cells exceed the range of int.
     return ((p - origin_) / side_).array().floor().max(-2.0).min(kMaxCells + 2.0).cast<int>();
   }
   std::size_t index(const Eigen::Array3i& cell) const {
@@ -84,7 +85,7 @@ class Cells {
   double side_ = 1;
   Eigen::Array3i counts_;
   std::vector<std::vector<std::size_t>> members_;
-  std::vector<bool> is_near_;  ///< of each cell, whether any point is in it or beside it
+  std::vector<bool> is_near_;  ///< for each cell, whether any point is in it or in an adjacent cell
 };
 
 class Interface {
@@ -131,7 +132,7 @@ double extent(const std::vector<Vec3>& points, const Vec3& centre, const Vec3& d
   return longest;
 }
 
-/// B on a line through both centres.
+/// Positions of B on a line through both centres.
 class Line {
  public:
   Line(const docking::Molecule& a, const docking::Molecule& b, double reach, const Vec3& direction)
@@ -142,7 +143,8 @@ class Line {
 
   bool goes_on() const { return offset_ > 0; }
 
-  /// From where the last call ended, inwards until there are `wanted` atoms; nothing where the centres meet before.
+  /// Moves B inwards from its last position until `wanted` atoms are in the interface; nullopt if the centres meet
+  /// before.
   std::optional<Pose> come_near(Interface& interface, std::size_t wanted, std::size_t& most) {
     double outside = offset_;
     while (goes_on()) {

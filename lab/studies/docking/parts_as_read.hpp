@@ -1,4 +1,4 @@
-// Whether receptor and ligand form a complex where their files have them.
+// Checks that receptor and ligand form a complex in the poses of their files.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace tandem::lab {
 
-/// Heavy atoms nearer than this are at one place: the shortest bond, of C and O, has 1.1 Å [Å].
+/// Heavy atoms nearer than this coincide: the shortest bond, of C and O, has 1.1 Å [Å].
 inline constexpr double kOnePlace_angstrom = 0.8;
 
 /// "SG of CYS 7 of chain A"
 std::string place_text(const docking::Molecule& molecule, std::size_t atom);
 
-/// The heavy atoms of A and B that are nearest to each other in the pose `X_AB` [Å]; nothing without any.
+/// The nearest pair of heavy atoms of A and B in the pose `X_AB` [Å]; nullopt if either has none.
 /// Cost    all pairs of heavy atoms
 std::optional<std::pair<std::size_t, std::size_t>> nearest_atoms(const docking::Molecule& a, const docking::Molecule& b,
                                                                  const Pose& X_AB);
@@ -31,9 +31,9 @@ std::string distance_text(const docking::Molecule& a, const docking::Molecule& b
 /// Cost    exact_field()
 std::string strongest_repulsion_text(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB);
 
-/// Refuses parts for which redocking has no native complex: atoms at one place, a bond between the parts, or no residues
-/// within 5 Å. Bonds are found by names and distance: sulphurs within 2.5 Å (a disulphide bridge), C and N (peptide) or
-/// O3' and P (nucleic acid) within 1.7 Å.
+/// Refuses parts that form no native complex for redocking: coincident atoms, a bond between the parts, or no residues
+/// within 5 Å. Bonds are found by names and distance: sulphurs within 2.5 Å (a disulphide bridge), C and N (peptide)
+/// or O3' and P (nucleic acid) within 1.7 Å.
 ///
 /// Fails   std::invalid_argument naming the atoms, their distance and the remedy
 void require_complex_as_read(const docking::Molecule& a, const docking::Molecule& b, const Pose& native_X_AB);

@@ -29,16 +29,16 @@ namespace json = boost::json;
 
 constexpr std::size_t kReceptorBody = 0, kLigandBody = 1;
 constexpr Duration kRedockSettling{from_seconds(4)};
-/// Time of one step of the way: 0.25 Å at 30 mm/s with 10 mm/Å.
+/// Time of one step of the path: 0.25 Å at 30 mm/s with 10 mm/Å.
 constexpr Duration kRedockPerPose{from_seconds(0.083)};
 constexpr std::size_t kTriesBeforeLocked = 5;
-/// Number of descents from poses around the native pose, beside the one from that pose.
+/// Number of descents from poses around the native pose, besides the one from that pose.
 constexpr std::size_t kDescentsAround = 12;
 /// Minima whose energies differ less than this, a sixth of kT, count as one.
 constexpr double kSameMinimum_kcal_per_mol = 0.1;
 
 struct RedockPair {
-  wire::Scene scene;  ///< with the scale of its forces
+  wire::Scene scene;  ///< with its force scale
   std::shared_ptr<const server::LoadedScene> loaded;
   Pose X_AB_min;
   double minimum_kcal_per_mol = 0;
@@ -52,8 +52,8 @@ const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
   return *pair.loaded->world.bodies[body].molecule;
 }
 
-/// The deepest minimum found within kNative_angstrom of the native pose; without any, the one downhill from that pose. The
-/// latter alone may be a side pocket of the native well: molecules that come from outside pass it.
+/// The deepest minimum found within kNative_angstrom of the native pose; if there is none, the one downhill from that
+/// pose. The latter alone may be a side pocket of the native well, which molecules that enter from outside pass by.
 std::pair<Pose, double> deepest_near_native(const server::LoadedScene& scene) {
   const docking::Molecule& ligand = *scene.world.bodies[kLigandBody].molecule;
   const auto is_near = [&](const Pose& X_AB) {
@@ -94,7 +94,7 @@ double energy_kcal_per_mol(const RedockPair& pair, const Pose& X_AB) {
          docking::kKilojoulesPerKilocalorie;
 }
 
-/// The ligand's poses from the end of the way out back to the pose at which the hands let go.
+/// The ligand's poses from the end of the exit path back to the pose at which the hands let go.
 std::vector<Pose> way_in(const RedockPair& pair, const std::vector<Pose>& way_out) {
   const docking::Molecule& ligand = molecule_of(pair, kLigandBody);
   const auto rmsd = [&](const Pose& X_AB) { return ligand_rmsd_angstrom(ligand, X_AB, pair.X_AB_min); };
@@ -130,7 +130,7 @@ bool is_out(const std::vector<Pose>& way_out) {
   return way_out_angstrom(way_out) >= kExitDistance_angstrom;
 }
 
-/// The highest Lennard-Jones energy on a way.
+/// The highest Lennard-Jones energy on a path.
 double barrier_kcal_per_mol(const RedockPair& pair, const std::vector<Pose>& way) {
   docking::FieldModel model = pair.loaded->world.field_model;
   model.dielectric = docking::Dielectric::kNone;
@@ -151,13 +151,13 @@ void add_native_measures(json::object& row, const std::string& prefix, const Red
   row[prefix + "native_contact_share"] = rounded(native_contact_share(receptor, ligand, native, X_AB));
 }
 
-/// The "end" of a row: docked, or where else the ligand came to rest.
+/// The "end" of a row: docked, or the ligand's other resting place.
 std::string_view end_name(const RedockPair& pair, const json::object& row) {
   if (!row.at("stayed_connected").get_bool()) return "disconnected";
   if (row.at("docked").get_bool()) return "docked";
   const double above_kcal_per_mol = row.at("settled_above_minimum_kcal_per_mol").to_number<double>();
   if (above_kcal_per_mol < -kSameMinimum_kcal_per_mol) return "deeper minimum";
-  // The zero area's edge, in which the force sets in, is 1 kT wide.
+  // The edge of the zero area, where the force sets in, is 1 kT wide.
   const double zero_kt = pair.loaded->description.molecular_field().zero_area_kt();
   const bool is_in_zero_area =
       zero_kt > 0 && above_kcal_per_mol <= (zero_kt + 1) * docking::kThermalEnergy_kcal_per_mol;
@@ -257,8 +257,8 @@ docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
   return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
 }
 
-/// The "lock" of a locked pair: the end of the farthest way out, the residues that repel most there, and how far out the heavy
-/// atoms alone come.
+/// The "lock" of a locked pair: the end of the farthest exit path, the residues that repel most there, and the
+/// distance that the heavy atoms alone reach.
 json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
   const auto& farthest = *std::ranges::max_element(
       ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });

@@ -28,22 +28,23 @@ namespace {
 constexpr const char* kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
 using docking::kThermalEnergy_kcal_per_mol;
 constexpr double kApart_angstrom = 8, kPressed_angstrom = 3, kPushed_angstrom = 8, kStep_angstrom = 0.25;
-/// A step of the way, at 60 mm/s.
+/// Time of a step of the path, at 60 mm/s.
 constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds(2)}, kAlone{from_seconds(6)};
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
 constexpr std::uint64_t kSeeds = 5;
-/// Without delay a light contact is soft: how much the direct way vibrates there depends on few atoms of the helices.
+/// Required reductions. Without delay a light contact is soft, and the vibration of direct rendering depends on few
+/// atoms of the helices.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
-/// Of the conditions, from the first.
+/// Number of leading conditions for which claims are made.
 constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 
-/// What the ligand's hand is shown, tick by tick.
+/// Force displayed to the ligand's hand, tick by tick.
 struct ShownDocking {
   std::vector<double> at_s;
   std::vector<Vec3> force_n;
-  double vibration_rms_n = 0;  ///< above kVibration_hz, of all axes
+  double vibration_rms_n = 0;  ///< above kVibration_hz, all axes combined
   double peak_n = 0;
   double step_n_per_ms = 0;
 };
@@ -55,12 +56,12 @@ struct PublishedPair {
   std::shared_ptr<const server::LoadedScene> loaded;
 };
 
-/// What both ways of rendering are tried in.
+/// Condition in which both rendering methods are tried.
 struct Condition {
   std::string name, published_direct, published_stable;
   std::string device;
   Duration round_trip{0};
-  double deeper_angstrom = kPressed_angstrom;  ///< than where they touch
+  double deeper_angstrom = kPressed_angstrom;  ///< approach beyond the contact distance
   double tremor_rms_n = 0;
 };
 
@@ -71,7 +72,7 @@ wire::MoleculeSource helix(const std::string& chain) {
   return source;
 }
 
-/// On the line of their centres, turned as the files have them.
+/// Poses on the line between the centres, with the orientation of the files.
 std::vector<Pose> approach_of(const server::LoadedScene& scene, double deeper_angstrom) {
   const auto& bodies = scene.world.bodies;
   const Vec3 line = native_pose(scene).p.normalized();
@@ -92,7 +93,7 @@ PublishedPair pair_of_helices() {
   return pair;
 }
 
-/// Figures of what was shown.
+/// Adds the figures of the displayed force.
 ShownDocking judged(ShownDocking shown) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -135,7 +136,7 @@ struct HeldMolecule {
                const devices::HandPath& path, const Pose& X_WM, std::uint64_t seed)
       : device(profile.spec, devices::holding(hand, profile), path, seed), X_WM_start(X_WM) {}
 
-  /// Metres; the device's frame lies where the molecule starts, its axes as the world's.
+  /// In metres; the device's frame is at the molecule's start, with the axes of the world.
   Pose pose_at(LocalTime now) {
     const Pose X_DH = device.read(now).X_DH;
     return {X_WM_start.p + X_DH.p, (X_DH.q * X_WM_start.q).normalized()};
@@ -148,8 +149,9 @@ struct HeldMolecule {
   }
 };
 
-/// Each molecule is its hand's: force and torque of the field where the hands are, times the same scale, held for a
-/// millisecond, a round trip later; no body, no coupling, no zero area, no knee. What the devices cannot show is cut off.
+/// Direct rendering: each molecule is fixed to its hand. The hands receive the field's force and torque at their
+/// poses, with the same scale, a zero-order hold of a millisecond and a round trip of delay. There is no body,
+/// coupling, zero area or knee. The device limits clip the wrench.
 ShownDocking without(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
@@ -182,7 +184,7 @@ ShownDocking without(const PublishedPair& pair, const Condition& condition) {
   return judged(std::move(shown));
 }
 
-/// E − E_min in kT, from kAloneFrom_s on the greatest: both hands relaxed at the minimum, both trembling.
+/// Largest E − E_min in kT from kAloneFrom_s on: both hands relaxed at the minimum, both with tremor.
 double left_alone_kt(const PublishedPair& pair, std::uint64_t seed, Duration round_trip) {
   const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
   devices::WayPoint start, settle;

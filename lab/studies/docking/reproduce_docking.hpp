@@ -1,4 +1,4 @@
-// The source thesis' docking of two helices, with its stable method and without, for `tandem-lab reproduce`.
+// The thesis' docking of two helices, with and without its stable method, for `tandem-lab reproduce`.
 //
 // Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapter 7
 #pragma once
@@ -10,9 +10,9 @@
 
 namespace tandem::lab {
 
-/// Two designed helices, of Debian's package pymol-data; where they are there, the parameters of gromacs-data.
+/// Two designed helices from Debian's package pymol-data; if they are installed, the parameter file of gromacs-data.
 std::filesystem::path docking_file();
-/// Fails   docking::MoleculeError when one of the two is not there (names the package)
+/// Fails   docking::MoleculeError when one of the two files is missing (names the package)
 Reproduction reproduce_docking(const Clock& clock);
 
 }  // namespace tandem::lab

@@ -46,13 +46,13 @@ std::vector<ForceSample> samples_of(const TouchTrace& trace) {
   return samples;
 }
 
-/// A shipped scene with a simulated hand of its own at each tool, at the room's own table: no network.
+/// A shipped scene with a simulated hand at each tool, connected directly to the room without a network.
 struct SceneHands {
-  std::string scene;               ///< of server/scenes
-  std::vector<std::string> paths;  ///< of lab/paths, one a tool
+  std::string scene;               ///< name in server/scenes
+  std::vector<std::string> paths;  ///< names in lab/paths, one for each tool
 };
 
-/// Paths are those that the shipped experiments use in these scenes.
+/// Each scene with the paths that the shipped experiments use in it.
 const std::vector<SceneHands>& shipped_hands() {
   static const std::vector<SceneHands> hands{{"wall", {"wall"}},
                                              {"curve", {"curve"}},
@@ -64,10 +64,10 @@ const std::vector<SceneHands>& shipped_hands() {
   return hands;
 }
 
-/// What the first hand feels.
+/// Force on the first hand.
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Its hands are paths and supply no energy.
+  // The hands follow paths and supply no energy, so passivity control is off.
   const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
                                                    server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;

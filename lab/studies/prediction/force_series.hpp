@@ -1,5 +1,5 @@
-// The forces that a hand feels in the shipped scenes and benchmarks, a thousand times a second: what predictions are
-// tried on. Each is made here, by the same simulation as runs elsewhere; none is stored.
+// Forces on a hand at 1 kHz in the shipped scenes and benchmarks, as test signals for predictors. Each series is
+// simulated here by the same code as elsewhere; none is stored.
 #pragma once
 
 #include <cstdint>
@@ -14,34 +14,34 @@ namespace tandem::lab {
 struct ForceSample {
   Duration at{0};
   Wrench on_hand_W;
-  bool has_contact_changed = false;  ///< contact began or ended since the sample before
+  bool has_contact_changed = false;  ///< contact began or ended since the previous sample
 };
 
 struct ForceSeries {
   std::string name;
   std::string what;
-  std::vector<ForceSample> samples;  ///< times increase; even in all but chatter_series()
+  std::vector<ForceSample> samples;  ///< times increase; evenly spaced except in chatter_series()
 };
 
-/// Peg in hole in five steps, peg of this mass, exact contact.
+/// Peg in hole in five steps with a peg of this mass and exact contact.
 ForceSeries peg_series(double mass_kg);
-/// Two bunnies pressed on each other, slid and twisted.
-/// Fails   std::invalid_argument when the bunny's file is not there (names the package)
+/// Two bunnies pressed together, slid and twisted.
+/// Fails   std::invalid_argument when the bunny's file is missing (names the package)
 ForceSeries bunny_pair_series();
 
-/// All of the above that every installation can make, and what the first hand feels in shipped scenes with a simulated
-/// hand at each tool; the bunnies where their file is.
+/// All of the above that this installation can make, and the force on the first hand in shipped scenes with a
+/// simulated hand at each tool. The bunnies are included where their file exists.
 std::vector<ForceSeries> shipped_series();
 
-/// Chattering contact of the thesis's kind: the peg and the box in GImpact, stock Bullet with its default solver, at a
-/// step that is as long as the step before took on a slow machine.
+/// Chattering contact of the thesis's kind: peg and box in GImpact, stock Bullet with its default solver. Each time
+/// step is as long as the previous step would take on a slow machine.
 ///
-/// Model    step h = 2 ms + 0.25 ms for each contact, within 2 … 10 ms: 100 to 500 Hz. Ours; the thesis says "variable,
-///          less than 100 to several 100 Hz"
-/// In       clock  GImpactReference asks for one; its times are not used
+/// Model   step h = 2 ms + 0.25 ms for each contact, within 2 … 10 ms: 100 to 500 Hz. Ours; the thesis says "variable,
+///         less than 100 to several 100 Hz"
 ForceSeries chatter_series(double mass_kg);
 
-/// RMS of the force's deviation from its mean over 20 ms around, while it is not zero: what of it no hand makes.
+/// RMS deviation of the force from its mean over the surrounding 20 ms, over samples with a force: the part that no
+/// hand produces.
 double noise_n(const ForceSeries& series);
 
 }  // namespace tandem::lab

@@ -6,10 +6,10 @@
 namespace tandem::lab {
 namespace {
 
-/// Of the haptic loop.
+/// Period of the haptic loop.
 constexpr Duration kTick = std::chrono::milliseconds(1);
 
-/// The series at a time, read forwards.
+/// Interpolates the series; times must increase from call to call.
 class Truth {
  public:
   explicit Truth(const std::vector<ForceSample>& samples) : samples_(samples) {}
@@ -28,7 +28,7 @@ class Truth {
   std::size_t next_ = 0;
 };
 
-/// Those that are sent, with what changed since the one sent before.
+/// The sent samples, each with any contact change since the previous one.
 std::vector<ForceSample> sent_of(const ForceSeries& series, Duration period) {
   std::vector<ForceSample> sent;
   bool has_changed = false;
@@ -63,7 +63,7 @@ class ErrorSum {
   Vec3 sum_ = Vec3::Zero();
 };
 
-/// Past the first sample by this much: any clock does, only differences count.
+/// Local time with an arbitrary origin, a second before the first sample; only differences count.
 LocalTime local(Duration time) {
   return LocalTime(time + std::chrono::seconds(1));
 }
@@ -84,7 +84,7 @@ PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream&
       stream.push(local(sent[next].at), sent[next].on_hand_W, sent[next].has_contact_changed);
     }
     const Wrench shown = stream.at(local(now));
-    // The io thread has a tick's time for it; it needs a hundredth.
+    // The io thread has a tick's time for the fit, which needs a hundredth of it.
     stream.fit();
     const Wrench is = truth.at(now);
     force.add(shown.f - is.f);

@@ -1,4 +1,4 @@
-// A force series shown to a hand through one prediction: what comes in, when, and how far off what is shown is.
+// A force series displayed through one predictor: received samples, their times, and the error of the displayed force.
 #pragma once
 
 #include <chrono>
@@ -9,9 +9,9 @@
 
 namespace tandem::lab {
 
-/// Of one quantity of three components.
+/// Error figures of one quantity with three components.
 struct ErrorFigures {
-  double mean = 0;      ///< of |shown − true|
+  double mean = 0;      ///< mean of |shown − true|
   double variance = 0;  ///< mean of |e − ē|²
   double rms = 0;
   double largest = 0;
@@ -27,9 +27,9 @@ struct PredictionErrors {
   std::vector<Vec3> true_n;
 };
 
-/// The truth between two samples of an uneven series is the straight line.
-/// In      sample_period  of an even series, those that are sent; 0: all are
-///         delay  age of a sample when it comes in
+/// The true value between two samples of an uneven series is linearly interpolated.
+/// In      sample_period  period of the sent samples of an even series; 0: all samples are sent
+///         delay  age of a sample when it is received
 PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream& stream,
                                 Duration sample_period = std::chrono::milliseconds(5), Duration delay = Duration{0});
 

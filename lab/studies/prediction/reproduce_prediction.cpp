@@ -22,15 +22,15 @@ constexpr std::string_view kDefault = "ar-spline";
 constexpr std::array kWindows{50, 75, 100, 150, 200, 250, 300, 400, 500, 600};
 constexpr std::array kBlends_ms{0, 2, 3, 4, 5};
 constexpr std::size_t kMaxOrder = 16;
-/// The thesis's gain over linear extrapolation, and what of its gain by online coefficients is claimed here.
+/// The thesis's gain over linear extrapolation, and the claimed part of its gain by online coefficients.
 constexpr double kMinGain_percent = 6.8;
 constexpr double kMinOnlineGain_percent = 11;
 constexpr double kFitBudget_us = 200;
 constexpr double kChatter_kg = 0.1;
-/// Lighter: it bounces, and its noise is ten times that.
+/// A lighter peg: it bounces, and its noise is ten times as high.
 constexpr double kLightChatter_kg = 0.02;
 
-/// An uneven series is sent as it comes; an even one every 5 ms.
+/// An uneven series is sent with its own times, an even one every 5 ms.
 Duration sample_period_of(const ForceSeries& series) {
   return series.name == "chatter" ? Duration(0) : std::chrono::milliseconds(5);
 }
@@ -44,7 +44,7 @@ struct Comparison {
   std::string series;
   std::string what;
   double noise_n = 0;
-  std::array<PredictionErrors, kMethods.size()> errors;  ///< of kMethods
+  std::array<PredictionErrors, kMethods.size()> errors;  ///< in the order of kMethods
 
   const PredictionErrors& of(std::string_view method) const {
     return errors[static_cast<std::size_t>(std::ranges::find(kMethods, method) - kMethods.begin())];
@@ -95,7 +95,8 @@ boost::json::object to_json(const Comparison& comparison) {
           {"methods", std::move(methods)}};
 }
 
-/// Of what both hold and linear do without error, the default does too.
+/// Claims that the default is not worse than hold and linear. A series without error under both must have none under
+/// the default.
 void add_shipped(Reproduction& result, const Comparison& comparison) {
   const PredictionErrors& ours = comparison.of(kDefault);
   result.claims.push_back({comparison.series,
@@ -122,7 +123,7 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
                          format_significant(literal, 3) + " %"});
 }
 
-/// The model alone, without what the default falls back to: that is what the thesis compares.
+/// The AR model without the default's fallbacks, as compared in the thesis.
 haptics::ForceStreamSettings model_alone() {
   haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
   settings.shrinks = false;
@@ -220,7 +221,7 @@ Plot order_figure(const std::vector<const ForceSeries*>& all, Reproduction& resu
   return figure;
 }
 
-/// A curve that is smooth through its corrections too shows them later.
+/// A curve that is also smooth through its corrections displays them later.
 void add_blends(Reproduction& result, const ForceSeries& smooth, const ForceSeries& chatter,
                 boost::json::object& details) {
   for (const ForceSeries* series : {&smooth, &chatter}) {
@@ -242,7 +243,7 @@ void add_blends(Reproduction& result, const ForceSeries& smooth, const ForceSeri
   }
 }
 
-/// Median and slowest time of a fit of six axes, µs.
+/// Median and p99 time of a fit of six axes.
 struct FitCost {
   double median_us = 0;
   double p99_us = 0;
@@ -275,7 +276,7 @@ void add_fit_cost(Reproduction& result, const ForceSeries& series, const Clock& 
   details["fit_us"] = {{"median", cost.median_us}, {"p99", cost.p99_us}};
 }
 
-/// Half a second around the largest error of hold: there something happens.
+/// Plot of half a second around the largest error of hold.
 Plot trace_figure(const ForceSeries& series) {
   constexpr std::size_t kTicks = 250;
   Plot figure;

@@ -14,7 +14,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{512} << 20U;
-/// After resampling: an hour and a half at 200 Hz.
+/// Limit after resampling: an hour and a half at 200 Hz.
 constexpr double kMaxSamples = 1e6;
 constexpr std::size_t kTrajColumns = 7;
 
@@ -34,7 +34,7 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// Columns of equal length, the first of them times.
+/// Columns of equal length; the first holds the times.
 using Columns = std::vector<std::vector<double>>;
 
 CsvTable resampled(const std::string& origin, const Columns& columns, const std::vector<std::string>& names,
@@ -70,7 +70,7 @@ std::string place(const std::string& origin, std::size_t line) {
   return origin + ": line " + std::to_string(line);
 }
 
-/// The first numbers of a line; fewer than kTrajColumns when it has not that many.
+/// The first numbers of a line, at most kTrajColumns; fewer for a shorter line.
 std::vector<double> numbers_of(std::string_view line, const std::string& where) {
   std::vector<double> numbers;
   std::size_t at = 0;

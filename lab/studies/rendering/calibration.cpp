@@ -17,24 +17,24 @@ constexpr int kMasses = 8;
 constexpr double kLightest_kg = 0.02;
 constexpr double kHeaviest_kg = 2;
 constexpr double kShareOfLimitToHold = 0.8;
-/// The softest that is tried, as a share of the stiffest.
+/// The softest tried stiffness, as a share of the stiffest.
 constexpr double kSoftest = 1.0 / 64;
-/// Halvings of the (geometric) interval: 64^(1/128), 3 %.
+/// Bisections of the geometric interval: resolution 64^(1/128), 3 %.
 constexpr int kBisections = 7;
-/// Dampings that are tried, and then between the neighbours of the best.
+/// Dampings tried first, and then between the neighbours of the best.
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
-/// What the polynomial may leave of the roughness that is allowed at a point.
+/// Allowed roughness of the fitted pair at a point, as a factor of the limit.
 constexpr double kFitTolerance = 1.1;
-/// What it may give away of the stiffness that was found, and how far its damping may be off, either way. Ours.
+/// Smallest fitted stiffness as a share of the best, and largest factor of the damping error, either way. Ours.
 constexpr double kMinShareOfStiffness = 0.5;
 constexpr double kMaxOfDamping = 2;
 constexpr int kProbes = 64;
-/// So that rounding to kDigits does not end above the most.
+/// Margin, so that rounding to kDigits stays below the maximum.
 constexpr double kBelowMost = 1 - 1e-9;
 
-/// To as many digits as JSON readers that are not exact to the last bit agree on.
+/// Rounded to 12 digits, which JSON readers that are not exact to the last bit reproduce.
 double rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.12g", value);
@@ -74,7 +74,7 @@ std::vector<double> checked_masses(const devices::DeviceProfile& profile, const 
   return settings.masses_kg;
 }
 
-/// Finds the points of one axis, then its polynomials.
+/// Finds the points of one axis, then fits its polynomials.
 class AxisCalibrator {
  public:
   AxisCalibrator(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings,
@@ -109,17 +109,18 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// Enough for a smooth hand to dissipate what sampling creates (k T), and what settles soonest in continuous time.
+  /// The larger of two values: enough for a smooth hand to dissipate the energy created by sampling (k T), and the
+  /// fastest settling in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);
   }
   void find_stiffnesses();
-  /// False: even the softest is too much.
+  /// Returns false if even the softest pair violates a rule.
   bool find_stiffness(CalibrationPoint& point) const;
   std::string why_left_out() const;
-  /// "" when nothing is wrong; fills in what was measured.
-  /// In      share  of the roughness that is allowed
+  /// Returns the violated rule or "", and records the measured values.
+  /// In      share  share of the allowed roughness that may be used
   std::string_view objection(CalibrationPoint& point, double share) const;
   void fit_stiffness();
   void find_dampings();
@@ -137,7 +138,7 @@ class AxisCalibrator {
   AxisCalibration result_;
 };
 
-// Cheapest first: most of what is refused never gets to the simulated hands.
+// Cheapest rule first: most refused pairs never reach the simulated hands.
 std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share) const {
   point.spectral_radius = trial_.spectral_radius(point.best, point.inertia);
   if (!(point.spectral_radius < 1)) return "stability";
@@ -148,7 +149,7 @@ std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share
   return "";
 }
 
-/// By bisection: on the whole all three objections grow with the stiffness; roughness scatters by some 10 %.
+/// Bisection, since all three criteria tend to rise with the stiffness; roughness scatters by about 10 %.
 bool AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
   const auto tried = [&](double stiffness) {
     point.first_damping = first_damping(stiffness, point.inertia);
@@ -194,7 +195,7 @@ void AxisCalibrator::find_stiffnesses() {
     const bool is_found = find_stiffness(point);
     (is_found ? result_.points : result_.left_out).push_back(point);
     advance(0.6 * static_cast<double>(i + 1) / static_cast<double>(masses_kg_.size()));
-    // From here on more mass changes nothing, and the law holds the last value.
+    // Beyond this mass the stiffness stays at its maximum, and the law holds the last value.
     if (is_found && point.best.stiffness == result_.stiffness_maximum) break;
   }
   if (!result_.points.empty()) return;
@@ -216,7 +217,7 @@ std::vector<double> probed(const haptics::Cubic& cubic, double low, double high)
   return values;
 }
 
-/// Scaled down until no point gets more than `cap` of it, and none in the range more than `most`.
+/// Returns `cubic` scaled down until no point exceeds its `cap`, and no value in the range exceeds `most`.
 haptics::Cubic lowered(haptics::Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap,
                        double most) {
   double share = 1;
@@ -242,7 +243,7 @@ void AxisCalibrator::fit_stiffness() {
   result_.stiffness = lowered(fit.cubic, x, k, result_.stiffness_maximum);
 }
 
-/// Those that settle soonest first, until one is also stable, calm and quiet.
+/// Tries the dampings by ascending settling time, until one is also stable, calm and quiet.
 void AxisCalibrator::find_damping(CalibrationPoint& point) const {
   struct Tried {
     double damping, cost;
@@ -266,7 +267,7 @@ void AxisCalibrator::find_damping(CalibrationPoint& point) const {
     point.best.damping = tried.damping;
     if (objection(point, 1).empty()) return;
   }
-  point = before;  // the damping that the stiffness was found with
+  point = before;  // the damping with which the stiffness was found
 }
 
 void AxisCalibrator::find_dampings() {
@@ -301,7 +302,7 @@ void AxisCalibrator::judge_fit() {
   advance(1);
 }
 
-/// The worst of an axis' points.
+/// Worst values over the points of an axis.
 struct Worst {
   double radius = 0;
   double stiffness = 0;

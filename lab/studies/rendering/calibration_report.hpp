@@ -1,4 +1,4 @@
-// What a calibration found: for programs, for people with a browser, for the terminal.
+// Reports of a calibration as JSON, HTML and terminal text.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace tandem::lab {
 
-/// {"device", "settings", "translation", "rotation" (null without), "checks"}; an axis has "points" (one for each mass:
-/// the best pair, why not stiffer, what was measured, the fitted pair), "left_out" (masses that are too light),
-/// "stiffness", "damping" (coefficients, degree), and the most that was allowed.
+/// {"device", "settings", "translation", "rotation" (null without), "checks"}; an axis has "points" (one for each
+/// mass: the best pair, the reason for not being stiffer, the measured values, the fitted pair), "left_out" (masses
+/// that are too light), "stiffness", "damping" (coefficients, degree), and the upper limits.
 boost::json::object to_json(const Calibration& calibration);
 std::string to_html(const Calibration& calibration);
 std::string to_text(const Calibration& calibration);

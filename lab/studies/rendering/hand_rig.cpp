@@ -11,8 +11,8 @@
 namespace tandem::lab {
 namespace {
 
-// With this little mass a step ends where coupling and contact balance, to within rounding: even at 0.1 N/m the tool
-// would settle in a thousandth of a period of 4 kHz.
+// With this small mass a step ends at the balance of coupling and contact, to within rounding: even at 0.1 N/m the
+// tool would settle in a thousandth of a period of 4 kHz.
 constexpr double kVanishingMass_kg = 1e-15;
 constexpr double kVanishingInertia_kg_m2 = 1e-21;
 
@@ -49,7 +49,7 @@ devices::HandParameters hand_of(const haptics::CheckedHand& checked) {
 struct HandRig::Impl {
   Impl(const HandRigSettings& settings_in, devices::HandPath path);
 
-  /// Everything that follows from where the handle now is.
+  /// Computes everything that follows from the handle's new position.
   HandRigTick respond(const Pose& X_WH_true, const Twist& V_WH_true, const Pose& X_WH);
   Wrench step_tool(const Pose& X_WH, const Twist& V_WH);
   Wrench press_directly(const Pose& X_WH);
@@ -68,12 +68,12 @@ struct HandRig::Impl {
 
   Pose X_WT;
   Twist V_WT;
-  std::array<contact::ContactPoint, 1> contact;  ///< kept for its bristle
+  std::array<contact::ContactPoint, 1> contact;  ///< a member, because it keeps the friction bristle
   Wrench on_tool_W;
   double normal_force_n = 0;
-  double work_on_tool_j = 0;  ///< of the last step
+  double work_on_tool_j = 0;  ///< work in the last step
 
-  Pose X_WH_before;  ///< true
+  Pose X_WH_before;  ///< true pose, not the reported one
   Pose X_WH_reported;
   Wrench on_hand_W;
   double hand_work_j = 0;
@@ -99,7 +99,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
   const bool is_direct = law->tool_dynamics() == haptics::ToolDynamics::kAtHandle;
-  // The passivity controller answers for what happened up to now: the tool's part of that is the step before.
+  // The passivity controller accounts for energy up to now, so the tool contributes its previous step.
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
   on_hand_W = settings.is_passivity_controlled ? passivity.apply(X_WH, wanted, work_before_j, period_s) : wanted;
@@ -119,7 +119,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   return tick;
 }
 
-/// On the hand.
+/// Returns the wrench on the hand.
 Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   contact::SolverBody body;
   const Eigen::Matrix3d R = X_WT.q.toRotationMatrix();
@@ -152,7 +152,7 @@ Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   return haptics::reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
 }
 
-/// The penalty of the handle's own depth; nothing slides, so there is no friction.
+/// Penalty force of the handle's own depth; nothing slides, so there is no friction.
 Wrench HandRig::Impl::press_directly(const Pose& X_WH) {
   const haptics::CouplingParameters& c = settings.coupling;
   X_WT = X_WH;
@@ -170,7 +170,7 @@ HandRig::HandRig(HandRig&&) noexcept = default;
 
 HandRigTick HandRig::tick() {
   Impl& rig = *impl_;
-  // Counted from the start, so that periods that are no whole nanoseconds do not add up to a drift.
+  // Computed from the start, so that periods that are no whole nanoseconds do not accumulate a drift.
   rig.now = LocalTime(from_seconds(static_cast<double>(++rig.ticks) * rig.period_s));
   const devices::DeviceSample sample = rig.device.read(rig.now);
   return rig.respond(rig.device.hand_pose(), rig.device.hand_twist(), sample.X_DH);

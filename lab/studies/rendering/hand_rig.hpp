@@ -1,5 +1,5 @@
-// One hand on one device, one coupling, one tool, at most one thing to touch: the loop in which rendering laws are
-// compared, calibrated and reproduced. The same law, solver, hand and velocity estimator that run live.
+// One hand on one device, one coupling, one tool and at most one plane: the loop in which rendering laws are compared,
+// calibrated and reproduced. Law, solver, hand and velocity estimator are those of live sessions.
 //
 //   simulated hand ─▶ encoder ─▶ velocity ─▶ coupling ⇄ tool (contact solver) ⇄ plane
 //         ▲──────── force held for one period ◀── passivity controller ◀──┘
@@ -27,45 +27,46 @@ struct HandRigSettings {
   double tool_mass_kg = 0.1;
   Vec3 tool_inertia_kg_m2{4e-5, 4e-5, 4e-5};
   Vec3 gravity_m_per_s2 = Vec3::Zero();
-  devices::HandParameters hand;     ///< holding the device: holding(hand, profile)
-  bool estimates_velocity = true;   ///< from the encoder's positions; false: the true velocity of the hand
-  std::optional<double> plane_z_m;  ///< a fixed plane, normal +z, that the tool's origin cannot pass
+  devices::HandParameters hand;     ///< hand that holds the device: holding(hand, profile)
+  bool estimates_velocity = true;   ///< velocity estimated from encoder positions; false: the hand's true velocity
+  std::optional<double> plane_z_m;  ///< height of a fixed plane, normal +z, that blocks the tool's origin
   double contact_n_per_m = 20000;   ///< stiffness of that plane against the tool
   double friction = 0.5;
-  bool is_passivity_controlled = false;  ///< by the reported positions
+  bool is_passivity_controlled = false;  ///< passivity controller enabled, fed by the reported positions
   std::uint64_t seed = 1;
 };
 
-/// State after a tick, all in W (which is D here).
+/// State after a tick; all quantities in W, which equals D here.
 struct HandRigTick {
   Duration at{0};
-  Pose X_WH;                  ///< true, not as reported
-  Twist V_WH;                 ///< true
+  Pose X_WH;                  ///< true pose, not the reported one
+  Twist V_WH;                 ///< true twist
   Pose X_WT;                  ///< at the end of the step that begins now
-  Twist V_WT;                 ///< alike
+  Twist V_WT;                 ///< at the end of the same step
   Wrench on_hand_W;           ///< displayed from now to the next tick, about the handle
-  Wrench on_tool_W;           ///< of the coupling, about the tool
-  double normal_force_n = 0;  ///< of the contact
-  double hand_work_j = 0;  ///< W: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ, up to this tick; F, τ as displayed, x, θ true
-  double reported_work_j =
-      0;  ///< the same of the positions that the encoder reported: all that a passivity controller can know
+  Wrench on_tool_W;           ///< wrench of the coupling, about the tool
+  double normal_force_n = 0;  ///< normal force of the contact
+  /// Work of the hand up to this tick: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ; F, τ as displayed, x, θ true.
+  double hand_work_j = 0;
+  /// The same from the reported positions, the only ones available to a passivity controller.
+  double reported_work_j = 0;
 };
 
-/// The simulated hand with the impedance of one that check_coupling() tries; nobody's is not one.
+/// The simulated hand with the impedance of a hand from check_coupling(); the entry without a hand is not valid here.
 devices::HandParameters hand_of(const haptics::CheckedHand& checked);
 
 /// Steps device, coupling and tool together.
 class HandRig {
  public:
-  /// In      path  where the hand wants to be
+  /// In      path  intended trajectory of the hand
   /// Fails   std::invalid_argument: unknown law
   HandRig(const HandRigSettings& settings, devices::HandPath path);
   ~HandRig();
   HandRig(HandRig&&) noexcept;
 
   HandRigTick tick();
-  /// Moves and turns the handle by itself instead of the simulated hand: prescribed for each tick, for drivers that
-  /// choose their direction. What the law sees goes through the encoder, W does not.
+  /// Moves and turns the handle by a prescribed step instead of by the simulated hand, for drivers that choose the
+  /// direction of each tick. The law receives the encoder's positions; W holds the true ones.
   HandRigTick tick_driven(const Vec3& step_W, const Vec3& turn_W = Vec3::Zero());
   double withheld_j() const;
 

@@ -9,10 +9,10 @@ namespace tandem::lab {
 namespace {
 
 constexpr int kMaxDegree = 3;
-/// What a further coefficient has to be worth.
+/// Error ratio below which a further coefficient is accepted.
 constexpr double kWorthwhile = 0.9;
 
-// The ends stay in: beyond what it was shown a fit is never used, so there it is not judged either.
+// The ends are never left out: a fit is not used outside its points, so extrapolation is not evaluated.
 double left_out_rms(std::span<const double> x, std::span<const double> y, int degree) {
   double square_sum = 0;
   for (std::size_t out = 1; out + 1 < x.size(); ++out) {
@@ -29,7 +29,7 @@ double left_out_rms(std::span<const double> x, std::span<const double> y, int de
 }  // namespace
 
 haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree) {
-  // In x / x_max all columns are of one size.
+  // Dividing x by its maximum gives all columns a similar size.
   double scale = 0;
   for (const double one : x) scale = std::max(scale, std::abs(one));
   if (scale == 0) scale = 1;
@@ -50,7 +50,7 @@ haptics::Cubic least_squares(std::span<const double> x, std::span<const double> 
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const haptics::Cubic&)>& is_allowed) {
   if (x.size() <= 2) {
-    // Nothing can be left out of a line through two points, yet one value for both would be wrong at both.
+    // Leave-one-out is impossible for a line through two points, yet a constant would be wrong at both.
     const ChosenFit constant{least_squares(x, y, 0), 0, 0};
     if (x.size() < 2 || y[0] == y[1]) return constant;
     const ChosenFit line{least_squares(x, y, 1), 1, 0};

@@ -1,4 +1,5 @@
-// Buzz: a light tool, a hand that trembles, an encoder that counts. What of it does each law hand back?
+// Buzz: a light tool, a hand with tremor and an encoder with finite steps. Measures the share of each law in the
+// vibration of the force.
 
 #include <algorithm>
 #include <array>
@@ -19,18 +20,18 @@ constexpr std::array kForces_n{0.005, 0.0075, 0.01, 0.0125, 0.015, 0.0175, 0.02,
                                0.05,  0.1,    0.2,  0.3,    0.5,   1.0,    2.0,  3.0};
 constexpr std::size_t kOneNewton = 13;
 static_assert(kForces_n[kOneNewton] == 1.0);
-constexpr double kLightShare = 0.005;  ///< of F_max: below, a touch is light
+constexpr double kLightShare = 0.005;  ///< share of F_max below which a touch counts as light
 constexpr std::string_view kRival = "qsa-dynamic";
 constexpr std::string_view kLiteral = "stable-dynamic-literal";
 constexpr std::array kTremors_n{0.02, 0.05, 0.1, 0.2};
-/// F_max of the published comparisons and that of the light tool.
+/// F_max of the published comparisons, tried in addition to the light tool's.
 constexpr double kLargerLimit_n = kForceLimit_n;
-/// As stiff as a scene makes a wall.
+/// Plane stiffness of a wall in a scene.
 constexpr double kHardPlane_n_per_m = 20000;
 
 struct LawBuzz {
   std::string law;
-  std::vector<SteadyPress> presses;  ///< of kForces_n
+  std::vector<SteadyPress> presses;  ///< in the order of kForces_n
 };
 
 LawBuzz buzz_of(std::string_view law, const PressSettings& settings) {
@@ -43,10 +44,10 @@ const LawBuzz& of_law(const std::vector<LawBuzz>& laws, std::string_view law) {
   return *std::ranges::find(laws, law, &LawBuzz::law);
 }
 
-/// The default's share of what its rival hands back in light touches.
+/// Ratio of the default's vibration to its rival's in light touches.
 struct LightTouches {
   int count = 0;
-  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< none at all would be no evidence
+  double worst_ratio = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no light touch, so no evidence
 };
 
 LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const PressSettings& settings) {
@@ -61,7 +62,7 @@ LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const Pres
   return result;
 }
 
-/// Default over rival at 0.01 N, 0.015 N and 1 N.
+/// Ratio of the default to its rival at 0.01 N, 0.015 N and 1 N.
 std::string ratios_with(const PressSettings& settings) {
   std::string text;
   for (const double force_n : {0.01, 0.015, 1.0}) {
@@ -79,7 +80,7 @@ double slope_at(std::string_view law, double force_n, const PressSettings& setti
   return haptics::make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
 }
 
-/// What decides a light touch: the default's slope over its rival's, and from which force on it is the steeper one.
+/// Ratio of the default's slope to its rival's at a light touch, and the force above which the default is steeper.
 std::string slope_ratio_with(const PressSettings& settings) {
   const auto ratio = [&](double force_n) {
     return slope_at(haptics::kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);
@@ -93,10 +94,10 @@ std::string slope_ratio_with(const PressSettings& settings) {
   return light + "; steeper from " + format_fixed(100 * high_n / settings.force_limit_n, 1) + " % on";
 }
 
-/// Without tremor: how far the force swings once it has settled.
+/// Range of the settled force without tremor.
 struct Rest {
-  double exact_n = 0;       ///< with an exact encoder, the worst of all forces
-  double over_quantum = 0;  ///< with the encoder, as a multiple of what one step of it is worth, the worst
+  double exact_n = 0;       ///< largest over all forces, with an exact encoder
+  double over_quantum = 0;  ///< largest over all forces, in force changes of one encoder step
 };
 
 Rest rest_of(std::string_view law, PressSettings settings) {
@@ -119,7 +120,7 @@ std::string millinewtons(double force_n) {
 }
 
 void add_winner_rows(Reproduction& result, const std::vector<LawBuzz>& laws) {
-  // A plane as soft as a coupling is no rival: direct rendering is shown apart.
+  // Direct rendering is listed apart: its plane is as soft as a coupling, so it is no rival.
   std::vector<const LawBuzz*> coupled;
   for (const LawBuzz& law : laws) {
     if (haptics::find_coupling_law(law.law)->tool != haptics::ToolDynamics::kAtHandle) coupled.push_back(&law);
@@ -169,7 +170,7 @@ void add_side_rows(Reproduction& result, const PressSettings& settings) {
   result.rows.push_back({ratio + "CouplingParameters as they are by default", "", ratios_with(shipped)});
 }
 
-/// What the figures hold for.
+/// Conditions of the figures.
 std::string conditions(const PressSettings& settings) {
   return "F_max " + format_significant(settings.force_limit_n, 3) + " N, " +
          format_significant(settings.damping_n_s_per_m, 3) + " N·s/m, encoder " +

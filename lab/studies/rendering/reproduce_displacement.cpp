@@ -1,4 +1,4 @@
-// Sag: the price of a soft coupling. A tool hangs m·g/k below the handle, in free air too.
+// Sag: the cost of a soft coupling. A tool hangs m·g/k below the handle, also in free air.
 
 #include <algorithm>
 #include <array>
@@ -17,16 +17,16 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kInertia_kg_m2 = 4e-5;
-/// Up to where the weight is past the knee of the saturation, 5.2 N.
+/// Masses up to a weight beyond the knee of the saturation, 5.2 N.
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6};
-/// The published masses, for which the adaptive law is calibrated.
+/// Number of published masses, for which the adaptive law is calibrated.
 constexpr std::size_t kPublishedMasses = 4;
 constexpr std::array kLaws{"spring-damper", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal", "adaptive"};
-/// c of the stable dynamic curve.
+/// Sharpness c of the stable dynamic curve.
 constexpr double kSharpness = 1;
-/// Their tools have no weight.
+/// Laws whose tools have no weight.
 constexpr std::array kWeightless{"qsa-static", "direct"};
-/// Past the knee a curve is nearly flat, and slow.
+/// Beyond the knee a curve is nearly flat, so settling is slow.
 constexpr double kSettling_s = 15;
 
 haptics::CouplingParameters adaptive_coupling(double mass_kg) {
@@ -37,27 +37,27 @@ haptics::CouplingParameters adaptive_coupling(double mass_kg) {
   return haptics::adapted(haptics::thesis_adaptive_fit(), mass_kg, kInertia_kg_m2, base);
 }
 
-/// Of every law k_t is that of the adaptive one at the lightest mass.
+/// Every law has the k_t of the adaptive law at the lightest mass.
 haptics::CouplingParameters coupling_of(std::string_view law, double mass_kg) {
   haptics::CouplingParameters coupling = adaptive_coupling(law == "adaptive" ? mass_kg : kMasses_kg.front());
-  // It does not enter the sag; 0.7 of critical gets there soonest.
+  // Damping does not affect the sag; 0.7 of critical settles fastest.
   coupling.damping_n_s_per_m = 1.4 * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
   return coupling;
 }
 
-/// The published fit, of a tool of this mass; held outside its masses.
+/// The published fit for a tool of this mass, constant outside the range of its masses.
 double adaptive_n_per_m(double mass_kg) {
   return 116.53 * std::clamp(mass_kg, 0.05, 0.2) + 16.21;
 }
 
-/// What the elastic part must be for `shown_n` to be left by the saturation: its inverse.
+/// The elastic force that saturation reduces to `shown_n`: the inverse of the saturation.
 double unbent_n(double shown_n) {
   const double knee_n = (1 - kSoftness) * kForceLimit_n;
   if (shown_n <= knee_n) return shown_n;
   return knee_n - kSoftness * kForceLimit_n * std::log((kForceLimit_n - shown_n) / (kSoftness * kForceLimit_n));
 }
 
-/// m·g/k with k the secant of the law's curve, written out here: no code of the law is asked.
+/// m·g/k with k the secant of the law's curve, written out here without the code of the law.
 ///
 /// Model   e = m g below the knee. Linear: e/k; QSA: −d_max ln(1 − e/F_max); stable dynamic:
 ///         d_max √(−ln(1 − e/F_max)/c); d_max = F_max/k_t
@@ -71,7 +71,7 @@ double closed_form_sag_m(std::string_view law, double mass_kg) {
   return d_max_m * (law == "qsa-dynamic" ? log_left : std::sqrt(log_left / kSharpness));
 }
 
-/// Simulated: from level with a handle that is held still to rest.
+/// Simulated sag: the tool starts level with a handle that is held still, and settles.
 double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
@@ -87,8 +87,8 @@ double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, 
 
 struct LawSag {
   std::string law;
-  std::vector<double> sags_m;  ///< of kMasses_kg
-  double worst_error = 0;      ///< against the closed form, relative
+  std::vector<double> sags_m;  ///< in the order of kMasses_kg
+  double worst_error = 0;      ///< relative error against the closed form
 
   double mean_published_m() const {
     double sum = 0;
@@ -116,7 +116,8 @@ std::string millimetres(double length_m) {
   return format_fixed(1e3 * length_m, 1) + " mm";
 }
 
-/// k_t at which `law` would have sagged by `published_m`: the curves depend on k_t d alone, so the sag goes with 1/k_t.
+/// k_t at which `law` would have sagged by `published_m`: the curves depend on k_t d alone, so the sag is proportional
+/// to 1/k_t.
 std::string implied_stiffness(const LawSag& law, double ours_m, double published_m) {
   const double ours_n_per_m = coupling_of(law.law, kMasses_kg.front()).stiffness_n_per_m;
   return format_fixed(ours_n_per_m * ours_m / published_m, 1) + " N/m";
@@ -124,8 +125,8 @@ std::string implied_stiffness(const LawSag& law, double ours_m, double published
 
 struct PublishedRatio {
   const char* law;
-  double at_end;          ///< of the adaptive law's displacement at 0.2 kg
-  double mean_reduction;  ///< by the adaptive law
+  double at_end;          ///< displacement of the adaptive law at 0.2 kg, relative to this law's
+  double mean_reduction;  ///< mean reduction by the adaptive law
 };
 constexpr std::array kPublished{PublishedRatio{"spring-damper", 2.71, 0.5243},
                                 PublishedRatio{"qsa-dynamic", 2.16, 0.4251}};
@@ -152,7 +153,8 @@ void add_published_rows(Reproduction& result, const std::vector<LawSag>& sags) {
   }
 }
 
-/// The other way to be equal at the lightest mass: sag, not k_t. There a curve that steepens has the advantage.
+/// The other definition of equality at the lightest mass: equal sag instead of equal k_t. It favours a curve that
+/// steepens.
 void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
   constexpr std::string_view kCurved = haptics::kDefaultCouplingLaw;
   haptics::CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());
@@ -167,7 +169,7 @@ void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
       {std::string(kCurved) + " against adaptive at 0.1, 0.15, 0.2 kg, both level at 0.05 kg", "", ours});
 }
 
-/// Simulated as the others, so that "none" is measured too.
+/// Simulates these like the others, so that the absence of sag is measured too.
 void add_weightless_rows(Reproduction& result) {
   for (const char* law : kWeightless) {
     const bool is_at_handle = haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
@@ -217,7 +219,7 @@ Plot figure_of(const std::vector<LawSag>& sags) {
   figure.y.low = 0;
   for (const LawSag& law : sags) {
     std::vector<double> sags_mm;
-    // Past the knee the sag of the QSA curve would flatten all others.
+    // Beyond the knee the sag of the QSA curve would flatten all others.
     for (std::size_t i = 0; i + 1 < kMasses_kg.size(); ++i) sags_mm.push_back(1e3 * law.sags_m[i]);
     figure.series.push_back(series_of(law.law, {kMasses_kg.begin(), kMasses_kg.end() - 1}, sags_mm));
   }

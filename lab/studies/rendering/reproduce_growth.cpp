@@ -1,4 +1,4 @@
-// How force grows with displacement, on the way in and on the way out. Where the two differ, energy comes out.
+// Growth of force with displacement during loading and unloading. A difference between the two generates energy.
 
 #include <algorithm>
 #include <array>
@@ -14,14 +14,14 @@
 namespace tandem::lab {
 namespace {
 
-// The figures by which the published law was found to be active: 4 N, 20 mm, so k_t = 200 N/m, pressed by 10 mm.
+// Figures for which the published law was found to be active: 4 N, 20 mm, so k_t = 200 N/m, pressed by 10 mm.
 constexpr double kLimit_n = 4;
 constexpr double kStiffness_n_per_m = 200;
 constexpr double kDepth_m = 0.010;
 constexpr int kSamples = 1000;
 constexpr double kSpeed_m_per_s = 0.02;
 constexpr double kGrowthToolMass_kg = 0.02;
-/// The adaptive law at a given stiffness is the spring-damper.
+/// Laws without the adaptive one, which equals the spring-damper at a given stiffness.
 constexpr std::array kGrowingLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic",
                                   "stable-dynamic-literal"};
 constexpr double kDamping_n_s_per_m = 0.4;
@@ -29,14 +29,14 @@ constexpr double kDamping_n_s_per_m = 0.4;
 haptics::CouplingParameters coupling() {
   haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
-  // Twice k T: dissipates what sampling creates many times over at this speed, and is 0.2 % of the force.
+  // Twice k T: dissipates many times the energy created by sampling at this speed, and is 0.2 % of the force.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
   result.saturation_softness = kSoftness;
   return result;
 }
 
-/// The law alone, without its damper.
+/// Curves of the law alone, without its damper.
 struct Curves {
   std::vector<double> d_m;
   std::vector<double> in_n;
@@ -65,11 +65,11 @@ Curves curves_of(std::string_view name, double sharpness = 1) {
   return result;
 }
 
-/// A handle is moved 10 mm into a plane and back, steadily.
+/// A stroke: the handle moves 10 mm into a plane and back at constant speed.
 struct Stroke {
-  std::vector<double> depth_m;  ///< of the handle; the way out follows the way in
+  std::vector<double> depth_m;  ///< depth of the handle, first loading, then unloading
   std::vector<double> force_n;
-  double gained_j = 0;  ///< by the hand over the whole stroke
+  double gained_j = 0;  ///< energy gained by the hand over the whole stroke
 };
 
 Stroke stroke_of(std::string_view law) {
@@ -105,7 +105,7 @@ Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& st
     return lengths;
   };
   const auto half = static_cast<std::ptrdiff_t>(stroke.force_n.size() / 2);
-  // A plot runs to the right: the way out is drawn from its end.
+  // The x values of a plot increase, so unloading is drawn from its end.
   std::vector<double> out_m(stroke.depth_m.rbegin(), stroke.depth_m.rend() - half);
   std::vector<double> out_n(stroke.force_n.rbegin(), stroke.force_n.rend() - half);
   figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0},

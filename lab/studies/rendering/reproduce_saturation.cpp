@@ -1,4 +1,4 @@
-// Saturation: forces that the device can show pass unchanged, harder ones bend towards the limit and never reach it.
+// Saturation: forces within the device's range pass unchanged; larger ones approach the limit without reaching it.
 
 #include <algorithm>
 #include <array>
@@ -39,17 +39,17 @@ HandRigSettings pressing(std::string_view law, double mass_kg) {
   settings.coupling.saturation_softness = kSoftness;
   settings.tool_mass_kg = mass_kg;
   settings.plane_z_m = 0;
-  // Exact, so that what the law was asked for can be computed from the trace.
+  // Exact velocity, so that the force requested from the law can be computed from the trace.
   settings.estimates_velocity = false;
   return settings;
 }
 
-/// What the law would pull with had it no limit, and what it pulled with.
+/// Force of the law without a limit, and the force displayed.
 struct Press {
   std::vector<double> at_s;
   std::vector<double> asked_n;
   std::vector<double> shown_n;
-  double largest_n = 0;          ///< on hand or tool
+  double largest_n = 0;          ///< largest force on hand or tool
   double largest_unequal_n = 0;  ///< |force on hand + force on tool|
 };
 
@@ -60,7 +60,7 @@ Press pressed(std::string_view law, double mass_kg) {
   Press result;
   for (int i = 0; i < 3000; ++i) {
     const HandRigTick tick = rig.tick();
-    // Of the spring-damper: the law sees the handle at the tick and the tool at the end of the step.
+    // Spring-damper law: it uses the handle at the tick and the tool at the end of the step.
     const Vec3 asked =
         c.stiffness_n_per_m * (tick.X_WH.p - tick.X_WT.p) + c.damping_n_s_per_m * (tick.V_WH.v - tick.V_WT.v);
     result.at_s.push_back(to_seconds(tick.at));
@@ -72,7 +72,7 @@ Press pressed(std::string_view law, double mass_kg) {
   return result;
 }
 
-/// Of the spring-damper's presses with all masses: how much of forces below the knee was changed.
+/// Largest change of forces below the knee, over the spring-damper's presses with all masses.
 double changed_below_knee_n(const std::vector<Press>& presses) {
   double changed = 0;
   for (const Press& press : presses) {
@@ -83,7 +83,7 @@ double changed_below_knee_n(const std::vector<Press>& presses) {
   return changed;
 }
 
-/// One-sided slopes at the knee, by differences.
+/// Jump between the one-sided slopes at the knee, by finite differences.
 double slope_jump() {
   constexpr double kStep_n = 1e-6;
   const auto H = [](double force_n) { return haptics::saturated(force_n, kForceLimit_n, kSoftness); };

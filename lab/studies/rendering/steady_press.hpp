@@ -1,4 +1,4 @@
-// A hand that presses a light tool on a plane with a wanted force, and what it feels meanwhile.
+// A hand presses a light tool on a plane with a given force; the trial records the force on the hand.
 #pragma once
 
 #include <optional>
@@ -11,13 +11,13 @@
 
 namespace tandem::lab {
 
-/// What is the same for every law: those of the thesis where it says (tool, limit, damping, encoder), else ours.
+/// Settings common to all laws: tool, limit, damping and encoder from the thesis, the others ours.
 struct PressSettings {
-  /// For every law as it is, not made equal: then limit, secant stiffness and damping below do not count.
+  /// If set, every law uses this coupling, and limit, secant stiffness and damping below are ignored.
   std::optional<haptics::CouplingParameters> coupling;
   double force_limit_n = 4;
-  double secant_n_per_m = 300;     ///< of every law at 1 N
-  double damping_n_s_per_m = 0.2;  ///< of every law with a damper
+  double secant_n_per_m = 300;     ///< secant stiffness of every law at 1 N
+  double damping_n_s_per_m = 0.2;  ///< damping of every law with a damper
   double tool_mass_kg = 0.02;
   double encoder_step_m = 3e-5;  ///< 0.03 mm
   double tremor_rms_n = 0.05;
@@ -28,20 +28,20 @@ struct PressSettings {
 
 struct SteadyPress {
   double mean_normal_n = 0;
-  double rms_n = 0;              ///< of the force on the hand above kVibration_hz
-  double range_n = 0;            ///< highest less lowest
-  std::vector<double> normal_n;  ///< on the hand, one a tick
+  double rms_n = 0;              ///< RMS of the force on the hand above kVibration_hz
+  double range_n = 0;            ///< maximum less minimum
+  std::vector<double> normal_n;  ///< normal force on the hand, one a tick
 };
 
-/// The rig of a law with this secant stiffness at 1 N, or with the coupling that is given. For direct rendering the
-/// plane is as soft as that.
+/// The rig of a law with this secant stiffness at 1 N, or with the given coupling. Direct rendering uses a plane of
+/// that stiffness.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
-/// What one step of the encoder does to the force: by the slope at this force, and by the damper in the worst case,
-/// when the velocity's window is one period.
+/// Change of the force for one encoder step: by the slope at this force, and by the damper in the worst case, a
+/// velocity window of one period.
 double encoder_quantum_n(std::string_view law, double force_n, const PressSettings& settings);
 
-/// In      force_n  at which hand, coupling and plane would balance without tremor
+/// In      force_n  force at which hand, coupling and plane balance without tremor
 SteadyPress press_steadily(std::string_view law, double force_n, const PressSettings& settings);
 
 }  // namespace tandem::lab
