@@ -408,29 +408,6 @@ TEST(SimulatedLink, DuplicationAndLossLeaveTheDelaysOfTheOriginalsAsTheyWere) {
   }
 }
 
-TEST(SimulatedLink, AShorterTraceBeginsAtItsBeginning) {
-  LinkParameters parameters;
-  parameters.distribution = JitterDistribution::kTrace;
-  parameters.allows_reordering = true;
-  parameters.duplication = 1;
-  parameters.trace.assign(1000, milliseconds(9));
-  SimulatedLink link(parameters, kSeed, 12);
-  LocalTime now{};
-  for (int i = 0; i < 900; ++i) link.send(now += milliseconds(1), {});
-  parameters.trace = {milliseconds(1), milliseconds(2)};
-  link.set_parameters(parameters);
-  now += seconds(1);
-  while (link.receive(now)) {
-  }
-  link.send(now, {});
-  link.send(now, {});
-  ASSERT_TRUE(link.next_due());
-  EXPECT_EQ(*link.next_due(), now + milliseconds(1));
-  while (link.receive(now + milliseconds(2))) {
-  }
-  EXPECT_FALSE(link.next_due()) << "both packets and their copies are here after 2 ms at most";
-}
-
 TEST(SimulatedLink, AVanishingLossLosesNothing) {
   for (const double loss : {1e-12, 1e-30, std::numeric_limits<double>::denorm_min()}) {
     LinkParameters parameters;
