@@ -6,7 +6,7 @@ For each PDB, mmCIF, PQR and PDBQT file given, or found in the folders given:
   * with hydrogens built the net charge of each chain is whole, or the report names residues;
   * PDB files that GROMACS's pdb2gmx accepts: type and charge of each atom of each residue equal pdb2gmx's, with its
     choice of histidines given; proteins with OPLS-AA, those with nucleic acids with amber99sb.
-Exit code 0: all hold, 1: one does not. One line a file; --failures prints only those with a difference.
+Exit code 0: all hold, 1: one does not, or no file was compared with pdb2gmx. One line a file; --failures prints only those with a difference.
 """
 
 import argparse
@@ -148,31 +148,21 @@ def lines_of_today(lines):
     return changed
 
 
-def topology_residues(folder):
-    """In order: (name of the block, sorted types and charges)."""
-    found = []
-    names = sorted((name for name in os.listdir(folder) if name.endswith((".itp", ".top"))),
-                   key=lambda name: (name.endswith(".top"), name))
-    order = []
-    with open(os.path.join(folder, "t.top"), encoding="ascii") as file:
-        top = file.read()
-    for name in re.findall(r'#include "(t_[^"]+\.itp)"', top):
-        if not name.startswith("posre"):
-            order.append(name)
-    for name in order or [n for n in names if n == "t.top"]:
-        with open(os.path.join(folder, name), encoding="ascii") as file:
-            section = ""
-            for line in file:
-                if line.startswith("["):
-                    section = line.strip("[] \n")
-                if section != "atoms":
-                    continue
-                block = re.match(r"; residue\s+\S+\s+\S+\s+rtp\s+(\S+)", line)
-                if block:
-                    found.append((block[1], []))
-                elif line.strip() and line[0] not in ";[#":
-                    words = line.split()
-                    found[-1][1].append((words[1], float(words[6])))
+def topology_residues(path):
+    """In order: (name of the block, sorted types and charges) of the one molecule that pdb2gmx merged all chains into."""
+    found, section = [], ""
+    with open(path, encoding="ascii") as file:
+        for line in file:
+            if line.startswith("["):
+                section = line.strip("[] \n")
+            if section != "atoms":
+                continue
+            block = re.match(r"; residue\s+\S+\s+\S+\s+rtp\s+(\S+)", line)
+            if block:
+                found.append((block[1], []))
+            elif line.strip() and line[0] not in ";[#":
+                words = line.split()
+                found[-1][1].append((words[1], float(words[6])))
     return [(block, sorted(atoms)) for block, atoms in found]
 
 
@@ -206,7 +196,7 @@ def gromacs_line(lab, text, probe):
         if run.returncode != 0:
             reason = re.search(r"Fatal error:\s*(.*)", run.stderr)
             return "pdb2gmx refuses: " + (reason[1] if reason else "?")[:80], True
-        theirs = topology_residues(folder)
+        theirs = topology_residues(os.path.join(folder, "t.top"))
         # The same residues, with its choice of histidines as names.
         keys, renamed = {}, []
         for line in lines:
@@ -277,7 +267,7 @@ def main():
         needs.programs("gmx_d")
         arguments.without_gromacs = not needs.has_of_machine(
             has_rdtscp(), "the instruction rdtscp, without which Debian's gmx_d does not run")
-    failed = done = 0
+    failed = done = compared = 0
     with tempfile.TemporaryDirectory() as folder:
         probe = os.path.join(folder, "probe.pdb")
         with open(probe, "w", encoding="ascii") as file:
@@ -287,10 +277,12 @@ def main():
             for path, (is_right, text) in zip(paths, pool.map(lambda p: audit(arguments, p, probe), paths)):
                 done += 1
                 failed += not is_right
+                compared += " atoms as pdb2gmx's" in text
                 if not is_right or not arguments.failures:
                     print(f"{'ok  ' if is_right else 'FAIL'} {path}: {text}", flush=True)
-    print(f"{done} files, {failed} with a difference")
-    return 1 if failed or not done else 0
+    print(f"{done} files, {failed} with a difference, {compared} equal to pdb2gmx atom by atom")
+    has_compared = compared > 0 or arguments.without_gromacs
+    return 0 if done and not failed and has_compared else 1
 
 
 if __name__ == "__main__":
