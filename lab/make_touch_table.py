@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Makes the table of lab/README.md: error of each stage in each case, against the server's own touch at zero delay.
+"""Makes the table of lab/TOUCH.md: error of each stage in each case, against the server's own touch at zero delay.
 
 Usage: lab/make_touch_table.py [--lab PROGRAM] [--out DIR] [--seeds 30] [--other-seeds 5]
        [--cases NAME,...] [--write]
-Prints the table. With --write it also replaces the table in lab/README.md, or with --cases the rows of these cases. DIR
+Prints the table. With --write it also replaces the table in lab/TOUCH.md, or with --cases the rows of these cases. DIR
 keeps finished runs, which are not repeated. Exit code: 0 done, 1 tandem-lab failed, 2 wrong arguments.
 """
 
@@ -16,7 +16,7 @@ import sys
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-README = HERE / "README.md"
+PAGE = HERE / "TOUCH.md"
 BEGIN, END = "<!-- touch table: made by lab/make_touch_table.py -->", "<!-- end of the touch table -->"
 CASES = ["wall", "push", "curve", "rim", "mass", "soft", "peg", "docking", "squeeze", "squeeze_slippery",
          "carry_along", "carry_along_fast", "carry_across", "carry_across_fast", "tug_of_war", "turn_together",
@@ -88,9 +88,11 @@ def row_of(case, default, others):
 
 
 def table(default, others, cases, seeds, other_seeds):
-    lines = [f"{seeds} seeds of the default stage, {other_seeds} of the others; mean, in brackets the worst.", "",
-             "| case | error of the path, % of the peak | of the torque, % | least force of the hold / truth's "
-             "| calm, mm/s | step, N/ms | made, mJ | by a display right but late, mJ (least) | silent seeds: step at the return, N/ms | not completed | "
+    lines = [f"{seeds} seeds of the default stage, {other_seeds} of each other stage. Each cell has the mean over the seeds, "
+             "and the worst seed in brackets.", "",
+             "| case | force error over the path, % of the peak | torque error, % | least force in the hold, of the reference's "
+             "| speed in the settled hold, mm/s | additional force step, N/ms | energy made, mJ "
+             "| made by a correct but delayed display, mJ (least) | silent seeds: step after the silence, N/ms | not completed | "
              + " | ".join(f"{stage}: error, %" for stage in OTHERS) + " |",
              "|" + "---|" * (10 + len(OTHERS))]
     return "\n".join(lines + [row_of(case, default, others) for case in cases])
@@ -103,12 +105,12 @@ def with_rows(text, rows):
         case = row.split("|")[1]
         places = [i for i, line in enumerate(lines) if line.startswith(f"|{case}|") and line.count("|") == row.count("|")]
         if len(places) != 1:
-            sys.exit(f"make_touch_table: {README} has {len(places)} rows of{case}; make the whole table first")
+            sys.exit(f"make_touch_table: {PAGE} has {len(places)} rows of{case}; make the whole table first")
         lines[places[0]] = row
     return "\n".join(lines)
 
 
-def replaced(text, new, file=README, begins=BEGIN, ends=END):
+def replaced(text, new, file=PAGE, begins=BEGIN, ends=END):
     """The text of a file with the part between two marker lines replaced by `new`."""
     before, begin, rest = text.partition(begins)
     _, end, after = rest.partition(ends)
@@ -124,7 +126,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=30, help="of the default stage")
     parser.add_argument("--other-seeds", type=int, default=5, help="of each other stage: the first of those")
     parser.add_argument("--cases", default=",".join(CASES), metavar="NAME,...", help="of the table's, all if not said")
-    parser.add_argument("--write", action="store_true", help="replace the table of lab/README.md, or these rows of it")
+    parser.add_argument("--write", action="store_true", help="replace the table of lab/TOUCH.md, or these rows of it")
     options = parser.parse_args()
     if not pathlib.Path(options.lab).is_file():
         parser.error(f"--lab {options.lab}: no such program; build it first (README.md)")
@@ -142,9 +144,9 @@ def main():
     print(f"make_touch_table: {(time.monotonic() - begin) / 60:.1f} minutes", file=sys.stderr)
     if not options.write:
         return
-    readme = README.read_text(encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
     rows = text.split("\n")[-len(cases):]
-    README.write_text(replaced(readme, text) if cases == CASES else with_rows(readme, rows), encoding="utf-8")
+    PAGE.write_text(replaced(page, text) if cases == CASES else with_rows(page, rows), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// Parameters of a run as JSON, under the names of an experiment file (lab/README.md), so that a live run can be
+// Parameters of a run as JSON, under the names of an experiment file (lab/EXPERIMENTS.md), so that a live run can be
 // repeated in the lab.
 #pragma once
 

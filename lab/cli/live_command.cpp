@@ -293,7 +293,7 @@ void add_live_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("live", "Runs trials in real time over sockets, and holds them against virtual time");
   command
       ->add_option("experiment", options->experiment,
-                   "experiment file (JSON; fields in lab/README.md), or name of a shipped one")
+                   "experiment file (JSON; fields in lab/EXPERIMENTS.md), or name of a shipped one")
       ->required();
   command
       ->add_option("--out", options->out,

@@ -205,7 +205,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "Runs the trials of experiments in virtual time");
   command->add_option("experiment", options->experiments,
-                      "experiment files (JSON; fields in lab/README.md), or names of shipped ones; none: all of these");
+                      "experiment files (JSON; fields in lab/EXPERIMENTS.md), or names of shipped ones; none: all of "
+                      "these");
   command
       ->add_option(
           "--out", options->out,

@@ -1,5 +1,5 @@
 // The checked content of an experiment file: a scene, simulated hands, their links, the pipeline between hand and
-// scene, and one seed. It determines a trial completely; lab/README.md lists the fields.
+// scene, and one seed. It determines a trial completely; lab/EXPERIMENTS.md lists the fields.
 #pragma once
 
 #include <algorithm>

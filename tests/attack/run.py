@@ -1,7 +1,7 @@
 """The attack suite: `python3 tests/attack/run.py` runs all attacks, prints the tables and fails if a bound is violated.
 
 --short    some attacks for 1.5 s each, with only the bounds that do not depend on the speed of the machine
---write    also writes tables without violations into README.md
+--write    also writes tables without violations into RESULTS.md
 NAME ...   only these attacks
 The programs are those of $TANDEM_BIN, or build/release/bin. Sends to loopback only, for about four minutes.
 """
@@ -127,8 +127,7 @@ def run_files(names, _is_short):
     return table(FILE_HEAD, rows), failures
 
 
-def write_readme(name, text, folder=bench.HERE):
-    path = os.path.join(folder, "README.md")
+def write_table(name, text, path=os.path.join(bench.HERE, "RESULTS.md")):
     begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->\n"
     with open(path) as file:
         whole = file.read()
@@ -157,7 +156,7 @@ def main():
         text, failed = run(chosen, options.short)
         failures += failed
         if options.write and not failed:
-            write_readme(title, text)
+            write_table(title, text)
     for failure in failures:
         print("FAILED: " + failure, file=sys.stderr)
     return 1 if failures else 0

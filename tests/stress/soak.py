@@ -249,7 +249,7 @@ def main():
     text = attack_suite.table(("what", "this run"), table)
     print(text, flush=True)
     if settings.write:
-        attack_suite.write_readme("the last long run", text, HERE)
+        attack_suite.write_table("the last long run", text, os.path.join(HERE, "README.md"))
     for problem in problems:
         print("FAILED: " + problem, file=sys.stderr)
     return 1 if problems else 0

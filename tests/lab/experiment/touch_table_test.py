@@ -1,4 +1,4 @@
-"""The table of lab/README.md consists of the rows of trials that its text states."""
+"""The table of lab/TOUCH.md consists of the rows of trials that its text states."""
 
 import importlib.util
 import pathlib
@@ -39,10 +39,10 @@ class TouchTable(unittest.TestCase):
         with self.assertRaises(SystemExit):
             TABLE.with_rows(text, ["| `mass` | 3 |"])
 
-    def test_every_case_is_shipped_and_the_readme_has_a_row_of_each_and_of_no_other(self):
+    def test_every_case_is_shipped_and_the_page_has_a_row_of_each_and_of_no_other(self):
         for case in TABLE.CASES:
             self.assertTrue((LAB / "experiments" / f"{case}.json").is_file(), case)
-        text = TABLE.README.read_text(encoding="utf-8")
+        text = TABLE.PAGE.read_text(encoding="utf-8")
         made = text.split(TABLE.BEGIN)[1].split(TABLE.END)[0]
         self.assertEqual(re.findall(r"^\| `(\w+)`", made, re.MULTILINE), TABLE.CASES, "make the table anew")
 

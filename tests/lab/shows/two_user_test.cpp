@@ -147,7 +147,7 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   const Shown peg("peg", disturbed(GetParam()));
   EXPECT_EQ(peg.outcome(), "completed");
   // The partner's release arrives a delay later. The resulting error grows with the square root of the delay
-  // (lab/README.md).
+  // (lab/TOUCH.md).
   const double bound = 0.125 * std::sqrt(std::max(1.0, GetParam() / 200));
   EXPECT_LE(peg["contact_error_fraction"], bound) << "it is gripped where it is without a delay";
   EXPECT_LE(peg["limit_cycle_m_per_s"], 0.002);
