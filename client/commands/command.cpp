@@ -1,4 +1,4 @@
-// See command.hpp. One table has the commands with their fields, so that parser, help and README always match.
+// See command.hpp. One table has the commands with their fields, so that parser, help and USING.md always match.
 #include "client/commands/command.hpp"
 
 #include <algorithm>

@@ -24,8 +24,7 @@ using namespace tandem;
 using fuzz::check;
 using fuzz::TimelineAct;
 
-/// Maximum age of a state, and number of ticks until the force is then zero (client/README.md, What the hand can rely
-/// on).
+/// Maximum age of a state, and number of ticks until the force is then zero (client/SAFETY.md).
 constexpr Duration kSilence = std::chrono::milliseconds(150);
 constexpr int kTicksToZero = 25;
 
