@@ -30,7 +30,7 @@ using SoftSides = std::uint8_t;
 /// Properties common to both kinds of soft bodies.
 ///
 /// Stiffness and damping are coefficients of Bullet's position-based solver: the share of an error that one sweep
-/// corrects. The resulting stiffness depends on the rate and the mass (server/README.md).
+/// corrects. The resulting stiffness depends on the rate and the mass (server/SOFT_BODIES.md).
 struct SoftTraits {
   double mass_kg = 0.2;
   SoftSides anchored = 0;  ///< nodes of these sides do not move

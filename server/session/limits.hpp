@@ -1,4 +1,4 @@
-// Limits on the load of the io thread by one connection, one address and all together; server/README.md explains them.
+// Limits on the load of the io thread by one connection, one address and all together (server/OPERATING.md).
 // A connection that exceeds its own limit is ended; at a shared limit it waits.
 #pragma once
 
