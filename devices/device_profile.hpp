@@ -40,7 +40,7 @@ struct DeviceProfile {
   bool has_torque() const { return spec.has_torque(); }
 };
 
-/// All profiles of a file; devices/README.md lists the fields.
+/// All profiles of a file; devices/PROFILES.md lists the fields.
 /// Fails   std::invalid_argument naming file, profile, field, value and remedy
 std::vector<DeviceProfile> load_device_profiles(const std::filesystem::path& file);
 std::vector<DeviceProfile> parse_device_profiles(std::string_view json, const std::string& origin);

@@ -31,7 +31,7 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   app.add_option("--profile", profile,
                  "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of "
                  "the one that "
-                 "the simulated hand holds; a profile of devices/README.md or FILE.json; default: the device's own")
+                 "the simulated hand holds; a profile of devices/PROFILES.md or FILE.json; default: the device's own")
       ->type_name("NAME|FILE.json");
   app.add_option("--hand", device.hand,
                  "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))

@@ -35,7 +35,7 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 /// In      b      molecule whose atoms are looked up; determines the range
 ///         model  with a cut-off
 /// Out     null if far_grid_spacing_angstrom() is empty
-/// Cost    nodes near A times atoms: README.md; 16 B a node. The process shares a grid while it exists: a room that is
+/// Cost    nodes near A times atoms: FIELDS.md; 16 B a node. The process shares a grid while it exists: a room that is
 ///         reset, or another one of the same scene, need not wait for it
 /// Thread  any
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& b, const FieldModel& model,

@@ -103,7 +103,7 @@ KernelModel kernel_model(const FieldModel& model) {
   return made;
 }
 
-/// Operations of one pair, counted as in README.md.
+/// Operations of one pair, counted as in KERNELS.md.
 struct PairCost {
   std::size_t with_lennard_jones, charges_alone;  ///< per pair without a cut-off
   std::size_t switched, distance, box;            ///< per candidate with a cut-off

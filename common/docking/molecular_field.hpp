@@ -26,7 +26,7 @@ bool comes_first(const Molecule& a, const Molecule& b);
 /// Except for rounding of the pose, the result does not depend on which molecule is called A. The molecule that
 /// comes_first() has the tiles or the grid; the other one's atoms are evaluated against them.
 ///
-/// Cost    pair_count() pairs, no allocation in evaluate(); README.md has measured rates
+/// Cost    pair_count() pairs, no allocation in evaluate(); KERNELS.md has measured rates
 /// Thread  any, one at a time per object
 class MolecularField {
  public:
@@ -46,7 +46,7 @@ class MolecularField {
   /// Number of pairs of atoms that evaluate() computes; with a cut-off, of the last call: whole registers with a pair
   /// within it. Excludes atoms without a term.
   std::size_t pair_count() const;
-  /// Multiply-adds of the last evaluate(), counted as in README.md; excludes set-up and sums by atom.
+  /// Multiply-adds of the last evaluate(), counted as in KERNELS.md; excludes set-up and sums by atom.
   std::size_t multiply_adds() const;
 
   /// Names of the kernels this CPU can run, widest first; "portable" is always the last.

@@ -48,7 +48,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CalibrateOptions>();
   CLI::App* command = app.add_subcommand(
       "calibrate", "Finds stiffness by mass and damping by stiffness for a device, on simulated hands");
-  command->add_option("--profile,--device", options->device, "profile of devices/README.md, or FILE.json")
+  command->add_option("--profile,--device", options->device, "profile of devices/PROFILES.md, or FILE.json")
       ->required()
       ->type_name("NAME|FILE.json");
   command->add_option("--out", options->out, "folder for NAME.json (a profile), calibration.json and report.html")

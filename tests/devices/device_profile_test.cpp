@@ -144,7 +144,7 @@ TEST(ShippedProfiles, StayWithinTheirStiffnessWhereTheyAreCalibrated) {
 }
 
 TEST(ShippedProfiles, AreThoseOfTheReadme) {
-  const auto rows = test::table_under(test::source_path("devices/README.md").string(), "## The profiles");
+  const auto rows = test::table_under(test::source_path("devices/PROFILES.md").string(), "## The profiles");
   ASSERT_EQ(rows.size(), shipped().size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const DeviceProfile& profile = shipped()[i];

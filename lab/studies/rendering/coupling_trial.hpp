@@ -16,7 +16,7 @@ struct CalibrationSettings {
   int delay_margin_periods = 1;  ///< … and delayed by this many additional periods
   double rate_hz = 1000;
   double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: plainly visible at a relaxed hand
-  /// Encoder step assumed for a device that reports exact positions: that of the thesis's device, see devices/README.
+  /// Encoder step assumed for a device with exact positions: that of the thesis's device, see devices/PROFILES.md.
   double nominal_step_m = 3e-5;
   double nominal_step_rad = 1.4e-4;
   std::uint64_t seed = 1;
