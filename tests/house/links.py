@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""READMEs lead somewhere: every relative link and every path between backticks that begins with a folder of the tree."""
+"""READMEs lead somewhere: every relative link, every anchor in it, and every path between backticks that begins with a
+folder of the tree. An anchor is a heading in lower case without punctuation, with hyphens for blanks."""
 import argparse
 import pathlib
 import re
@@ -7,18 +8,38 @@ import sys
 
 import sources
 
-LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+LINK = re.compile(r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)")
+FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+HEADING = re.compile(r"^#{1,6}\s+(.*?)\s*#*$", re.MULTILINE)
 PATH = re.compile(r"`((?:" + "|".join(sources.PRODUCT + ("tests", "deploy")) + r")/[\w./-]+)`")
 SUFFIXES = ("", ".hpp", ".cpp", ".json", ".py", ".proto")
+
+
+def anchors_of(text):
+    """Anchors of a page's headings, as GitHub makes them; a repeated one gets a number."""
+    found = set()
+    for heading in HEADING.findall(FENCE.sub("", text)):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
+        anchor = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
+        number = 0
+        while (name := anchor if number == 0 else f"{anchor}-{number}") in found:
+            number += 1
+        found.add(name)
+    return found
 
 
 def dead_ends(root):
     for folder in sources.PRODUCT + ("tests", "deploy", "."):
         for page in sorted((root / folder).glob("*.md" if folder == "." else "**/*.md")):
             text = page.read_text(encoding="utf-8")
-            for target in LINK.findall(text):
-                if "://" not in target and not (page.parent / target).exists():
+            for target, anchor in LINK.findall(text):
+                if "://" in target:
+                    continue
+                file = page.parent / target if target else page
+                if not file.exists():
                     yield f"{page.relative_to(root)}: the link {target} leads nowhere"
+                elif anchor and file.suffix == ".md" and anchor not in anchors_of(file.read_text(encoding="utf-8")):
+                    yield f"{page.relative_to(root)}: {target or 'the page'} has no heading for #{anchor}"
             for path in PATH.findall(text):
                 if not any((root / (path.rstrip("/") + suffix)).exists() for suffix in SUFFIXES):
                     yield f"{page.relative_to(root)}: there is no {path}"

@@ -166,6 +166,14 @@ class Links(Tree):
         self.assertEqual(list(links.dead_ends(self.root)),
                          ["common/README.md: the link gone.md leads nowhere", "common/README.md: there is no lab/gone"])
 
+    def test_anchors_are_headings(self):
+        self.write("common/README.md", "# The `base`, 3 [parts](../proto)!\n## Again\n## Again\n```\n# no heading\n```\n")
+        self.write("proto/README.md", "[a](../common/README.md#the-base-3-parts) [b](../common/README.md#again-1) "
+                   "[c](../common/README.md#no-heading) [d](#there) [e](https://x#y)\n")
+        self.assertEqual(list(links.dead_ends(self.root)),
+                         ["proto/README.md: ../common/README.md has no heading for #no-heading",
+                          "proto/README.md: the page has no heading for #there"])
+
 
 class Skips(Tree):
     def found(self, name, text):

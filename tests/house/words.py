@@ -62,7 +62,7 @@ def breaches(root, words):
             for found, say in in_prose(path, strings, words["prose"]):
                 yield path, found.split(": ", 1)[1], say
     for folder in sources.PRODUCT + ("tests", "deploy", "."):
-        pattern = "README.md" if folder == "." else "**/*.md"
+        pattern = "*.md" if folder == "." else "**/*.md"
         for path in sorted((root / folder).glob(pattern)):
             for found, say in in_prose(path.relative_to(root), path.read_text(encoding="utf-8"), words["prose"]):
                 yield path.relative_to(root), found, say
