@@ -81,6 +81,11 @@ void Client::poll(LocalTime now) {
   core_.service();
 }
 
+void Client::send(const ClientCommand& command, LocalTime now) {
+  if (const auto* const change = std::get_if<command::SetStage>(&command)) return set_stage(change->stage);
+  session_.send(std::get<SessionCommand>(command), now);
+}
+
 void Client::set_stage(const StageSettings& stage) {
   const StageSettings before = settings_.haptics.stage;
   require_stage(stage);
@@ -165,8 +170,8 @@ void Client::note_problem() {
     stage_note_ = "stage god-object: " + made_->rendering->proxy_world->note();
   } else if (needs_proxy_world(settings_.haptics.stage.name)) {
     stage_note_ = "stage god-object: no force is displayed, for a ball cannot touch this scene: " + model_problem_;
-  } else if (!model_problem_.empty() && is_new_problem && session_.on_log) {
-    session_.on_log("no local model of this scene, the late pose is shown instead: " + model_problem_);
+  } else if (!model_problem_.empty() && is_new_problem && session_.on_event) {
+    session_.on_event(event::Log{"no local model of this scene, the late pose is shown instead: " + model_problem_});
   }
 }
 

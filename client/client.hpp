@@ -59,6 +59,10 @@ class Client {
   /// the newest haptic update, checks time-outs and runs the stage's off-path work.
   /// Thread  io
   void poll(LocalTime now);
+  /// Performs a command, or passes it to session().
+  /// Fails   std::invalid_argument: as set_stage()
+  /// Thread  io
+  void send(const ClientCommand& command, LocalTime now);
   /// Selects another stage, predictor or passivity controller without a step of the force. Assets that the stage needs
   /// are fetched, and its model is built, first. If the stage cannot display the current scene, the previous stage
   /// remains and stage_note() gives the reason.

@@ -92,6 +92,7 @@ class ClientRun {
   void run_commands(const ClientIoSnapshot& io, LocalTime now);
   void set_what_is_due();
   void follow_session(const ClientIoSnapshot& io);
+  void take_events();
   void explain_coupling(const CouplingCheck& check);
   RunSummary summary(ClientIoSnapshot io) const;
   void print_json(const ClientIoSnapshot& io);
@@ -124,7 +125,7 @@ class ClientRun {
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
   std::string last_stage_note_;
-  std::string last_news_;
+  std::string news_;  ///< last news of the room
   std::size_t sets_done_ = 0;
   std::uint64_t explained_check_ = 0;
   std::vector<haptics::StabilityFinding> coupling_findings_;
@@ -151,7 +152,6 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
       report_(hand_path_.phases(), safety_.silence_zero) {
   if (!options_.record.empty()) begin_recording(options_.record);
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
-  if (options.is_verbose) io_.on_log = [this](const std::string& line) { say(line); };
 }
 
 /// Fails   std::invalid_argument: the file cannot be created
@@ -277,6 +277,7 @@ bool ClientRun::join() {
   const LocalTime give_up = clock.now() + kMaxJoin;
   while (true) {
     const ClientIoSnapshot io = io_.snapshot();
+    take_events();
     if (io.status.state == SessionState::kActive && io.joined) {
       say(joined_line(*io.joined));
       for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
@@ -338,6 +339,7 @@ void ClientRun::keep_going() {
   if (loop_->is_over()) is_over_ = true;
   drain_records();
   set_what_is_due();
+  take_events();
   const ClientIoSnapshot io = io_.snapshot();
   if (second_) second_->poll(io);
   follow_session(io);
@@ -364,16 +366,16 @@ void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
   is_over_ = true;
   char line[96];
   std::snprintf(line, sizeof line, "the room did not begin within %g s: ", to_seconds(options_.start_timeout));
-  waited_in_vain_ = line + io.news;
+  waited_in_vain_ = line + news_;
 }
 
 void ClientRun::set_what_is_due() {
   for (; sets_done_ < options_.sets.size() && options_.sets[sets_done_].first <= report_.length(); ++sets_done_) {
     const wire::SetParameter& next = options_.sets[sets_done_].second;
     if (next.name() == proto::kLawParameter) {
-      io_.set_law(next.text());
+      io_.send(command::SetLaw{next.text()});
     } else {
-      io_.set_parameter(next.name(), next.value());
+      io_.send(command::SetParameter{next.name(), next.value()});
     }
   }
 }
@@ -395,6 +397,20 @@ void ClientRun::take_record(const TickRecord& record) {
   newest_ = record;
 }
 
+/// Reports the events since the last call.
+void ClientRun::take_events() {
+  while (const std::optional<Event> event = io_.next()) {
+    if (const auto* const news = std::get_if<event::News>(&*event)) {
+      news_ = news->text;
+      say(news_);
+      if (window_) window_->show_news(news_);
+    } else if (const std::string line = log_line(*event); options_.is_verbose && !line.empty()) {
+      say(line);
+    }
+    if (commands_) commands_->receive(*event);
+  }
+}
+
 void ClientRun::follow_session(const ClientIoSnapshot& io) {
   const SessionStatus& status = io.status;
   if (io.joined != nullptr && io.joined != watched_in_) watch_body(io.joined);
@@ -403,11 +419,9 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   }
   if (status.why != last_why_ && !status.why.empty()) say(status.why);
   last_why_ = status.why;
-  if (io.news != last_news_) say(io.news);
-  last_news_ = io.news;
   if (stage_line(io.stage) != stage_line(options_.stage)) say(stage_line(io.stage));
   options_.stage = io.stage;
-  if (io.stage_note != last_stage_note_) say(io.stage_note);
+  if (io.stage_note != last_stage_note_ && !io.stage_note.empty()) say(io.stage_note);
   last_stage_note_ = io.stage_note;
   explain_coupling(io.coupling_check);
   end_by_itself(io);
@@ -457,6 +471,7 @@ int ClientRun::finish() {
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
+  take_events();
   explain_coupling(io.coupling_check);
   end_recording();
   if (options_.prints_json) print_json(io);

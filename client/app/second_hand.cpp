@@ -52,7 +52,7 @@ void SecondHand::start(const ClientIoSnapshot& first) {
 
 void SecondHand::poll(const ClientIoSnapshot& first) {
   last_ = io_.snapshot();
-  if (last_.has_nudges != first.has_nudges) io_.set_nudges(first.has_nudges);
+  if (last_.has_nudges != first.has_nudges) io_.send(command::SetNudges{first.has_nudges});
   const auto is_in_room = [](const ClientIoSnapshot& of) { return of.status.state == SessionState::kActive; };
   if (is_in_room(first) && is_in_room(last_)) follow(first.room);
   if (!has_started_ && last_.status.state == SessionState::kActive && last_.joined) start_loop();
@@ -67,7 +67,7 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
 /// Follows the first hand to `room`; one attempt only, because the room may be full.
 void SecondHand::follow(const std::string& room) {
   const bool is_tried = room == std::exchange(followed_to_, room);
-  if (room != last_.room && !is_tried) io_.change_room(room);
+  if (room != last_.room && !is_tried) io_.send(command::ChangeRoom{room});
 }
 
 void SecondHand::start_loop() {

@@ -165,7 +165,7 @@ std::optional<std::uint32_t> pose_number_of(std::string_view text) {
 
 }  // namespace
 
-Command parse_command(std::string_view line) {
+CommandLine parse_command(std::string_view line) {
   if (line.size() > kMaxCommandBytes) {
     throw std::invalid_argument("the line is longer than " + std::to_string(kMaxCommandBytes) + " bytes; shorten it");
   }
@@ -182,7 +182,7 @@ Command parse_command(std::string_view line) {
     throw std::invalid_argument("'" + net::printable(words.front(), kMaxWordShown) +
                                 "' is no command; use one of: " + listed_verbs());
   }
-  Command command{.verb = usage->verb, .texts = {}, .numbers = {}};
+  CommandLine command{.verb = usage->verb, .texts = {}, .numbers = {}};
   std::size_t next = 1;
   for (const Field& field : usage->used()) {
     if (next == words.size() && field.may_be_absent) break;

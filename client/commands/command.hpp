@@ -14,7 +14,7 @@ namespace tandem::client {
 inline constexpr std::size_t kMaxCommandBytes = 1024;
 
 /// A parsed line: the command exists, and each field is within its range.
-struct Command {
+struct CommandLine {
   std::string verb;
   std::vector<std::string> texts;  ///< text fields, in the order of the command's usage
   std::vector<double> numbers;     ///< numeric fields, in the same order and in the units of the usage
@@ -25,7 +25,7 @@ struct Command {
 ///
 /// Fails   std::invalid_argument: the line is empty, too long or not printable UTF-8; the command does not exist (lists
 ///         all commands); a field is missing, superfluous, not a number or out of range (names it and its unit)
-Command parse_command(std::string_view line);
+CommandLine parse_command(std::string_view line);
 
 /// First field of a line, for its answer: printable and short; "" for an empty line.
 std::string command_word(std::string_view line);

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <ctime>
 #include <functional>
-#include <future>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -36,7 +35,7 @@ constexpr Duration kPress = std::chrono::milliseconds(100);
 
 /// Part of a command, called at each poll until it returns the fields of the answer. It throws if the command fails.
 using Step = std::function<std::optional<json::object>()>;
-using Describe = std::function<json::object(const wire::ServerControl& answer, const wire::PoseProgress& minimising)>;
+using Describe = std::function<json::object(const event::PoseAnswered& event)>;
 
 /// Step of a command that completes at once.
 Step done(json::object fields) {
@@ -104,12 +103,12 @@ Step help() {
 }
 
 /// Text of a request that moved the molecules.
-json::object text_of_answer(const wire::ServerControl& answer, const wire::PoseProgress& /*minimising*/) {
-  return {{"text", printable(answer.pose_taken().text())}};
+json::object text_of_answer(const event::PoseAnswered& event) {
+  return {{"text", printable(event.answer.pose_taken().text())}};
 }
 
-json::object pose_of_answer(const wire::ServerControl& answer, const wire::PoseProgress& /*minimising*/) {
-  return to_json(answer.kept_pose());
+json::object pose_of_answer(const event::PoseAnswered& event) {
+  return to_json(event.answer.kept_pose());
 }
 
 }  // namespace
@@ -125,7 +124,7 @@ struct CommandRun::Impl {
   bool await_room();
   void answer(json::object fields);
   void fail(const std::string& why);
-  Step begun(const Command& command);
+  Step begun(const CommandLine& command);
 
   const View& seen() const;
   const std::vector<wire::KeptPose>& kept() const;
@@ -135,14 +134,14 @@ struct CommandRun::Impl {
   Step request(wire::AskPose::Kind kind, std::uint32_t number, const std::string& name, Describe describe,
                std::optional<Duration> cancel_after = {});
   Step poses() const;
-  Step visit(const Command& command);
-  Step rename(const Command& command);
-  Step delete_pose(const Command& command);
-  Step minimise(const Command& command);
+  Step visit(const CommandLine& command);
+  Step rename(const CommandLine& command);
+  Step delete_pose(const CommandLine& command);
+  Step minimise(const CommandLine& command);
   Step energy() const;
   Step state() const;
   Step go_to(const Pose& X_WH);
-  Step turn(const Command& command);
+  Step turn(const CommandLine& command);
   Step grab();
   Step release();
   Step wait(double seconds);
@@ -162,7 +161,9 @@ struct CommandRun::Impl {
   bool has_quit = false;
   bool is_ready = false;
   std::optional<LocalTime> first_poll, joined_since;
-  LocalTime next_request{};  ///< earliest time of the next pose request
+  LocalTime next_request{};                     ///< earliest time of the next pose request
+  std::uint32_t last_tag = 0;                   ///< tag of the last pose request
+  std::optional<event::PoseAnswered> answered;  ///< answer to it; nothing: not yet
 };
 
 /// Returns true once the room is complete or its time is over; in the latter case each command reports the error.
@@ -208,7 +209,7 @@ void CommandRun::Impl::fail(const std::string& why) {
   answer({{"error", why}});
 }
 
-Step CommandRun::Impl::begun(const Command& command) {
+Step CommandRun::Impl::begun(const CommandLine& command) {
   using Kind = wire::AskPose;
   const std::vector<double>& numbers = command.numbers;
   const auto place = [&numbers] { return Vec3(numbers[0], numbers[1], numbers[2]); };
@@ -271,29 +272,26 @@ ScriptedHand& CommandRun::Impl::own_hand() {
 
 Step CommandRun::Impl::request(wire::AskPose::Kind kind, std::uint32_t number, const std::string& name,
                                Describe describe, std::optional<Duration> cancel_after) {
-  using Answer = std::pair<wire::ServerControl, wire::PoseProgress>;
-  const auto promise = std::make_shared<std::promise<Answer>>();
-  const auto answer = std::make_shared<std::future<Answer>>(promise->get_future());
   const LocalTime sent = std::max(now, next_request);
   next_request = sent + kBetweenPoses;
+  answered.reset();
   return [=, this, is_sent = false, is_cancelled = false]() mutable -> std::optional<json::object> {
     if (!is_sent && now >= sent) {
       is_sent = true;
-      io.ask_pose(kind, number, name, [promise](const auto& message, const auto& minimising) {
-        promise->set_value({message, minimising});
-      });
+      io.send(pose_command(kind, number, name, ++last_tag));
     }
-    if (cancel_after && now - sent >= *cancel_after && !std::exchange(is_cancelled, true)) {
-      io.ask_pose(wire::AskPose::CANCEL);
+    if (cancel_after && !is_cancelled && now >= std::max(sent + *cancel_after, next_request)) {
+      is_cancelled = true;
+      next_request = now + kBetweenPoses;
+      io.send(pose_command(wire::AskPose::CANCEL));
     }
-    if (answer->wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    if (!answered) {
       // After the end of the session there may be no thread that answers.
       if (snapshot->status.state == SessionState::kEnded) refuse("not in a room: " + snapshot->status.why);
       return std::nullopt;
     }
-    const auto [message, minimising] = answer->get();
-    if (message.has_error()) refuse(printable(message.error().text()));
-    return describe(message, minimising);
+    if (answered->answer.has_error()) refuse(printable(answered->answer.error().text()));
+    return describe(*answered);
   };
 }
 
@@ -303,29 +301,29 @@ Step CommandRun::Impl::poses() const {
   return done({{"poses", list}});
 }
 
-Step CommandRun::Impl::visit(const Command& command) {
+Step CommandRun::Impl::visit(const CommandLine& command) {
   const wire::KeptPose pose = find_pose(kept(), command.texts[0]);
-  return request(wire::AskPose::GO_TO, pose.number(), "", [pose](const auto&, const auto&) { return to_json(pose); });
+  return request(wire::AskPose::GO_TO, pose.number(), "", [pose](const auto&) { return to_json(pose); });
 }
 
-Step CommandRun::Impl::rename(const Command& command) {
+Step CommandRun::Impl::rename(const CommandLine& command) {
   return request(wire::AskPose::RENAME, find_pose(kept(), command.texts[0]).number(), command.texts[1], pose_of_answer);
 }
 
-Step CommandRun::Impl::delete_pose(const Command& command) {
+Step CommandRun::Impl::delete_pose(const CommandLine& command) {
   const wire::KeptPose pose = find_pose(kept(), command.texts[0]);
-  return request(wire::AskPose::DELETE, pose.number(), "", [pose](const auto&, const auto&) {
+  return request(wire::AskPose::DELETE, pose.number(), "", [pose](const auto&) {
     return json::object{{"number", pose.number()}, {"name", pose.name()}};
   });
 }
 
-Step CommandRun::Impl::minimise(const Command& command) {
+Step CommandRun::Impl::minimise(const CommandLine& command) {
   std::optional<Duration> cancel_after;
   if (!command.numbers.empty()) cancel_after = from_seconds(command.numbers[0]);
-  const auto describe = [](const wire::ServerControl& answer, const wire::PoseProgress& minimising) {
-    json::object out = text_of_answer(answer, minimising);
-    out["energy_kj_per_mol"] = number_or_null(minimising.energy_kj_per_mol());
-    out["steps"] = minimising.steps();
+  const auto describe = [](const event::PoseAnswered& event) {
+    json::object out = text_of_answer(event);
+    out["energy_kj_per_mol"] = number_or_null(event.minimising.energy_kj_per_mol());
+    out["steps"] = event.minimising.steps();
     return out;
   };
   return request(wire::AskPose::MINIMISE, 0, "", describe, cancel_after);
@@ -387,7 +385,7 @@ Step CommandRun::Impl::go_to(const Pose& X_WH) {
   };
 }
 
-Step CommandRun::Impl::turn(const Command& command) {
+Step CommandRun::Impl::turn(const CommandLine& command) {
   const std::vector<double>& numbers = command.numbers;
   const Vec3 axis(numbers[0], numbers[1], numbers[2]);
   if (axis.norm() < 1e-3) refuse("AX AY AZ: at least one must not be 0");
@@ -440,6 +438,11 @@ CommandRun::CommandRun(ClientIo& io, std::shared_ptr<devices::Pointer> pointer, 
 
 CommandRun::~CommandRun() {
   finish();
+}
+
+void CommandRun::receive(const Event& event) {
+  const auto* const answer = std::get_if<event::PoseAnswered>(&event);
+  if (answer != nullptr && answer->tag == impl_->last_tag) impl_->answered = *answer;
 }
 
 void CommandRun::poll(const ClientIoSnapshot& io, const View* view, LocalTime now) {

@@ -1,6 +1,6 @@
 // Scripted docking: executes the commands of --commands in order, by the same requests as the window's panel.
 //
-//   standard input ──▶ command_pipe ──▶ command (parsed) ──▶ this ──▶ ClientIo::ask_pose(), ScriptedHand
+//   standard input ──▶ command_pipe ──▶ command (parsed) ──▶ this ──▶ ClientIo::send(), ScriptedHand
 //   standard output ◀── command_pipe ◀── one JSON object a line ◀──┘
 #pragma once
 
@@ -30,6 +30,8 @@ class CommandRun {
   /// Calls finish().
   ~CommandRun();
 
+  /// Receives an event of the client; call for each, before the poll() with a snapshot that has its effect.
+  void receive(const Event& event);
   /// Continues the present command, or begins the next; called about every 10 ms.
   /// In      view  HapticCore::newest_view(); null: none yet
   void poll(const ClientIoSnapshot& io, const View* view, LocalTime now);

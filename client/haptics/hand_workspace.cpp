@@ -36,6 +36,7 @@ HandWorkspace::HandWorkspace(const devices::DeviceSpec& device, bool has_border)
 void HandWorkspace::enter(const WorkspaceMapping& scene) noexcept {
   scene_ = mapping_ = scene;
   is_changing_ = false;
+  travelled_m_ = 0;
   rest();
 }
 

@@ -125,6 +125,8 @@ void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate&
   handle_age_ = told.handle_age;
   if (!told.has_handle) {
     handle_.reset();
+    force_.reset();
+    torque_.reset();
     intent_.reset();
     turn_intent_.reset();
     return;

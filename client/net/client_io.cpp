@@ -7,6 +7,7 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <deque>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -40,16 +41,16 @@ ClientIoSettings with_models_made_aside(ClientIoSettings settings) {
 }  // namespace
 
 struct ClientIo::Impl {
-  Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device);
+  Impl(ClientIoSettings client_settings, devices::Device& device);
 
   void run();
   void poll();
   void await_ticks();
   void await_poll_time();
   void finish_when_drained(LocalTime deadline);
+  void perform(const Command& command);
   void publish_snapshot(LocalTime now);
 
-  ClientIo& owner;
   ClientIoSettings settings;
   SteadyClock clock;
   asio::io_context io{1};
@@ -63,34 +64,36 @@ struct ClientIo::Impl {
   std::shared_ptr<const wire::Joined> joined;  // io thread's copy
   std::shared_ptr<const Credentials> beside;   // io thread's copy
   std::shared_ptr<const AssetMap> assets;      // io thread's copy
+  std::deque<Event> new_events;                // io thread's own, until the next snapshot
   LocalTime published_at{};
-  mutable std::mutex mutex;  // protects `published`; never taken by the haptic thread
+  mutable std::mutex mutex;  // protects the next two; never taken by the haptic thread
   ClientIoSnapshot published;
+  std::deque<Event> events;
 
   std::thread thread;  // last member: uses all of the above
 };
 
-ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device)
-    : owner(client_io),
-      settings(with_models_made_aside(std::move(client_settings))),
+ClientIo::Impl::Impl(ClientIoSettings client_settings, devices::Device& device)
+    : settings(with_models_made_aside(std::move(client_settings))),
       transport(io, settings.host, settings.port, settings.trust, settings.links, clock, settings.resolve),
       client(settings.client, device, transport),
       session(client.session()),
       tick_event(io, open_eventfd()) {
   transport.attach(session);
-  session.on_log = [this](const std::string& line) {
-    if (owner.on_log) owner.on_log(line);
-  };
-  session.on_joined = [this](const wire::Joined& answer) {
-    joined = std::make_shared<const wire::Joined>(answer);
-    beside = session.credentials_beside();
+  session.on_event = [this](const Event& event) {
+    if (const auto* const answer = std::get_if<event::Joined>(&event)) {
+      joined = answer->answer;
+      beside = session.credentials_beside();
+    }
+    if (new_events.size() == kMaxEvents) new_events.pop_front();
+    new_events.push_back(event);
   };
 }
 
 void ClientIo::Impl::run() {
   try {
     for (const std::string& line : realtime::request_realtime(settings.realtime_priority)) {
-      if (owner.on_log) owner.on_log(line);
+      session.on_event(event::Log{line});
     }
     session.start(clock.now());
     await_ticks();
@@ -106,7 +109,8 @@ void ClientIo::Impl::run() {
 void ClientIo::Impl::poll() {
   const LocalTime now = clock.now();
   client.poll(now);
-  if (session.status().state != published.status.state || now - published_at >= kSnapshotPeriod) publish_snapshot(now);
+  const bool has_news = session.status().state != published.status.state || !new_events.empty();
+  if (has_news || now - published_at >= kSnapshotPeriod) publish_snapshot(now);
 }
 
 void ClientIo::Impl::await_ticks() {
@@ -137,6 +141,11 @@ void ClientIo::Impl::finish_when_drained(LocalTime deadline) {
   stop_timer.async_wait([this, deadline](const error_code&) { finish_when_drained(deadline); });
 }
 
+void ClientIo::Impl::perform(const Command& command) {
+  if (const auto* const links = std::get_if<command::SetLinks>(&command)) return transport.set_links(links->both);
+  client.send(std::get<ClientCommand>(command), clock.now());
+}
+
 // Only this thread writes `published`, so it may read it without the lock.
 void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
@@ -161,7 +170,6 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.room = session.room();
   snapshot.rooms = session.rooms();
   snapshot.hand_start = session.hand_start();
-  snapshot.news = session.news();
   snapshot.coupling = session.coupling();
   snapshot.law = session.law().name;
   snapshot.soft_offsets = session.soft_offsets();
@@ -183,10 +191,13 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   published_at = now;
   const std::lock_guard lock(mutex);
   published = std::move(snapshot);
+  for (Event& event : new_events) events.push_back(std::move(event));
+  new_events.clear();
+  while (events.size() > kMaxEvents) events.pop_front();
 }
 
 ClientIo::ClientIo(ClientIoSettings settings, devices::Device& device)
-    : impl_(std::make_unique<Impl>(*this, std::move(settings), device)) {}
+    : impl_(std::make_unique<Impl>(std::move(settings), device)) {}
 
 ClientIo::~ClientIo() {
   stop();
@@ -213,70 +224,21 @@ void ClientIo::notify() noexcept {
   [[maybe_unused]] const auto written = ::write(impl_->tick_event.native_handle(), &one, sizeof one);
 }
 
-void ClientIo::grab(BodyId body) {
-  asio::post(impl_->io, [impl = impl_.get(), body] { impl->session.grab(body); });
-}
-
-void ClientIo::release() {
-  asio::post(impl_->io, [impl = impl_.get()] { impl->session.release(); });
-}
-
-void ClientIo::set_parameter(const std::string& name, double value) {
-  asio::post(impl_->io, [impl = impl_.get(), name, value] { impl->session.set_parameter(name, value); });
-}
-
-void ClientIo::set_law(const std::string& law) {
-  asio::post(impl_->io, [impl = impl_.get(), law] { impl->session.set_law(law); });
-}
-
-void ClientIo::kick(UserId user) {
-  asio::post(impl_->io, [impl = impl_.get(), user] { impl->session.kick(user); });
-}
-
-void ClientIo::reset_room() {
-  asio::post(impl_->io, [impl = impl_.get()] { impl->session.reset_room(); });
-}
-
-void ClientIo::ask_pose(wire::AskPose::Kind kind, std::uint32_t number, const std::string& name,
-                        const PoseReply& on_answer) {
-  wire::AskPose asked;
-  asked.set_kind(kind);
-  asked.set_number(number);
-  asked.set_name(name);
-  PoseReply after_snapshot;
-  if (on_answer) {
-    after_snapshot = [impl = impl_.get(), on_answer](const auto& answer, const auto& minimising) {
-      impl->publish_snapshot(impl->clock.now());
-      on_answer(answer, minimising);
-    };
+void ClientIo::send(Command command) {
+  if (const auto* const links = std::get_if<command::SetLinks>(&command)) {
+    if (const std::string problem = links->both.problem(); !problem.empty()) throw std::invalid_argument(problem);
+  } else if (const auto* const stage = std::get_if<command::SetStage>(&std::get<ClientCommand>(command))) {
+    require_stage(stage->stage);
   }
-  asio::post(impl_->io, [impl = impl_.get(), asked, after_snapshot] { impl->session.ask_pose(asked, after_snapshot); });
+  asio::post(impl_->io, [impl = impl_.get(), command = std::move(command)] { impl->perform(command); });
 }
 
-void ClientIo::point(const wire::Point& place) {
-  asio::post(impl_->io, [impl = impl_.get(), place] { impl->session.point(place); });
-}
-
-void ClientIo::change_room(const std::string& room) {
-  asio::post(impl_->io, [impl = impl_.get(), room] { impl->session.change_room(room, impl->clock.now()); });
-}
-
-void ClientIo::set_stage(const StageSettings& stage) {
-  require_stage(stage);
-  asio::post(impl_->io, [impl = impl_.get(), stage] { impl->client.set_stage(stage); });
-}
-
-void ClientIo::set_workspace(const WorkspaceSettings& workspace) {
-  asio::post(impl_->io, [impl = impl_.get(), workspace] { impl->session.set_workspace(workspace); });
-}
-
-void ClientIo::set_nudges(bool has_nudges) {
-  asio::post(impl_->io, [impl = impl_.get(), has_nudges] { impl->session.set_nudges(has_nudges); });
-}
-
-void ClientIo::set_links(const net::LinkParameters& both) {
-  if (const std::string problem = both.problem(); !problem.empty()) throw std::invalid_argument(problem);
-  asio::post(impl_->io, [impl = impl_.get(), both] { impl->transport.set_links(both); });
+std::optional<Event> ClientIo::next() {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->events.empty()) return std::nullopt;
+  Event event = std::move(impl_->events.front());
+  impl_->events.pop_front();
+  return event;
 }
 
 void ClientIo::stop() {

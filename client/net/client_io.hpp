@@ -11,7 +11,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,7 +47,6 @@ struct ClientIoSnapshot {
   std::string room;                            ///< joined room; "" before the first welcome
   std::vector<std::string> rooms;              ///< rooms of the server
   HandStart hand_start;                        ///< ClientSession::hand_start()
-  std::string news;                            ///< ClientSession::news()
   bool has_nudges = true;                      ///< ClientSession::has_nudges()
   haptics::CouplingParameters coupling;        ///< coupling of the user's own tool, as last received from the server
   std::string_view law;                        ///< ClientSession::law()
@@ -88,37 +86,20 @@ class ClientIo {
   /// Wakes the io thread after a tick.
   /// Thread  haptic: one system call that cannot block
   void notify() noexcept;
+  /// Performs a command soon, on the io thread. Commands are performed in the order in which they were sent.
+  /// Fails   std::invalid_argument: a stage as for Client::set_stage(), or LinkParameters::problem()
   /// Thread  any but haptic
-  void grab(BodyId body);
-  void release();
-  void set_parameter(const std::string& name, double value);
-  void set_law(const std::string& law);
-  void kick(UserId user);
-  void reset_room();
-  /// Calls ClientSession::ask_pose().
-  /// In      number     number of a kept pose, for GO_TO, DELETE and RENAME
-  ///         name       for KEEP and RENAME
-  ///         on_answer  may be empty; called on the io thread when snapshot() has the answer's effect; never after stop()
-  void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},
-                const PoseReply& on_answer = {});
-  void point(const wire::Point& place);
-  void change_room(const std::string& room);
-  /// Calls Client::set_stage().
-  /// Fails   std::invalid_argument: as Client::set_stage()
-  void set_stage(const StageSettings& stage);
-  void set_workspace(const WorkspaceSettings& workspace);
-  void set_nudges(bool has_nudges);
-  /// Changes the simulated links in both directions at once; ignored if ClientIoSettings::links is empty.
-  /// Fails   std::invalid_argument: LinkParameters::problem()
-  void set_links(const net::LinkParameters& both);
+  void send(Command command);
+  /// Returns the next event; nothing if there is none. snapshot() has the effect of each event that was returned. At
+  /// most kMaxEvents wait; the oldest are dropped beyond it.
+  /// Thread  any but haptic: takes a lock
+  std::optional<Event> next();
+  static constexpr std::size_t kMaxEvents = 4096;
   /// Leaves the room (waits up to 0.5 s until the leave message is sent) and joins the thread. Idempotent.
   void stop();
   /// Newest published snapshot: at most 10 ms old, renewed at once when the session's state changes.
   /// Thread  any but haptic: takes a lock
   ClientIoSnapshot snapshot() const;
-
-  /// Receives lines for the log on the io thread; set before start().
-  std::function<void(const std::string&)> on_log;
 
  private:
   struct Impl;

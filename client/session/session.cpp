@@ -18,6 +18,7 @@ std::string milliseconds(Duration duration) {
 void ClientSession::Impl::enter(SessionState state, LocalTime now) {
   status.state = state;
   entered = now;
+  emit(event::StateChanged{state, status.why});
 }
 
 void ClientSession::Impl::connect(LocalTime now) {
@@ -46,8 +47,8 @@ void ClientSession::Impl::lose(LocalTime now, const std::string& why, bool is_fi
   } else {
     stop_state();
     transport.close();
-    enter(SessionState::kWaiting, now);
     status.why = printable(why);
+    enter(SessionState::kWaiting, now);
     log(why + "; trying again in " + milliseconds(retry_delay));
     refuse_poses(why);
   }
@@ -57,6 +58,7 @@ void ClientSession::Impl::end(const std::string& why, bool is_setup_error) {
   stop_state();
   transport.close();
   status = {SessionState::kEnded, printable(why), is_setup_error};
+  emit(event::StateChanged{status.state, status.why});
   // `main` prints a set-up error itself.
   if (!is_setup_error) log(why);
   refuse_poses(why);
@@ -116,10 +118,31 @@ bool ClientSession::Impl::deliver_state(std::span<const std::byte> datagram) {
   return true;
 }
 
+void ClientSession::Impl::note_assets(bool has_risen) {
+  if (has_risen && owner.on_assets) owner.on_assets();
+}
+
+void ClientSession::Impl::request_assets(LocalTime now) {
+  while (const auto wanted = assets.next_request(last_request + 1, now)) {
+    wire::ClientControl message;
+    *message.mutable_get_asset() = *wanted;
+    send_request(message);
+  }
+}
+
+void ClientSession::set_asset_kinds(std::vector<std::string> kinds) {
+  impl_->assets.set_kinds(std::move(kinds));
+  if (impl_->status.state == SessionState::kActive) impl_->note_assets(impl_->assets.begin(joined()->assets()));
+}
+
+AssetLevel ClientSession::asset_level() const {
+  return impl_->status.state == SessionState::kActive ? impl_->assets.level() : AssetLevel::kNone;
+}
+
 ClientSession::ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes)
     : impl_(std::make_unique<Impl>(*this, std::move(settings), transport, mailboxes)) {
-  set_workspace(impl_->settings.workspace);
-  set_nudges(impl_->settings.has_nudges);
+  impl_->scene.set_workspace(impl_->settings.workspace);
+  impl_->scene.set_nudges(impl_->settings.has_nudges);
 }
 
 ClientSession::~ClientSession() = default;
@@ -160,28 +183,19 @@ void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime n
   if (reason != proto::DropReason::kNone) return;
   const proto::ServerUpdate& update = impl_->stream.newest_update();
   impl_->scene.note_grip(update, now);
-  impl_->fetch_rate.state_came(now, now.time_since_epoch() - update.sent.time_since_epoch(), datagram.size());
+  impl_->assets.note_state(now, now.time_since_epoch() - update.sent.time_since_epoch(), datagram.size());
 }
 
 void ClientSession::poll(LocalTime now) {
   if (impl_->status.state == SessionState::kActive) {
     impl_->send_newest(now);
-    impl_->assets.check_store(now);
-    impl_->go_on_fetching();
+    impl_->note_assets(impl_->assets.advance(now));
     impl_->request_assets(now);
   }
   impl_->scene.check_when_due(now);
   impl_->check_time_outs(now);
 }
 
-void ClientSession::set_workspace(const WorkspaceSettings& workspace) {
-  impl_->scene.set_workspace(workspace);
-}
-
-void ClientSession::set_nudges(bool has_nudges) {
-  impl_->settings.has_nudges = has_nudges;
-  impl_->scene.set_nudges(has_nudges);
-}
 bool ClientSession::has_nudges() const {
   return impl_->settings.has_nudges;
 }
@@ -219,11 +233,11 @@ const std::vector<std::pair<LocalTime, wire::Pointed>>& ClientSession::pointed()
 }
 
 const std::shared_ptr<const std::vector<wire::KeptPose>>& ClientSession::kept_poses() const {
-  return impl_->kept_poses;
+  return impl_->poses.kept();
 }
 
 const std::optional<wire::PoseProgress>& ClientSession::pose_progress() const {
-  return impl_->pose_progress;
+  return impl_->poses.progress();
 }
 
 const std::vector<std::shared_ptr<const std::vector<Vec3>>>& ClientSession::soft_offsets() const {
@@ -231,9 +245,6 @@ const std::vector<std::shared_ptr<const std::vector<Vec3>>>& ClientSession::soft
 }
 const HandStart& ClientSession::hand_start() const {
   return impl_->scene.hand_start();
-}
-const std::string& ClientSession::news() const {
-  return impl_->news;
 }
 const std::vector<wire::UserJoined>& ClientSession::users() const {
   return impl_->users;

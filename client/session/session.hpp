@@ -19,7 +19,10 @@
 #include "client/haptics/coupling_check.hpp"
 #include "client/haptics/hand_workspace.hpp"
 #include "client/haptics/mailboxes.hpp"
-#include "client/session/asset_fetcher.hpp"
+#include "client/session/asset_plan.hpp"
+#include "client/session/command.hpp"
+#include "client/session/event.hpp"
+#include "client/session/session_status.hpp"
 #include "common/base/time.hpp"
 #include "common/haptics/coupling/rendered_coupling.hpp"
 #include "common/net/clock_sync.hpp"
@@ -93,13 +96,6 @@ struct SessionSettings {
   std::optional<devices::DeviceProfile> device{};
 };
 
-enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
-std::string_view name_of(SessionState state);
-
-/// Availability of the wanted assets of the joined scene; unobtainable ones do not count. kCoarse: each asset itself or
-/// its coarse replacement is available.
-enum class AssetLevel : std::uint8_t { kNone, kCoarse, kFull };
-
 struct SessionCounters : proto::ChannelCounters {
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;
@@ -107,22 +103,9 @@ struct SessionCounters : proto::ChannelCounters {
   std::uint64_t refused_settings = 0;  ///< parameters and laws that the server refused to set
 };
 
-/// State of the session, and why it is not active, as text for the user: the last error, goodbye or lost connection.
-struct SessionStatus {
-  SessionState state = SessionState::kConnecting;
-  std::string why;
-  /// Set in kEnded if the set-up is wrong (version, room, name), so that a retry would fail again.
-  bool is_setup_error = false;
-};
-
 using net::printable;
 
 class Credentials;
-
-/// Receives the answer to one request about poses, once, on the io thread. The answer is the server's message with the
-/// request's number, or an error if the connection ended first.
-/// In      minimising  last progress of this user's own minimisations
-using PoseReply = std::function<void(const wire::ServerControl& answer, const wire::PoseProgress& minimising)>;
 
 class ClientSession {
  public:
@@ -140,28 +123,8 @@ class ClientSession {
   /// tick, and every few milliseconds when no ticks run.
   void poll(LocalTime now);
 
-  void grab(BodyId body);
-  void release();
-  void set_parameter(const std::string& name, double value);
-  /// Sets the room's coupling law until this user leaves; operator only.
-  void set_law(const std::string& law);
-  /// Ends another user's session; a new invitation is required to rejoin. Operator only.
-  void kick(UserId user);
-  /// Resets all movable objects to their start; operator only.
-  void reset_room();
-  /// Requests to keep, restore, delete or rename a pose of the room's two molecules, or to start or cancel a
-  /// minimisation.
-  /// In      on_answer  may be empty; must not call this session
-  void ask_pose(const wire::AskPose& asked, PoseReply on_answer = {});
-  /// Points at a place, which the other users are shown.
-  void point(const wire::Point& place);
-  /// Leaves this room for another of the same server; rejoins this room if the other one refuses.
-  void change_room(const std::string& room, LocalTime now);
-  /// Applies now and to later scenes. The force fades out, the tool stays, and the force returns by the ramp.
-  void set_workspace(const WorkspaceSettings& workspace);
-  /// Selects whether places that other users point at nudge the hand or are only shown.
-  void set_nudges(bool has_nudges);
-  bool has_nudges() const;
+  /// Performs a command. What it requests of the server is sent while the session is in a room, otherwise ignored.
+  void send(const SessionCommand& command, LocalTime now);
   void leave(LocalTime now);
   /// Ends the session because of a fault of this program; the force ends, too.
   void fail(const std::string& why);
@@ -189,6 +152,8 @@ class ClientSession {
   const std::vector<std::string>& rooms() const;
   /// Shapes of the scene's soft bodies, as last received: offsets of proto::soft_lattice(). Null: none received.
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
+  /// Whether places that other users point at nudge the hand.
+  bool has_nudges() const;
   /// Last place that each user pointed at, with its time; shown for kPointed.
   const std::vector<std::pair<LocalTime, wire::Pointed>>& pointed() const;
   static constexpr Duration kPointed = std::chrono::seconds(5);
@@ -198,8 +163,6 @@ class ClientSession {
   const HandStart& hand_start() const;
   /// Progress of the running minimisation in the room; none: none is running.
   const std::optional<wire::PoseProgress>& pose_progress() const;
-  /// Last refusal or last news of the room, as text for the user; "" before the first.
-  const std::string& news() const;
   /// Credentials for a second device of the user; null: not needed or not available, it joins as a separate user.
   std::shared_ptr<const Credentials> credentials_beside() const;
   /// Other users in the room.
@@ -210,16 +173,13 @@ class ClientSession {
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;
-  /// Called on the io thread, as are the functions below.
-  std::function<void(const wire::Joined&)> on_joined;
+  /// Receives each event. Called on the io thread from inside the functions above, as are the functions below; none of
+  /// them may call this session.
+  std::function<void(const Event&)> on_event;
   /// Returns why a valid scene cannot be displayed, else empty. A reason ends the session as a set-up error.
   std::function<std::string(const wire::Joined&)> find_scene_problem;
   /// Called when asset_level() has risen: once or twice for each join.
   std::function<void()> on_assets;
-  std::function<void(const std::string&)> on_log;
-  std::function<void(const wire::ParameterSet&)> on_parameter;
-  /// Called when the server refused a grab, release or parameter.
-  std::function<void(const wire::Error&)> on_refused;
 
  private:
   struct Impl;

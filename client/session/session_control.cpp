@@ -49,26 +49,12 @@ void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime n
     lose(now, "protocol error: the server sent a message that is not allowed in state " +
                   std::string(name_of(status.state)));
   }
-  answer_pose(message);
-}
-
-/// Only message types that can answer a pose request do so; the request number of others is ignored.
-void ClientSession::Impl::answer_pose(const wire::ServerControl& message) {
-  const bool is_answer = message.has_kept_pose() || message.has_pose_taken() || message.has_pose_deleted() ||
-                         message.has_pose_progress() || message.has_error();
-  const auto found = is_answer ? pose_requests.find(message.request()) : pose_requests.end();
-  if (found == pose_requests.end()) return;
-  const PoseReply on_answer = std::move(found->second);
-  pose_requests.erase(found);
-  on_answer(message, own_progress);
+  if (const auto answered = poses.answer(message)) emit(*answered);
 }
 
 /// Answers all open pose requests with an error, because their connection has ended.
 void ClientSession::Impl::refuse_poses(const std::string& why) {
-  wire::ServerControl answer;
-  answer.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
-  answer.mutable_error()->set_text("not in a room: " + printable(why));
-  for (const auto& [request, on_answer] : std::exchange(pose_requests, {})) on_answer(answer, own_progress);
+  for (const event::PoseAnswered& refused : poses.refuse_all(why)) emit(refused);
 }
 
 bool ClientSession::Impl::handle_active(const wire::ServerControl& message, LocalTime now) {
@@ -76,45 +62,45 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   switch (message.message_case()) {
     case wire::ServerControl::kGrabbed:
       scene.hold(BodyId{message.grabbed().body()}, now);
-      log("grabbed body " + std::to_string(message.grabbed().body()));
+      emit(event::Grabbed{BodyId{message.grabbed().body()}});
       return true;
     case wire::ServerControl::kReleased:
       scene.hold(BodyId{}, now);
-      log("released body " + std::to_string(message.released().body()));
+      emit(event::Released{BodyId{message.released().body()}});
       return true;
     case wire::ServerControl::kUserJoined:
       scene.meet(message.user_joined());
       if (users.size() < proto::kMaxUsers) users.push_back(message.user_joined());
-      log("user " + std::to_string(message.user_joined().user()) + " \"" + message.user_joined().name() + "\" is here");
+      emit(event::UserJoined{message.user_joined()});
       return true;
     case wire::ServerControl::kUserLeft:
       std::erase_if(users, [&message](const auto& user) { return user.user() == message.user_left().user(); });
-      log("user " + std::to_string(message.user_left().user()) + " left");
+      emit(event::UserLeft{UserId{message.user_left().user()}});
       return true;
     case wire::ServerControl::kBodyReturned:
       log(scene.name_of(BodyId{message.body_returned().body()}) + " is back at its start");
       return true;
     case wire::ServerControl::kAssetChunk:
-      take_asset_chunk(message, now);
+      note_assets(assets.receive(message.request(), message.asset_chunk(), now));
+      request_assets(now);
       return true;
     case wire::ServerControl::kParameterSet:
       take_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kRoomReset:
-      news = "the operator has put everything back";
-      log(news);
+      report("the operator has put everything back");
       return true;
     case wire::ServerControl::kSoftShape:
       take_soft_shape(message.soft_shape());
       return true;
     case wire::ServerControl::kKeptPose:
-      take_kept_pose(message.kept_pose());
+      report(poses.receive(message.kept_pose()));
       return true;
     case wire::ServerControl::kPoseDeleted:
-      take_pose_deleted(message.pose_deleted());
+      report(poses.receive(message.pose_deleted()));
       return true;
     case wire::ServerControl::kPoseProgress:
-      take_pose_progress(message.pose_progress());
+      poses.receive(message.pose_progress(), scene.joined()->user());
       return true;
     case wire::ServerControl::kPointed:
       take_pointed(message.pointed(), now);
@@ -123,8 +109,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       take_start(message.room_start());
       return true;
     case wire::ServerControl::kPoseTaken:
-      news = printable(message.pose_taken().text());
-      log(news);
+      report(printable(message.pose_taken().text()));
       return true;
     case wire::ServerControl::kStateDatagram:
       owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), now);
@@ -134,53 +119,6 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     default:
       return false;
   }
-}
-
-/// Accepts poses in ascending order from number 0. A known number is a new name. An invalid pose is dropped.
-void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
-  constexpr std::size_t kMaxPoses = 256;
-  auto poses = kept_poses ? std::make_shared<std::vector<wire::KeptPose>>(*kept_poses)
-                          : std::make_shared<std::vector<wire::KeptPose>>();
-  const auto& numbers = told.in_first();
-  const bool is_pose =
-      numbers.size() == 7 && std::abs(Quat(numbers[3], numbers[4], numbers[5], numbers[6]).norm() - 1) < 1e-6;
-  if (!is_pose) return;
-  const auto known = std::ranges::find(*poses, told.number(), &wire::KeptPose::number);
-  if (known != poses->end()) {
-    if (told.number() == 0) return;
-    known->set_name(printable(told.name()));
-    kept_poses = std::move(poses);
-    return;
-  }
-  const bool is_next = poses->empty() ? told.number() == 0 : told.number() > poses->back().number();
-  if (!is_next || poses->size() == kMaxPoses) return;
-  wire::KeptPose& pose = poses->emplace_back(told);
-  pose.set_name(printable(told.name()));
-  pose.set_user_name(printable(told.user_name()));
-  if (told.is_news()) {
-    news = pose.user_name() + " kept \"" + pose.name() + "\"";
-    log(news);
-  }
-  kept_poses = std::move(poses);
-}
-
-/// The pose of the files, number 0, cannot be deleted.
-void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& told) {
-  if (!kept_poses || told.number() == 0) return;
-  auto poses = std::make_shared<std::vector<wire::KeptPose>>(*kept_poses);
-  const auto deleted = std::ranges::find(*poses, told.number(), &wire::KeptPose::number);
-  if (deleted == poses->end()) return;
-  news = "\"" + deleted->name() + "\" was deleted";
-  log(news);
-  poses->erase(deleted);
-  kept_poses = std::move(poses);
-}
-
-void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& told) {
-  const bool is_sound = told.max_steps() > 0 && std::isfinite(told.energy_kj_per_mol());
-  if (is_sound && told.user() == scene.joined()->user()) own_progress = told;
-  if (told.is_over() || !is_sound) return pose_progress.reset();
-  pose_progress = told;
 }
 
 /// Accepts pointers of users in the room at valid places only.
@@ -197,24 +135,22 @@ void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now)
   pointed.emplace_back(now, told);
   if (is_own) return;
   const std::string at = point.body() == 0 ? "a place" : scene.name_of(BodyId{point.body()});
-  news = printable(who->name()) + " points at " + at;
-  log(news);
+  report(printable(who->name()) + " points at " + at);
   scene.show({point.place_w(0), point.place_w(1), point.place_w(2)}, now);
 }
 
 void ClientSession::Impl::take_start(const wire::RoomStart& start) {
   if (!scene.set_start(start)) return log("ignored a start of the room that is neither awaited nor at a time");
-  news = start.awaited() == 0   ? "all users are here: the hands begin together"
+  report(start.awaited() == 0   ? "all users are here: the hands begin together"
          : start.awaited() == 1 ? "the hands begin when 1 more user is here"
-                                : "the hands begin when " + std::to_string(start.awaited()) + " more users are here";
-  log(news);
+                                : "the hands begin when " + std::to_string(start.awaited()) + " more users are here");
 }
 
 void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
   const haptics::CouplingLawInfo& before = scene.law();
   if (!scene.set_parameter(parameter, now)) return;
-  if (&before != &scene.law()) news = "the room's law is now " + std::string(scene.law().name);
-  if (owner.on_parameter) owner.on_parameter(parameter);
+  emit(event::ParameterSet{parameter});
+  if (&before != &scene.law()) report("the room's law is now " + std::string(scene.law().name));
 }
 
 void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime now) {
@@ -264,25 +200,21 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   if (has_joined) ++counters.reconnects;
   has_joined = true;
   room_left.reset();
-  kept_poses.reset();
-  pose_progress.reset();
-  own_progress.Clear();
+  poses.clear();
   pointed.clear();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);
   stream.begin(connection, epoch, secret, now);
   retry_delay = settings.reconnect_delay;
-  enter(SessionState::kActive, now);
   status.why.clear();
+  enter(SessionState::kActive, now);
   scene.publish();
   const wire::Joined& joined = *scene.joined();
-  log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
-  if (owner.on_joined) owner.on_joined(joined);
+  emit(event::Joined{std::make_shared<const wire::Joined>(joined)});
   if (joined.start().awaited() > 0) take_start(joined.start());
   users.clear();
-  asset_level = AssetLevel::kNone;
-  fetch_rate.reset();
-  fetch(true);
+  assets.reconnect();
+  note_assets(assets.begin(joined.assets()));
   request_assets(now);
 }
 
@@ -293,15 +225,10 @@ void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTi
     lose(now, "the server refused: " + error.text(), !(has_joined && may_pass(error.code())));
     return;
   }
-  if (assets.is_next(message.request())) {
-    fetch_rate.answered(now);
-    assets.on_refused(message.request());
-    announce_assets();
-  }
+  note_assets(assets.refuse(message.request(), now));
   if (std::erase(settings_requested, message.request()) > 0) ++counters.refused_settings;
-  news = "refused: " + printable(error.text());
-  log(news);
-  if (owner.on_refused) owner.on_refused(error);
+  emit(event::Refused{error});
+  report("refused: " + printable(error.text()));
 }
 
 void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
@@ -319,8 +246,7 @@ void ClientSession::Impl::take_soft_shape(const wire::SoftShape& told) {
 
 /// Returns to the previous room after another one refused.
 void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
-  news = "room " + printable(settings.room) + ": " + printable(why);
-  log(news);
+  report("room " + printable(settings.room) + ": " + printable(why));
   go_to_room(*std::exchange(room_left, std::nullopt), now);
 }
 
@@ -348,69 +274,6 @@ void ClientSession::Impl::send(wire::ClientControl& message) {
 void ClientSession::Impl::send_request(wire::ClientControl& message) {
   message.set_request(++last_request);
   send(message);
-}
-
-/// Marks the last request as one to set something, so that its refusal is counted.
-void ClientSession::Impl::remember_setting() {
-  if (status.state != SessionState::kActive) return;
-  settings_requested.push_back(last_request);
-  if (settings_requested.size() > kRemembered) settings_requested.pop_front();
-}
-
-void ClientSession::grab(BodyId body) {
-  impl_->request([body](wire::ClientControl& message) { message.mutable_grab()->set_body(body.value); });
-}
-
-void ClientSession::release() {
-  impl_->request([](wire::ClientControl& message) { message.mutable_release(); });
-}
-
-void ClientSession::set_parameter(const std::string& name, double value) {
-  impl_->request([&](wire::ClientControl& message) {
-    message.mutable_set_parameter()->set_name(name);
-    message.mutable_set_parameter()->set_value(value);
-  });
-  impl_->remember_setting();
-}
-
-void ClientSession::set_law(const std::string& law) {
-  impl_->request([&](wire::ClientControl& message) {
-    message.mutable_set_parameter()->set_name(std::string(proto::kLawParameter));
-    message.mutable_set_parameter()->set_text(law);
-  });
-  impl_->remember_setting();
-}
-
-void ClientSession::reset_room() {
-  impl_->request([](wire::ClientControl& message) { message.mutable_reset_room(); });
-}
-
-void ClientSession::ask_pose(const wire::AskPose& asked, PoseReply on_answer) {
-  const bool is_active = impl_->status.state == SessionState::kActive;
-  impl_->request([&asked](wire::ClientControl& message) { *message.mutable_ask_pose() = asked; });
-  if (!on_answer) return;
-  // Without a room nothing was sent, and the number is that of an earlier request; the answer follows at once.
-  impl_->pose_requests.insert_or_assign(impl_->last_request, std::move(on_answer));
-  if (!is_active) impl_->refuse_poses(impl_->status.why);
-}
-
-void ClientSession::point(const wire::Point& place) {
-  impl_->request([&place](wire::ClientControl& message) { *message.mutable_point() = place; });
-}
-
-void ClientSession::kick(UserId user) {
-  impl_->request([user](wire::ClientControl& message) { message.mutable_kick()->set_user(user.value); });
-}
-
-void ClientSession::change_room(const std::string& room, LocalTime now) {
-  if (impl_->status.state != SessionState::kActive || room == impl_->room) return;
-  const Credentials& credentials = impl_->credentials;
-  if (credentials.are_asked_for() && (credentials.are_for_one_room() || !credentials.can_return())) {
-    impl_->news = "the invitation was into one room; ask for one into room " + printable(room);
-    return;
-  }
-  impl_->room_left = impl_->room;
-  impl_->go_to_room(room, now);
 }
 
 void ClientSession::leave(LocalTime) {

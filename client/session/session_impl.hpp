@@ -1,11 +1,10 @@
 // Private to this folder: implementation of ClientSession and the tasks of its sources.
 //   session.cpp          the connection: connect, lose, time-outs, state in both directions
-//   session_assets.cpp   selection and order of the assets to look up and fetch
-//   session_control.cpp  the server's control messages and the requests to it
+//   session_control.cpp  the server's control messages
+//   session_commands.cpp commands of the user: requests to the server
 #pragma once
 
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,20 +12,12 @@
 
 #include "client/session/credentials.hpp"
 #include "client/session/joined_scene.hpp"
+#include "client/session/pose_book.hpp"
 #include "client/session/session.hpp"
 #include "client/session/state_stream.hpp"
-#include "common/net/fetch_rate.hpp"
 #include "proto/control_framing.hpp"
 
 namespace tandem::client {
-
-/// Next step of fetching a scene's assets, taken when the store has answered all look-ups.
-enum class FetchStep : std::uint8_t {
-  kNone,     ///< nothing
-  kSelect,   ///< tactile assets were looked up; next, look up coarse replacements of missing ones
-  kFetch,    ///< replacements and first drawings were looked up; next, fetch from the server
-  kDrawings  ///< remaining drawings were looked up; next, fetch them
-};
 
 struct ClientSession::Impl {
   Impl(ClientSession& session, SessionSettings session_settings, ClientTransport& session_transport,
@@ -38,7 +29,8 @@ struct ClientSession::Impl {
         stream(settings, session_mailboxes, counters),
         credentials(std::exchange(settings.token, {})),
         retry_delay(settings.reconnect_delay),
-        assets(kMaxAssetBytes, settings.asset_store) {}
+        assets({settings.asset_kinds, settings.drawn_asset_kinds, settings.fetches_one_at_a_time, settings.asset_store},
+               [this](const std::string& line) { log(line); }) {}
 
   // Connecting and losing
   void enter(SessionState state, LocalTime now);
@@ -58,28 +50,30 @@ struct ClientSession::Impl {
   void take_joined(const wire::Joined& joined, LocalTime now);
   void take_error(const wire::ServerControl& message, LocalTime now);
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
-  void take_asset_chunk(const wire::ServerControl& message, LocalTime now);
   void take_soft_shape(const wire::SoftShape& told);
-  void take_kept_pose(const wire::KeptPose& told);
   void take_start(const wire::RoomStart& start);
-  void take_pose_deleted(const wire::PoseDeleted& told);
-  void take_pose_progress(const wire::PoseProgress& told);
-  void answer_pose(const wire::ServerControl& message);
   void refuse_poses(const std::string& why);
   void take_pointed(const wire::Pointed& told, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
-  void fetch(bool is_connected_anew);
-  void plan_fetch();
-  void fetch_drawn();
-  AssetInfos drawings_by_size() const;
-  void go_on_fetching();
-  bool is_planning() const { return fetch_step == FetchStep::kSelect || fetch_step == FetchStep::kFetch; }
+  void note_assets(bool has_risen);
   void request_assets(LocalTime now);
-  void announce_assets();
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
-  void remember_setting();
+
+  // Commands
+  void perform(const command::Grab& command, LocalTime now);
+  void perform(const command::Release& command, LocalTime now);
+  void perform(const command::SetParameter& command, LocalTime now);
+  void perform(const command::SetLaw& command, LocalTime now);
+  void perform(const command::Kick& command, LocalTime now);
+  void perform(const command::ResetRoom& command, LocalTime now);
+  void perform(const command::RequestPose& command, LocalTime now);
+  void perform(const command::Point& command, LocalTime now);
+  void perform(const command::ChangeRoom& command, LocalTime now);
+  void perform(const command::SetWorkspace& command, LocalTime now);
+  void perform(const command::SetNudges& command, LocalTime now);
+  void set(const wire::SetParameter& parameter);
   /// Sends a request if the session is active, else does nothing.
   template <class Fill>
   void request(const Fill& fill) {
@@ -93,8 +87,13 @@ struct ClientSession::Impl {
   void send_newest(LocalTime now);
   bool deliver_state(std::span<const std::byte> datagram);
 
-  void log(const std::string& line) const {
-    if (owner.on_log) owner.on_log(printable(line));
+  void emit(const Event& event) const {
+    if (owner.on_event) owner.on_event(event);
+  }
+  void log(const std::string& line) const { emit(event::Log{printable(line)}); }
+  /// Reports news of the room, if there are any.
+  void report(const std::string& news) const {
+    if (!news.empty()) emit(event::News{news});
   }
 
   ClientSession& owner;
@@ -118,18 +117,9 @@ struct ClientSession::Impl {
   std::vector<std::string> rooms;
   std::optional<std::string> room_left;  // returned to if the next room refuses
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
-  std::string news;
-  AssetFetcher assets;
-  net::FetchRate fetch_rate;
-  AssetLevel asset_level = AssetLevel::kNone;  // level for this join and its asset kinds
-  FetchStep fetch_step = FetchStep::kNone;
-  AssetInfos felt_coarse;  // the tactile assets or their coarse replacements
-  AssetInfos felt_fine;    // full assets that follow the replacements
+  AssetPlan assets;
   std::vector<wire::UserJoined> users;
-  std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
-  std::optional<wire::PoseProgress> pose_progress;
-  wire::PoseProgress own_progress;                   // last progress of this user's minimisations
-  std::map<std::uint32_t, PoseReply> pose_requests;  // open requests by number
+  PoseBook poses;
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;
 
   ConnectionId connection;

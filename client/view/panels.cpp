@@ -89,7 +89,7 @@ void draw_link(ClientIo& client, net::LinkParameters& link) {
   link.delay = from_seconds(delay_ms * 1e-3);
   link.jitter = from_seconds(jitter_ms * 1e-3);
   link.loss = loss / 100;
-  client.set_links(link);
+  client.send(command::SetLinks{link});
 }
 
 /// Draws the other rooms of the server, and the operator's button.
@@ -98,12 +98,14 @@ void draw_room(const PanelContent& content) {
   const std::string scene = printable(io.joined->scene().name());
   if (io.rooms.size() > 1) {
     const std::string room = chosen("room", io.room, io.rooms);
-    if (!room.empty()) content.client->change_room(room);
+    if (!room.empty()) content.client->send(command::ChangeRoom{room});
   } else {
     fact("room", io.room);
   }
   if (scene != io.room) fact("scene", scene);
-  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("put everything back")) content.client->reset_room();
+  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("put everything back")) {
+    content.client->send(command::ResetRoom{});
+  }
 }
 
 void draw_recording(const PanelContent& content) {
@@ -127,13 +129,13 @@ void draw_session(const PanelContent& content) {
   fact("with", others.empty() ? "nobody else" : others);
   draw_recording(content);
   for (const std::string& line : *content.missing) ImGui::TextWrapped("not drawn: %s", line.c_str());
-  if (!io.news.empty()) ImGui::TextWrapped("%s", io.news.c_str());
+  if (!content.news.empty()) ImGui::TextWrapped("%s", content.news.c_str());
 }
 
 /// Draws one coefficient of the coupling for the room's operator, in distinguishable steps.
 void draw_coefficient(ClientIo& client, const char* label, const char* name, double now, double largest) {
   double value = now;
-  if (slider(label, value, largest, "%.3g") && value > 0) client.set_parameter(name, value);
+  if (slider(label, value, largest, "%.3g") && value > 0) client.send(command::SetParameter{name, value});
 }
 
 /// Draws a choice that is not available here, with the reason.
@@ -167,7 +169,7 @@ void draw_law(const PanelContent& content) {
   } else if (laws.size() < 2) {
     closed_choice("law", now, why_none);
   } else if (const std::string law = chosen("law", now, laws); !law.empty()) {
-    content.client->set_law(law);
+    content.client->send(command::SetLaw{law});
   }
 }
 
@@ -180,7 +182,7 @@ void draw_stage(const PanelContent& content) {
   if (!stage.empty()) wanted.name = stage;
   if (!predictor.empty()) wanted.predictor = predictor;
   const bool is_switched = ImGui::Checkbox("passivity controller", &wanted.passivity);
-  if (!stage.empty() || !predictor.empty() || is_switched) content.client->set_stage(wanted);
+  if (!stage.empty() || !predictor.empty() || is_switched) content.client->send(command::SetStage{wanted});
   if (!io.stage_note.empty()) ImGui::TextWrapped("%s", io.stage_note.c_str());
   if (io.joined == nullptr) return;
   draw_law(content);
@@ -265,9 +267,11 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
       is_set = true;
     }
   }
-  if (is_set) content.client->set_workspace(workspace);
+  if (is_set) content.client->send(command::SetWorkspace{workspace});
   bool has_nudges = content.io->has_nudges;
-  if (ImGui::Checkbox("nudge me where others point", &has_nudges)) content.client->set_nudges(has_nudges);
+  if (ImGui::Checkbox("nudge me where others point", &has_nudges)) {
+    content.client->send(command::SetNudges{has_nudges});
+  }
 }
 
 void draw_molecule_style(const PanelContent& content, MoleculeStyle& style) {

@@ -37,6 +37,7 @@ struct PanelContent {
   const std::vector<std::pair<std::string, std::string>>* facts = nullptr;  ///< names and values about the run
   const std::vector<std::string>* missing = nullptr;  ///< objects of the scene that are not in the picture
   std::string notice;                                 ///< for the top of the window
+  std::string news;                                   ///< last news of the room
   bool is_mouse = false;
   double looks_from_rad = 0;         ///< Camera::turn_rad()
   bool is_making_molecules = false;  ///< molecules in another style are being made

@@ -61,7 +61,11 @@ void PointerHand::toggle_grab(bool is_holding, LocalTime now) {
 }
 
 void PointerHand::follow_grab(bool is_holding, LocalTime now) {
-  if (std::exchange(is_letting_go_, false)) return press(kButtonGrab, false);
+  if (is_letting_go_) {
+    if (now - grabbed_at_ < kPress) return;
+    is_letting_go_ = false;
+    return press(kButtonGrab, false);
+  }
   const bool is_down = (target_.buttons & kButtonGrab) != 0;
   if (!is_down || is_holding || now - grabbed_at_ < kGrabPatience) return;
   press(kButtonGrab, false);

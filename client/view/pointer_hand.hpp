@@ -46,13 +46,15 @@ class PointerHand {
 
  private:
   static constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  ///< longer than any round trip
+  /// Minimum press of the button, long enough that one of its datagrams arrives.
+  static constexpr Duration kPress = std::chrono::milliseconds(100);
   static constexpr Duration kMissShown = std::chrono::seconds(3);
 
   void move_along(const Camera& camera, double right, double down, const Vec3& axis_W);
 
   WorkspaceMapping workspace_;
   devices::PointerTarget target_;
-  bool is_letting_go_ = false;  ///< the button is released at the next frame
+  bool is_letting_go_ = false;  ///< the button is released kPress after grabbed_at_
   LocalTime grabbed_at_{};
   std::optional<LocalTime> missed_at_;
 };

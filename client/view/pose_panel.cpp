@@ -89,7 +89,7 @@ void draw_kept(const PanelContent& content, WindowSwitches& switches, const std:
 }  // namespace
 
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number, const char* name) {
-  if (client != nullptr) client->ask_pose(kind, number, name);
+  if (client != nullptr) client->send(pose_command(kind, number, name));
 }
 
 void keep_pose(ClientIo* client, WindowSwitches& switches) {

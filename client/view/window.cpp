@@ -138,6 +138,7 @@ struct Window::Impl {
   bool wants_to_point = false;
   bool is_recording = false;
   std::string recording_state;
+  std::string news;
   bool is_record_pressed = false;
   bool has_turned = false;  ///< the user has moved the camera
 };
@@ -306,7 +307,7 @@ void Window::Impl::point(const View* view) {
   if (hit) place.set_body(static_cast<std::uint32_t>(hit->first) + 1);
   for (const double number : at) place.add_place(number);
   for (const double number : at_W) place.add_place_w(number);
-  settings.client->point(place);
+  settings.client->send(command::Point{place});
 }
 
 void Window::Impl::draw_labels(const Mat4f& clip) const {
@@ -377,6 +378,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .facts = &self.settings.facts,
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
+                             .news = self.news,
                              .is_mouse = self.is_mouse(),
                              .looks_from_rad = self.camera.turn_rad(),
                              .is_making_molecules = self.scene->is_making(self.switches.molecules),
@@ -397,6 +399,10 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
 void Window::show_recording(bool is_recording, const std::string& state) {
   impl_->is_recording = is_recording;
   impl_->recording_state = state;
+}
+
+void Window::show_news(const std::string& news) {
+  impl_->news = news;
 }
 
 bool Window::take_record_press() {

@@ -57,6 +57,8 @@ class Window {
   void draw(const View* view, const ClientIoSnapshot& io, const std::string& notice);
   /// Sets the session panel's text about recordings, below a button that begins or ends one. "": no text.
   void show_recording(bool is_recording, const std::string& state);
+  /// Sets the session panel's text about the last news of the room.
+  void show_news(const std::string& news);
   /// Returns whether that button was pressed since the last call.
   bool take_record_press();
   /// Returns whether the user has closed the window.

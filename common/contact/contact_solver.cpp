@@ -23,14 +23,18 @@ bool is_usable(const SolverBody& body) {
          is_finite(body.V_WC) && is_finite(body.wrench_W);
 }
 
+bool is_amount(double x) {
+  return std::isfinite(x) && x >= 0;
+}
+
 bool is_usable(const SolverPatch& patch) {
-  const auto is_amount = [](double x) { return std::isfinite(x) && x >= 0; };
   return is_amount(patch.stiffness_n_per_m3) && is_amount(patch.rigid_depth_m) && is_amount(patch.friction) &&
          is_amount(patch.dissipation_s);
 }
 
 bool is_usable(const SolverCoupling& coupling) {
-  return coupling.law != nullptr && is_finite(coupling.X_WH) && is_finite(coupling.V_WH) && is_finite(coupling.X_WT);
+  return coupling.law != nullptr && is_finite(coupling.X_WH) && is_finite(coupling.V_WH) && is_finite(coupling.X_WT) &&
+         is_amount(coupling.brake_n_s_per_m) && is_amount(coupling.brake_n_m_s_per_rad);
 }
 
 /// Returns a body that does not move if the input is invalid.
@@ -70,7 +74,7 @@ struct ContactSolver::Impl {
 
   void load(std::span<const SolverBody> bodies_in, std::span<const SolverCoupling> couplings_in,
             std::span<const SolverPatch> patches_in) noexcept;
-  void load_patch(const SolverPatch& in, std::size_t index) noexcept;
+  void load_patch(const SolverPatch& in, std::size_t index, std::size_t bodies_given) noexcept;
   void find_islands() noexcept;
   void solve_island(int island) noexcept;
   void use_free_flight(std::span<IslandPatch> touched, std::span<IslandCoupling> coupled) noexcept;
@@ -121,15 +125,18 @@ void ContactSolver::Impl::load(std::span<const SolverBody> bodies_in, std::span<
     const SolverBody& of = bodies_in[static_cast<std::size_t>(couplings_in[i].body)];
     couplings.push_back({CouplingTerm(couplings_in[i], of, step_s), body, 0, i});
   }
-  for (std::size_t i = 0; i < patches_in.size(); ++i) load_patch(patches_in[i], i);
+  for (std::size_t i = 0; i < patches_in.size(); ++i) load_patch(patches_in[i], i, bodies_in.size());
 }
 
-void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) noexcept {
+void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index, std::size_t bodies_given) noexcept {
+  const auto exists = [bodies_given](int body) {
+    return body == kStaticBody || (body >= 0 && static_cast<std::size_t>(body) < bodies_given);
+  };
   IslandPatch patch;
   patch.a = body_of(in.a);
   patch.b = body_of(in.b);
   patch.index = index;
-  const bool is_sound = patch.a != patch.b && is_usable(in);
+  const bool is_sound = exists(in.a) && exists(in.b) && patch.a != patch.b && is_usable(in);
   if (!is_sound || patches.size() == limits.patches) {
     ++(is_sound ? report.left_out : report.ill_formed);
     return;

@@ -15,8 +15,6 @@ constexpr double kAbsurdWrench = 1e6;
 // Limits for a handle that is driven by the displayed force. Carried and shaken things move along their force at 0.5
 // m/s at most (ours). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
-// Period of a tick that is in time. Ramp and slew limit count at most this much; a late tick counts as exactly this.
-constexpr double kTick_s = 0.001;
 // Time constants after a state ends a silence: the gain continues to fall for about the first; a rise of the wrench in
 // the meantime is displayed with the second. Neither the force nor its slope jumps.
 constexpr double kFallEnds_s = 0.006;
@@ -102,9 +100,11 @@ SafetyChain::SafetyChain(const SafetySettings& settings)
 
 Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const double since_s = advance_time(now);
-  const bool is_late = since_s > kTick_s + to_seconds(settings_.late_tick);
-  const double elapsed_s = is_late ? kTick_s : since_s;
-  const double rise_s = std::min(elapsed_s, kTick_s);  // a late tick may rise by one period only
+  // Ramp and slew limit count at most one period; a late tick counts as exactly one.
+  const double period_s = to_seconds(settings_.tick);
+  const bool is_late = since_s > period_s + to_seconds(settings_.late_tick);
+  const double elapsed_s = is_late ? period_s : since_s;
+  const double rise_s = std::min(elapsed_s, period_s);
   const bool is_slow = rate_.is_slow(now) || input.is_room_slow;
   faults_ =
       present_faults(input) | (is_late ? SafetyFaults{kSafetyLate} : 0) | (is_slow ? SafetyFaults{kSafetySlow} : 0);

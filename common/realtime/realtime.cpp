@@ -14,9 +14,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -34,6 +37,15 @@ constexpr int kWakingMean = 64;
 
 std::string not_granted(const std::string& what, int error, const std::string& remedy) {
   return what + " not granted (" + std::generic_category().message(error) + "): " + remedy;
+}
+
+/// Path of this process's cgroup (v2), relative to the root of its cgroups; empty if there is none.
+std::filesystem::path own_cgroup() {
+  std::ifstream file("/proc/self/cgroup");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("0::/")) return std::filesystem::path(line.substr(4)).lexically_normal();
+  }
+  return {};
 }
 
 void request_priority(int priority, std::vector<std::string>& missing) {
@@ -149,10 +161,25 @@ bool has_realtime_priority() {
   return policy == SCHED_FIFO || policy == SCHED_RR;
 }
 
+std::optional<std::size_t> cores_of_quota(const std::string& cpu_max) {
+  std::istringstream in(cpu_max);
+  double quota_us = 0, period_us = 0;
+  if (!(in >> quota_us >> period_us) || !(quota_us > 0) || !(period_us > 0)) return std::nullopt;
+  return static_cast<std::size_t>(std::clamp(std::ceil(quota_us / period_us), 1.0, 65536.0));
+}
+
 std::size_t usable_cores() {
   cpu_set_t cpus;
   const bool is_known = sched_getaffinity(0, sizeof(cpus), &cpus) == 0;
-  return is_known ? std::max(1U, static_cast<unsigned>(CPU_COUNT(&cpus))) : 1;
+  std::size_t cores = is_known ? std::max(1U, static_cast<unsigned>(CPU_COUNT(&cpus))) : 1;
+  const std::filesystem::path root = "/sys/fs/cgroup";
+  for (std::filesystem::path group = root / own_cgroup();; group = group.parent_path()) {
+    std::ifstream file(group / "cpu.max");
+    std::string text;
+    std::getline(file, text);
+    if (const auto quota = cores_of_quota(text)) cores = std::min(cores, *quota);
+    if (group == root || group == group.parent_path()) return cores;
+  }
 }
 
 Duration cpu_time(pthread_t thread) {

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,12 @@ void drop_realtime();
 /// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
 bool has_realtime_priority();
 
-/// Number of cores that this process may use (`taskset`, a container's share); at least 1.
+/// Number of cores that this process may use (`taskset`, the quota of a container's cgroup); at least 1.
 std::size_t usable_cores();
+/// Number of cores of a cgroup's quota, rounded up and at least 1; nothing without a limit, or for another text.
+///
+/// In      cpu_max  text of the file cpu.max (cgroup v2): processor time and period in µs, "200000 100000", or "max …"
+std::optional<std::size_t> cores_of_quota(const std::string& cpu_max);
 /// Processor time that a thread of this process has used.
 Duration cpu_time(pthread_t thread);
 /// SCHED_FIFO `priority` for a thread of this process; 0: the normal scheduler. Returns whether it was granted.

@@ -54,11 +54,13 @@ void RecordingFile::open(std::uint64_t now_ns) {
   open_new_file();
   if (append(writer_.begin())) {
     ++part_;
-  } else if (descriptor_ >= 0) {
-    close();
-    ::unlink(path_.c_str());
-    --file_number_;
+    return;
   }
+  failed_ns_ = now_ns;
+  if (descriptor_ < 0) return;
+  close();
+  ::unlink(path_.c_str());
+  --file_number_;
 }
 
 void RecordingFile::close() {

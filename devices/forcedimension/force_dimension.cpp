@@ -32,7 +32,8 @@ Quat orientation_D(const double (&rows)[3][3]) {
     for (int j = 0; j < 3; ++j) R(i, j) = rows[i][j];
   }
   to_D << 0, 1, 0, -1, 0, 0, 0, 0, 1;
-  return Quat(Eigen::Matrix3d(to_D * R * to_D.transpose()));
+  // The device's matrix has 32-bit precision or an error of calibration: the quaternion of it is not of unit length.
+  return Quat(Eigen::Matrix3d(to_D * R * to_D.transpose())).normalized();
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
     std::string_view reason;
     port_ = open_(reason);
     if (port_) light(true);
-    absence_.go_on(reason);
+    absence_.go_on(port_ ? std::string_view() : reason);
   }
   return absence_.sample(now);
 }

@@ -95,7 +95,8 @@ class Tables {
     Row row = row_of("inputs", log_ns);
     const wire::ClientUpdate& update = input.update();
     row.number("step", static_cast<double>(step));
-    row.number("user", users_[input.seat()]);
+    const auto user = users_.find(input.seat());
+    row.number("user", user == users_.end() ? std::numeric_limits<double>::quiet_NaN() : user->second);
     row.number("input_tick", static_cast<double>(update.input_tick()));
     row.number("sent_local_s", static_cast<double>(update.sent_local_ns()) * 1e-9);
     row.number("mode", update.mode());

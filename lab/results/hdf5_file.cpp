@@ -64,10 +64,14 @@ void write_hdf5_table(hid_t parent, const std::string& name, const CsvTable& tab
 void write_hdf5(const std::filesystem::path& file, const std::function<void(hid_t)>& fill) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown instead of printed
   const std::string unfinished = file.string() + ".unfinished";
-  {
+  try {
     const Hdf5Handle out(H5Fcreate(unfinished.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
                          file.string());
     fill(out.id());
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+    throw;
   }
   std::filesystem::rename(unfinished, file);
 }

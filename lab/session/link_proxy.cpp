@@ -28,6 +28,9 @@ struct Pipe {
   Pipe(const net::LinkParameters& parameters, std::uint64_t seed, std::uint64_t stream)
       : link(SimulatedLink::reliable(parameters, seed, stream)) {}
 
+  /// Returns whether the sender has ended and all of its bytes have been passed on.
+  bool is_done() const { return has_ended && unsent.empty() && !link.next_due(); }
+
   SimulatedLink link;
   std::vector<std::byte> unsent;
   bool has_ended = false;
@@ -134,8 +137,8 @@ void LinkProxy::Impl::give(Pipe& pipe, tcp::socket& to_socket, LocalTime now) {
   error_code error;
   const std::size_t sent = pipe.unsent.empty() ? 0 : to_socket.write_some(asio::buffer(pipe.unsent), error);
   pipe.unsent.erase(pipe.unsent.begin(), pipe.unsent.begin() + static_cast<std::ptrdiff_t>(sent));
-  if (pipe.has_ended && pipe.unsent.empty() && !pipe.link.next_due())
-    to_socket.shutdown(tcp::socket::shutdown_send, error);
+  if (error && error != asio::error::would_block) pipe.unsent.clear();  // the receiver has closed its end
+  if (pipe.is_done()) to_socket.shutdown(tcp::socket::shutdown_send, error);
 }
 
 void LinkProxy::Impl::carry(Stream& stream, LocalTime now) {
@@ -201,7 +204,7 @@ void LinkProxy::step(LocalTime now) {
   if (impl_->is_cut) return;
   impl_->accept();
   for (const auto& stream : impl_->streams) impl_->carry(*stream, now);
-  std::erase_if(impl_->streams, [](const auto& stream) { return stream->up.has_ended && stream->down.has_ended; });
+  std::erase_if(impl_->streams, [](const auto& stream) { return stream->up.is_done() && stream->down.is_done(); });
 }
 
 void LinkProxy::cut(bool is_cut) {

@@ -270,7 +270,10 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   const Duration period = from_seconds(1 / rate_hz);
   realtime::PeriodicTimer timer(period, begin);
   LocalTime sent = begin;
-  for (const auto& user : impl_->users) user->silence = Duration{0};
+  for (const auto& user : impl_->users) {
+    user->silence = Duration{0};
+    user->heard_at = LocalTime{};
+  }
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
     // Inputs delayed by a lack of processor time are sent late: users on separate machines would have sent them.

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/realtime/realtime.hpp"
 #include "server/physics/predicted_soft_contact.hpp"
 #include "server/physics/soft_step.hpp"
 #include "server/physics/soft_tangent.hpp"
@@ -166,7 +167,12 @@ struct SoftWorld::Impl {
     stepper.copy_nodes(taken);
     taken.contacts.resize(settings.tools.size());
     made = taken;
-    if (steps_aside) worker = std::thread([this] { work(); });
+    if (!steps_aside) return;
+    worker = std::thread([this] {
+      // A room that starts anew makes this thread on its own, whose real-time priority a new thread inherits.
+      realtime::drop_realtime();
+      work();
+    });
   }
   ~Impl() {
     if (!worker.joinable()) return;

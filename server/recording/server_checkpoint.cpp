@@ -83,7 +83,11 @@ void ServerCheckpoint::start() {
 }
 
 ServerCheckpoint::~ServerCheckpoint() {
-  thread_.reset();
+  try {
+    finish();
+  } catch (const std::exception& error) {
+    on_news_(file_.string() + " cannot be written: " + error.what() + "; a restart would go on from an older one");
+  }
 }
 
 void ServerCheckpoint::read() {

@@ -303,8 +303,9 @@ void Admission::forget_expired(LocalTime now) {
     const std::uint64_t known_ms = std::min<std::uint64_t>(ago_ms, 2 * (kResumeWithin / std::chrono::milliseconds(1)));
     credential.lost = now - std::chrono::milliseconds(known_ms);
   }
-  std::erase_if(credentials_,
-                [now](const auto& entry) { return entry.second.lost && now - *entry.second.lost >= kResumeWithin; });
+  changes_ += std::erase_if(credentials_, [now](const auto& entry) {
+    return entry.second.lost && now - *entry.second.lost >= kResumeWithin;
+  });
 }
 
 }  // namespace tandem::server

@@ -57,7 +57,9 @@ wire::Joined scene_without_its_asset() {
 class ClientBench {
  public:
   explicit ClientBench(const ClientSettings& settings = {}) : client(settings, device, transport_) {
-    client.session().on_log = [this](const std::string& line) { log.push_back(line); };
+    client.session().on_event = [this](const Event& event) {
+      if (const std::string line = log_line(event); !line.empty()) log.push_back(line);
+    };
     client.session().start(now);
   }
 

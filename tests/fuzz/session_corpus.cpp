@@ -42,10 +42,10 @@ class Session final : public server::ServerTransport, public client::ClientTrans
     for (int ms = 0; ms < kToldMilliseconds; ++ms) {
       now_ += std::chrono::milliseconds(1);
       device_.sample.X_DH.p.z() = -0.001 * ms;
-      if (ms == 10) client_.session().grab(BodyId{1});
-      if (ms == 20) client_.session().reset_room();
-      if (ms == 25) client_.session().set_parameter("coupling.stiffness", 250);
-      if (ms == 30) client_.session().release();
+      if (ms == 10) send(client::command::Grab{BodyId{1}});
+      if (ms == 20) send(client::command::ResetRoom{});
+      if (ms == 25) send(client::command::SetParameter{"coupling.stiffness", 250});
+      if (ms == 30) send(client::command::Release{});
       if (ms == 15 || ms == 35) ask_pose(wire::AskPose::KEEP);
       if (ms == 18) point();
       if (ms == 22) ask_pose(wire::AskPose::MINIMISE);
@@ -112,12 +112,10 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   }
 
   void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "") {
-    wire::AskPose asked;
-    asked.set_kind(kind);
-    asked.set_number(number);
-    asked.set_name(name);
-    client_.session().ask_pose(asked);
+    send(client::pose_command(kind, number, name));
   }
+
+  void send(const client::SessionCommand& command) { client_.session().send(command, now_); }
 
   void point() {
     wire::Point place;
@@ -126,7 +124,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
       place.add_place(0.01 * i);
       place.add_place_w(0.02 * i);
     }
-    client_.session().point(place);
+    send(client::command::Point{place});
   }
 
   void deliver() {

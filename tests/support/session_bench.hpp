@@ -81,8 +81,13 @@ inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
 class SessionBench {
  public:
   explicit SessionBench(client::SessionSettings settings = {}) : session(settings, transport, mailboxes) {
-    session.on_log = [this](const std::string& line) { log.push_back(line); };
-    session.on_refused = [this](const wire::Error& error) { refused.push_back(error.code()); };
+    session.on_event = [this](const client::Event& event) {
+      if (const std::string line = client::log_line(event); !line.empty()) log.push_back(line);
+      if (const auto* const each = std::get_if<client::event::News>(&event)) news = each->text;
+      if (const auto* const each = std::get_if<client::event::Refused>(&event)) refused.push_back(each->error.code());
+      if (const auto* const each = std::get_if<client::event::PoseAnswered>(&event)) answers.push_back(*each);
+      if (const auto* const each = std::get_if<client::event::StateChanged>(&event)) states.push_back(each->state);
+    };
     session.start(now);
   }
 
@@ -150,7 +155,10 @@ class SessionBench {
   client::ClientMailboxes mailboxes;
   client::ClientSession session;
   std::vector<std::string> log;
+  std::string news;  ///< last news
   std::vector<wire::ErrorCode> refused;
+  std::vector<client::event::PoseAnswered> answers;
+  std::vector<client::SessionState> states;  ///< states entered
   std::uint64_t sequence = 0;
   std::uint64_t step = 0;
 };

@@ -185,7 +185,7 @@ void LocalModelStage::reset() noexcept {
   if (residual_ != nullptr) residual_->reset();
   scored_.reset();
   blend_.reset();
-  was_local_ = false;
+  was_local_ = has_shown_ = false;
 }
 
 }  // namespace

@@ -23,6 +23,10 @@ struct NearPairs::Near {
   Pair* pair = nullptr;  ///< null: not near before
 
   double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
+  void turn() {
+    std::swap(thing_a, thing_b);
+    std::swap(part_a, part_b);
+  }
 };
 
 /// State of a thing at look_ahead(), with its predicted reach.
@@ -104,6 +108,7 @@ TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const
       has_room = add(things, a, b, band) && has_room;
     }
   }
+  match(things);
   TickFaults faults = choose_nearest();
   bind(things);
   if (!has_room) faults |= kFaultContactCoarse;
@@ -135,17 +140,27 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Keeps those with the deepest contact, then those that were near before.
-TickFaults NearPairs::choose_nearest() noexcept {
+/// Assigns to each near pair the one that was used before. Two implicit things may have been used in the other order,
+/// when one of them was external: the order is kept, and with it the state of friction.
+void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
     const auto is_its = [&near](const Pair& pair) {
       return pair.is_used && pair.thing_a == near.thing_a && pair.part_a == near.part_a &&
              pair.thing_b == near.thing_b && pair.part_b == near.part_b;
     };
-    const auto found = std::find_if(used.begin(), used.end(), is_its);
+    auto found = std::find_if(used.begin(), used.end(), is_its);
+    if (found == used.end() && things[near.thing_b].role == TouchThing::Role::kImplicit) {
+      near.turn();
+      found = std::find_if(used.begin(), used.end(), is_its);
+      if (found == used.end()) near.turn();
+    }
     if (found != used.end()) near.pair = &*found;
   }
+}
+
+/// Keeps those with the deepest contact, then those that were near before.
+TickFaults NearPairs::choose_nearest() noexcept {
   if (near_.size() <= pairs_.size()) return 0;
   const auto is_before = [](const Near& x, const Near& y) {
     if (x.deepest_m() != y.deepest_m()) return x.deepest_m() > y.deepest_m();
@@ -197,7 +212,7 @@ void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
   };
   const std::array<PartName, 2> own = {PartName{pair.thing_a, pair.part_a}, {pair.thing_b, pair.part_b}};
   for (const std::array<PartName, 2>& both : neighbours_) {
-    if (both == own) continue;
+    if (both == own || (both[0] == own[1] && both[1] == own[0])) continue;
     for (std::size_t side = 0; side < 2; ++side) {
       for (std::size_t k = 0; k < 2; ++k) {
         if (both[k] != own[1 - side] || beside_[side].size() == kMaxBeside) continue;

@@ -18,7 +18,7 @@ namespace tandem::physics {
 /// no thing moves farther than predicted.
 class NearPairs {
  public:
-  /// Shape part_a of thing_a, which is implicit, and shape part_b of thing_b.
+  /// Shape part_a of thing_a, which is implicit, and shape part_b of thing_b. Two implicit things keep their order.
   struct Pair {
     explicit Pair(std::uint32_t budget) : contacts(budget) {}
     /// Returns the contacts at these poses: once those of find_ahead(), else newly found ones.
@@ -63,6 +63,7 @@ class NearPairs {
   TickFaults search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
   bool is_foreseen(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept;
   bool add(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept;
+  void match(std::span<const TouchThing> things) noexcept;
   TickFaults choose_nearest() noexcept;
   void bind(std::span<const TouchThing> things) noexcept;
 

@@ -42,7 +42,7 @@ std::string error_of_find(const std::vector<wire::KeptPose>& poses, const std::s
 }
 
 TEST(Command, FieldsAreTakenInTheirOrder) {
-  const Command turn = parse_command("  turn 0 -1\t0.5e0 -180 \r");
+  const CommandLine turn = parse_command("  turn 0 -1\t0.5e0 -180 \r");
   EXPECT_EQ(turn.verb, "turn");
   EXPECT_THAT(turn.numbers, ElementsAre(DoubleEq(0), DoubleEq(-1), DoubleEq(0.5), DoubleEq(-180)));
   EXPECT_THAT(turn.texts, IsEmpty());

@@ -71,20 +71,28 @@ TEST(ClientIo, WhereTheHapticThreadHasTheHandleTheToolFollows) {
   EXPECT_TRUE(has_arrived);
 }
 
-TEST(ClientIo, AnAnswerAboutPosesComesWhenTheSnapshotHasItsEffect) {
+TEST(ClientIo, AnEventComesWhenTheSnapshotHasTheEffectOfWhatCameBefore) {
   test::RunningServer running(test::two_hands_scene());
   ScriptedDevice device;
   ClientIo io(settings_for(running.server->port()), device);
   io.start();
   ASSERT_TRUE(test::eventually(is_in(io, SessionState::kActive)));
-  std::promise<std::string> news_then;
-  io.ask_pose(wire::AskPose::KEEP, 0, "", [&](const wire::ServerControl& answer, const wire::PoseProgress&) {
-    EXPECT_TRUE(answer.has_error());
-    news_then.set_value(io.snapshot().news);
-  });
-  std::future<std::string> news = news_then.get_future();
-  ASSERT_EQ(news.wait_for(std::chrono::seconds(30)), std::future_status::ready);
-  EXPECT_THAT(news.get(), HasSubstr("there are none here")) << "though a snapshot may be 10 ms old";
+  io.send(command::SetNudges{false});
+  io.send(pose_command(wire::AskPose::KEEP, 0, {}, 77));
+  std::string error;
+  bool had_effect = false;
+  ASSERT_TRUE(test::eventually([&] {
+    while (const std::optional<Event> event = io.next()) {
+      const auto* const answer = std::get_if<event::PoseAnswered>(&*event);
+      if (answer == nullptr) continue;
+      EXPECT_EQ(answer->tag, 77U);
+      error = answer->answer.error().text();
+      had_effect = !io.snapshot().has_nudges;
+    }
+    return !error.empty();
+  }));
+  EXPECT_THAT(error, HasSubstr("there are none here"));
+  EXPECT_TRUE(had_effect) << "though a snapshot may be 10 ms old";
 }
 
 TEST(ClientIo, StateGoesOverTcpWhenAsked) {
@@ -129,7 +137,7 @@ TEST(ClientIo, AnEncryptedSessionGetsStateUntilItsUserIsKickedAndThenStaysOut) {
   ada.start();
   ASSERT_TRUE(test::eventually(has_received(ada, 100))) << ada.snapshot().status.why;
   ASSERT_TRUE(test::eventually(has_received(olga, 100))) << olga.snapshot().status.why;
-  olga.kick(UserId{ada.snapshot().joined->user()});
+  olga.send(command::Kick{UserId{ada.snapshot().joined->user()}});
   ASSERT_TRUE(test::eventually(is_in(ada, SessionState::kEnded)));
   EXPECT_THAT(ada.snapshot().status.why, HasSubstr("kicked"));
   EXPECT_EQ(olga.snapshot().status.state, SessionState::kActive);
@@ -186,10 +194,10 @@ TEST(ClientIo, ChangesItsSimulatedLinkAtOnce) {
   ASSERT_TRUE(test::eventually([&io] { return io.snapshot().has_clock; }));
   net::LinkParameters link;
   link.loss = 2;
-  EXPECT_THROW(io.set_links(link), std::invalid_argument);
+  EXPECT_THROW(io.send(command::SetLinks{link}), std::invalid_argument);
   link.loss = 0;
   link.delay = std::chrono::milliseconds(60);
-  io.set_links(link);
+  io.send(command::SetLinks{link});
   EXPECT_TRUE(test::eventually([&io] { return io.snapshot().round_trip >= std::chrono::milliseconds(120); }));
   EXPECT_EQ(io.snapshot().status.state, SessionState::kActive);
 }
@@ -389,9 +397,9 @@ TEST(SeveralAddresses, ARejoinUsesTheRememberedAddressWhileTheNameServerHangs) {
   resolver.hang(true);
   net::LinkParameters link;
   link.delay = std::chrono::seconds(2);
-  io.set_links(link);
+  io.send(command::SetLinks{link});
   ASSERT_TRUE(test::eventually([&io] { return io.snapshot().status.state != SessionState::kActive; }));
-  io.set_links({});
+  io.send(command::SetLinks{});
   EXPECT_TRUE(test::eventually([&io] {
     return io.snapshot().counters.reconnects > 0 && io.snapshot().status.state == SessionState::kActive;
   })) << io.snapshot().status.why;

@@ -34,7 +34,7 @@ TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {
   // The link is symmetric, so the estimate of the offset is exact.
   EXPECT_EQ(ada.session.clock_sync().offset(ada.own_time()), Duration(-std::chrono::hours(5)));
   EXPECT_EQ(ben.session.clock_sync().offset(ben.own_time()), Duration(std::chrono::seconds(3)));
-  ada.session.grab(BodyId{1});
+  ada.session.send(command::Grab{BodyId{1}}, ada.own_time());
   net.run(30);
   EXPECT_EQ(ada.newest()->held_body, BodyId{1});
   EXPECT_EQ(eve.newest()->bodies.at(0).held_by.value, ada.session.joined()->user());

@@ -54,7 +54,7 @@ TEST(ClientSession, TakesAStartOfTheRoomThatIsEitherAwaitedOrAtATime) {
   joined.mutable_start()->set_awaited(2);
   bench.say_joined(joined);
   EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited);
-  EXPECT_THAT(bench.session.news(), HasSubstr("2 more users"));
+  EXPECT_THAT(bench.news, HasSubstr("2 more users"));
   const auto say = [&](std::uint32_t awaited, std::uint64_t starts_ns) {
     wire::ServerControl message;
     message.mutable_room_start()->set_awaited(awaited);
@@ -116,25 +116,29 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   EXPECT_EQ(bench.state(), "active");
 }
 
-/// Performs `act`. Returns the answers to requests about poses, by the names of the requests.
-std::string asked_and_answered(test::SessionBench& bench, const std::function<void(const PoseReply&)>& act) {
-  std::string answers;
-  act([&answers](const wire::ServerControl& answer, const wire::PoseProgress& minimising) {
-    answers +=
-        answer.has_error() ? "error " + answer.error().text() : "answer " + std::to_string(answer.message_case());
-    if (minimising.steps() > 0) answers += " after " + std::to_string(minimising.steps()) + " steps";
-    answers += ";";
-  });
+/// Performs `act`. Returns the answers to requests about poses, with their tags, by the names of the requests.
+std::string answers_after(test::SessionBench& bench, const std::function<void()>& act) {
+  bench.answers.clear();
+  act();
   bench.session.poll(bench.now);
+  std::string answers;
+  for (const event::PoseAnswered& event : bench.answers) {
+    const wire::ServerControl& answer = event.answer;
+    answers +=
+        std::to_string(event.tag) + ": " +
+        (answer.has_error() ? "error " + answer.error().text() : "answer " + std::to_string(answer.message_case()));
+    if (event.minimising.steps() > 0) answers += " after " + std::to_string(event.minimising.steps()) + " steps";
+    answers += ";";
+  }
   return answers;
 }
 
 TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
   test::SessionBench bench;
-  wire::AskPose minimise;
-  minimise.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(asked_and_answered(bench, [&](const PoseReply& reply) { bench.session.ask_pose(minimise, reply); }),
-            "error not in a room: ;");
+  const auto minimise = [&bench](std::uint32_t tag) {
+    bench.session.send(pose_command(wire::AskPose::MINIMISE, 0, {}, tag), bench.now);
+  };
+  EXPECT_EQ(answers_after(bench, [&] { minimise(5); }), "5: error not in a room: ;");
   bench.join();
   const auto number = [&bench] { return bench.transport.messages.back().request(); };
   const auto taken = [](std::uint32_t request) {
@@ -143,50 +147,57 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
     message.mutable_pose_taken()->set_text("ada: to the minimum nearby");
     return message;
   };
-  EXPECT_EQ(asked_and_answered(bench,
-                               [&](const PoseReply& reply) {
-                                 bench.session.ask_pose(minimise, reply);
-                                 bench.session.point(wire::Point());
-                                 bench.say(taken(number()));
-                                 bench.say(taken(0));
-                               }),
-            "")
-      << "another request's answer, and news";
+  const std::string none = answers_after(bench, [&] {
+    minimise(6);
+    bench.session.send(command::Point{}, bench.now);
+    bench.say(taken(number()));
+    bench.say(taken(0));
+  });
+  EXPECT_EQ(none, "") << "another request's answer, and news";
   wire::ServerControl progress;
   progress.mutable_pose_progress()->set_user(3);
   progress.mutable_pose_progress()->set_steps(7);
   progress.mutable_pose_progress()->set_max_steps(201);
   progress.mutable_pose_progress()->set_is_over(true);
-  const std::string expected = "answer " + std::to_string(wire::ServerControl::kPoseTaken) + " after 7 steps;";
-  EXPECT_EQ(asked_and_answered(bench,
-                               [&](const PoseReply& reply) {
-                                 bench.session.ask_pose(minimise, reply);
-                                 bench.say(progress);
-                                 const auto request = number();
-                                 bench.say(taken(request));
-                                 bench.say(taken(request));
-                               }),
-            expected);
+  const std::string one = answers_after(bench, [&] {
+    minimise(7);
+    bench.say(progress);
+    const auto request = number();
+    bench.say(taken(request));
+    bench.say(taken(request));
+  });
+  EXPECT_EQ(one, "7: answer " + std::to_string(wire::ServerControl::kPoseTaken) + " after 7 steps;");
 }
 
 TEST(ClientSession, ARequestAboutPosesIsAnsweredWithAnErrorWhenTheConnectionIsLostOrLeft) {
   const std::map<std::string, std::function<void(test::SessionBench&)>> ends{
       {"unplugged", [](auto& bench) { bench.session.on_disconnected(bench.now, "unplugged"); }},
       {"left", [](auto& bench) { bench.session.leave(bench.now); }},
-      {"going to room attic", [](auto& bench) { bench.session.change_room("attic", bench.now); }}};
+      {"going to room attic", [](auto& bench) { bench.session.send(command::ChangeRoom{"attic"}, bench.now); }}};
   for (const auto& [why, end] : ends) {
     test::SessionBench bench;
     bench.join();
-    const std::string answers = asked_and_answered(bench, [&](const PoseReply& reply) {
-      bench.session.ask_pose(wire::AskPose(), reply);
-      bench.session.ask_pose(wire::AskPose());
-      bench.session.ask_pose(wire::AskPose(), reply);
-      end(bench);
-      end(bench);
+    const std::string answers = answers_after(bench, [&, &leave = end] {
+      for (const std::uint32_t tag : {8U, 0U, 9U}) {
+        bench.session.send(pose_command(wire::AskPose::KEEP, 0, {}, tag), bench.now);
+      }
+      leave(bench);
+      leave(bench);
     });
     const std::string error = "error not in a room: " + why + ";";
-    EXPECT_EQ(answers, error + error);
+    EXPECT_EQ(answers, "8: " + error + "9: " + error);
   }
+}
+
+TEST(ClientSession, EventsTellOfEachStateAndEachRefusalInTheirOrder) {
+  test::SessionBench bench;
+  bench.join();
+  bench.say_error(wire::ERROR_NOT_ALLOWED, "no");
+  bench.session.leave(bench.now);
+  using enum SessionState;
+  EXPECT_EQ(bench.states, (std::vector{kConnecting, kGreeting, kJoining, kActive, kEnded}));
+  EXPECT_EQ(bench.refused, std::vector{wire::ERROR_NOT_ALLOWED});
+  EXPECT_EQ(bench.news, "refused: no");
 }
 
 TEST(ClientSession, KeptPosesAreRenamedAndDeletedAndNoMessageLeavesAHole) {
@@ -320,7 +331,7 @@ TEST(ClientSession, PlacesThatOthersPointAtNudgeTheHandRarelyAndAMutedOneNever) 
       bench.now += std::chrono::milliseconds(below(400));
       if (below(100) == 0) {
         is_muted = !is_muted;
-        bench.session.set_nudges(!is_muted);
+        bench.session.send(command::SetNudges{!is_muted}, bench.now);
       }
       wire::ServerControl message;
       was_felt = was_felt || !is_muted;

@@ -171,7 +171,7 @@ TEST(ClientSession, ALawFromTheServerIsTakenWhereItCanReplaceTheOneBefore) {
   EXPECT_EQ(haptics::coupling_laws()[scene.law].name, "qsa-dynamic");
   EXPECT_EQ(scene.generation, 1U) << "no ramp is restarted, no model made anew";
   EXPECT_EQ(bench.session.joined()->scene().coupling().law(), "qsa-dynamic") << "a model that is made later has it";
-  EXPECT_THAT(bench.session.news(), HasSubstr("qsa-dynamic"));
+  EXPECT_THAT(bench.news, HasSubstr("qsa-dynamic"));
   for (const char* law : {"", "hooke", "qsa-static", "direct", "\x1b[2J"}) {
     EXPECT_FALSE(say_law(law)) << law;
     EXPECT_EQ(bench.session.law().name, "qsa-dynamic") << law;
@@ -223,7 +223,7 @@ TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
   ASSERT_EQ(bench.state(), "active");
   EXPECT_THAT(bench.session.rooms(), testing::ElementsAre("hall", "attic"));
   bench.transport.messages.clear();
-  bench.session.change_room("attic", bench.now);
+  bench.session.send(command::ChangeRoom{"attic"}, bench.now);
   EXPECT_EQ(test::described(bench.transport.messages), "leave");
   EXPECT_FALSE(bench.scene_may_display()) << "no force on the way";
   EXPECT_EQ(bench.state(), "connecting");
@@ -232,13 +232,13 @@ TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
   ASSERT_EQ(test::described(bench.transport.messages), "hello, join");
   EXPECT_EQ(bench.transport.messages.back().join().room(), "attic");
   bench.say_error(wire::ERROR_ROOM_FULL);
-  EXPECT_THAT(bench.session.news(), HasSubstr("attic"));
+  EXPECT_THAT(bench.news, HasSubstr("attic"));
   bench.transport.messages.clear();
   greet(bench);
   EXPECT_EQ(bench.transport.messages.back().join().room(), "hall");
   bench.say_joined();
   EXPECT_EQ(bench.state(), "active");
-  bench.session.change_room("attic", bench.now);
+  bench.session.send(command::ChangeRoom{"attic"}, bench.now);
   greet(bench);
   bench.say_joined();
   EXPECT_EQ(bench.session.room(), "attic");
@@ -271,7 +271,7 @@ proto::Bytes token_for(const std::string& room) {
 TEST(ClientSession, GoesToAnotherRoomByItsCredentialWhereTheTokenWasForAny) {
   test::SessionBench bench({.room = "hall", .token = token_for("")});
   join_by_token(bench);
-  bench.session.change_room("attic", bench.now);
+  bench.session.send(command::ChangeRoom{"attic"}, bench.now);
   ASSERT_EQ(test::described(bench.transport.messages), "leave");
   EXPECT_TRUE(bench.transport.messages.back().leave().to_return());
   greet(bench);
@@ -283,10 +283,10 @@ TEST(ClientSession, GoesToAnotherRoomByItsCredentialWhereTheTokenWasForAny) {
 TEST(ClientSession, StaysWhereItsTokenIsForThatRoomAlone) {
   test::SessionBench bench({.room = "hall", .token = token_for("hall")});
   join_by_token(bench);
-  bench.session.change_room("attic", bench.now);
+  bench.session.send(command::ChangeRoom{"attic"}, bench.now);
   EXPECT_TRUE(bench.transport.messages.empty());
   EXPECT_EQ(bench.state(), "active");
-  EXPECT_THAT(bench.session.news(), HasSubstr("attic"));
+  EXPECT_THAT(bench.news, HasSubstr("attic"));
 }
 
 TEST(ClientSession, ASecondOneOfTheSameUserShowsWhatTheFirstHas) {
@@ -327,9 +327,9 @@ TEST(ClientSession, CountsOfItsRequestsOnlyTheSettingsThatAreRefused) {
     answer.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
     bench.say(answer);
   };
-  bench.session.release();
-  bench.session.set_parameter("coupling.stiffness_n_per_m", 400);
-  bench.session.set_law("spring-damper");
+  bench.session.send(command::Release{}, bench.now);
+  bench.session.send(command::SetParameter{"coupling.stiffness_n_per_m", 400}, bench.now);
+  bench.session.send(command::SetLaw{"spring-damper"}, bench.now);
   ASSERT_EQ(bench.transport.messages.size(), 3U);
   refuse(bench.transport.messages[0]);
   EXPECT_EQ(bench.session.counters().refused_settings, 0U);

@@ -128,6 +128,10 @@ TEST(PointerHand, OneKeyGrabsAndLetsGoAlsoOfWhatTheSceneGave) {
 
   hand.toggle_grab(true, now);
   EXPECT_TRUE(is_down()) << "held without the button: down …";
+  now += std::chrono::milliseconds(50);
+  hand.follow_grab(true, now);
+  EXPECT_TRUE(is_down()) << "… for long enough that a lost datagram does not matter …";
+  now += std::chrono::milliseconds(50);
   hand.follow_grab(true, now);
   EXPECT_FALSE(is_down()) << "… and up";
 }

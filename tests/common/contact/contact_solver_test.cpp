@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "common/base/random.hpp"
 #include "tests/common/contact/touch_scene.hpp"
@@ -220,6 +221,27 @@ TEST_F(WrongInput, AnInertiaThatNoBodyHasIsRefused) {
 TEST_F(WrongInput, IndicesOfNoBodyAreLeftOut) {
   step({7, law_.get(), {}, {}, {}}, {-5, 9, contacts_});
   EXPECT_EQ(report_.left_out, 2U);
+}
+
+TEST_F(WrongInput, APatchOfABodyThatDoesNotExistIsNoFloor) {
+  for (const auto& [a, b] : {std::pair(0, 9), {0, -5}, {9, 0}}) {
+    step({0, law_.get(), {}, {}, {{0, 0, 0.005}, Quat::Identity()}}, {a, b, contacts_});
+    EXPECT_EQ(report_.left_out, 1U) << a << " " << b;
+    EXPECT_EQ(result_.normal_force_n, 0) << a << " " << b;
+  }
+}
+
+TEST_F(WrongInput, ABrakeThatIsNotFiniteOrDrivesIsLeftOut) {
+  for (const double brake : {kNan, -1.0}) {
+    for (const bool is_torque : {false, true}) {
+      SolverCoupling coupling{0, law_.get(), {}, {}, {{0, 0, 0.005}, Quat::Identity()}};
+      (is_torque ? coupling.brake_n_m_s_per_rad : coupling.brake_n_s_per_m) = brake;
+      step(coupling, {0, kStaticBody, contacts_});
+      EXPECT_EQ(report_.left_out, 1U);
+      EXPECT_TRUE(report_.has_converged);
+      EXPECT_GT(result_.normal_force_n, 0) << "the other contacts stay";
+    }
+  }
 }
 
 TEST_F(WrongInput, HugeNumbersStayFinite) {

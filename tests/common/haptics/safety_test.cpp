@@ -73,6 +73,19 @@ TEST(Safety, RampReachesFullForceAfterItsTimeAndIsLinear) {
   EXPECT_EQ(rig.chain.faults(), 0U);
 }
 
+TEST(Safety, RampAndSlewDependOnTimeNotOnTheRateOfTheLoop) {
+  for (const auto period : {std::chrono::microseconds(250), std::chrono::microseconds(2000)}) {
+    SafetySettings settings;
+    settings.tick = period;
+    SafetyChain chain(settings);
+    LocalTime now{std::chrono::seconds(5)};
+    Wrench out;
+    for (Duration at{0}; at <= std::chrono::milliseconds(250); at += period) out = chain.apply(now + at, good_input());
+    EXPECT_NEAR(out.f.z(), 1.5, 1e-9) << period / std::chrono::microseconds(1) << " us";
+    EXPECT_EQ(chain.faults(), kSafetyRamping);
+  }
+}
+
 TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
   SafetyRig rig;
   SafetyInput input = good_input();

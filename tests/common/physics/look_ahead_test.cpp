@@ -170,6 +170,28 @@ TEST(NearPairs, WhatWasForeseenServesUnlessSomethingChanged) {
   EXPECT_DOUBLE_EQ(two.band_m(1e-3, 1e-4), 0) << "they do not meet any more";
 }
 
+TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherThingBecomesImplicitToo) {
+  TwoThings two;
+  two.things[0].role = TouchThing::Role::kExternal;
+  two.things[1].role = TouchThing::Role::kImplicit;
+  const std::array reach_m{1e-4, 1e-4};
+  ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
+  ASSERT_EQ(two.pairs.near().size(), 1U);
+  NearPairs::Pair* const pair = two.pairs.near().front();
+  ASSERT_EQ(pair->thing_a, 1U);
+  pair->deepest_m = 1e-5;
+  two.things[0].role = TouchThing::Role::kImplicit;
+  ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
+  ASSERT_EQ(two.pairs.near().size(), 1U);
+  EXPECT_EQ(two.pairs.near().front(), pair);
+  EXPECT_EQ(pair->deepest_m, 1e-5) << "it was not bound anew";
+  // As soon as only the ball is implicit, the pair is the ball's.
+  two.things[1].role = TouchThing::Role::kExternal;
+  ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
+  ASSERT_EQ(two.pairs.near().size(), 1U);
+  EXPECT_EQ(two.pairs.near().front()->thing_a, 0U);
+}
+
 TEST(NearPairs, AWiderBandIsSearchedAnew) {
   BallOverCube near(5e-5);
   near.pair.find_ahead(BallOverCube::above(1e-4), Pose{});

@@ -135,6 +135,15 @@ TEST(Realtime, ProcessorTimeIsThatOfTheThreadAskedAbout) {
   EXPECT_GT(usable_cores(), 0U);
 }
 
+TEST(Realtime, TheQuotaOfACgroupCountsAsWholeCores) {
+  EXPECT_EQ(cores_of_quota("200000 100000"), 2U);
+  EXPECT_EQ(cores_of_quota("250000 100000\n"), 3U);
+  EXPECT_EQ(cores_of_quota("1000 100000"), 1U);
+  for (const char* const text : {"max 100000", "", "200000", "-1 100000", "200000 0", "nan 100000", "cores 2"}) {
+    EXPECT_EQ(cores_of_quota(text), std::nullopt) << text;
+  }
+}
+
 std::size_t pages_in_use() {
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;

@@ -118,6 +118,37 @@ TEST_F(LinkProxyTest, AnAddressThatIsSilentForAMinuteIsForgotten) {
   EXPECT_EQ(proxy_->flows(), 1U);
 }
 
+net::LinkParameters slow() {
+  net::LinkParameters link;
+  link.delay = std::chrono::milliseconds(200);
+  return link;
+}
+
+class SlowLink : public LinkProxyTest {
+ protected:
+  SlowLink() : LinkProxyTest(slow()) {}
+};
+
+TEST_F(SlowLink, DeliversTheLastBytesOfBothEndsThoughBothHaveEnded) {
+  auto [client, server] = connected();
+  for (tcp::socket* const socket : {&client, &server}) {
+    socket->send(asio::buffer("last", 4));
+    socket->shutdown(tcp::socket::shutdown_send);
+  }
+  for (tcp::socket* const socket : {&client, &server}) {
+    std::array<char, 16> bytes{};
+    std::size_t number = 0;
+    error_code error;
+    step_until([&] {
+      number += socket->read_some(asio::buffer(bytes), error);
+      return error && error != asio::error::would_block;
+    });
+    EXPECT_EQ(number, 4U);
+    EXPECT_EQ(error, asio::error::eof);
+  }
+  EXPECT_TRUE(step_until([&] { return proxy_->streams() == 0; }));
+}
+
 net::LinkParameters doubling() {
   net::LinkParameters link;
   link.delay = std::chrono::milliseconds(5);

@@ -33,7 +33,7 @@ OnClient setting(const std::map<Duration, std::string>& laws) {
   return [laws, last = Duration{-1}](std::size_t user, Duration time, client::Client& client) mutable {
     if (user != 0) return;
     for (const auto& [at, law] : laws) {
-      if (at > last && at <= time) client.session().set_law(law);
+      if (at > last && at <= time) client.session().send(client::command::SetLaw{law}, LocalTime{});
     }
     last = time;
   };

@@ -251,7 +251,7 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
   const Pose X_AB = a.X_WB.inverse() * b.X_WB;
   double strongest_n = 0;
-  for (double share = 1, pull_n = 0; pull_n > -1; share -= 0.002) {
+  for (double share = 1, pull_n = 0; pull_n > -1 && share > 0; share -= 0.002) {
     const docking::FieldResult result = pull.evaluate({100 * share * X_AB.p, X_AB.q});
     pull_n = -result.force_on_b.dot(X_AB.p.normalized()) / kKilojoulesPerKilocalorie *
              world.newtons_per_kcal_per_mol_angstrom;

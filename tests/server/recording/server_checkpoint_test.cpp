@@ -73,6 +73,16 @@ TEST_F(ServerCheckpointTest, AFailedWriteIsRetriedWithBackOffWhileRoomsAreIdle) 
   EXPECT_EQ(checkpoint->writes(), 1U) << "nothing is new";
 }
 
+TEST_F(ServerCheckpointTest, WhatWasNotedIsWrittenAlsoIfNobodyFinishes) {
+  {
+    const auto checkpoint = open();
+    wire::AdmissionState admission;
+    admission.add_credentials()->set_id("here");
+    checkpoint->note(admission);
+  }
+  EXPECT_EQ(open()->admission().credentials_size(), 1);
+}
+
 TEST_F(ServerCheckpointTest, AClockThatIsSetBackHoldsUpNoWrite) {
   auto checkpoint = open();
   std::uint64_t writes = 0;

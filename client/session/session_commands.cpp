@@ -1,0 +1,93 @@
+// Commands of the user: each becomes at most one request to the server.
+#include <utility>
+
+#include "client/session/session_impl.hpp"
+#include "proto/coupling_fields.hpp"
+
+namespace tandem::client {
+
+command::RequestPose pose_command(wire::AskPose::Kind kind, std::uint32_t number, const std::string& name,
+                                  std::uint32_t tag) {
+  command::RequestPose command;
+  command.request.set_kind(kind);
+  command.request.set_number(number);
+  command.request.set_name(name);
+  command.tag = tag;
+  return command;
+}
+
+void ClientSession::send(const SessionCommand& command, LocalTime now) {
+  std::visit([this, now](const auto& each) { impl_->perform(each, now); }, command);
+}
+
+void ClientSession::Impl::perform(const command::Grab& command, LocalTime /*now*/) {
+  request([&](wire::ClientControl& message) { message.mutable_grab()->set_body(command.body.value); });
+}
+
+void ClientSession::Impl::perform(const command::Release& /*command*/, LocalTime /*now*/) {
+  request([](wire::ClientControl& message) { message.mutable_release(); });
+}
+
+void ClientSession::Impl::perform(const command::SetParameter& command, LocalTime /*now*/) {
+  wire::SetParameter parameter;
+  parameter.set_name(command.name);
+  parameter.set_value(command.value);
+  set(parameter);
+}
+
+void ClientSession::Impl::perform(const command::SetLaw& command, LocalTime /*now*/) {
+  wire::SetParameter parameter;
+  parameter.set_name(std::string(proto::kLawParameter));
+  parameter.set_text(command.law);
+  set(parameter);
+}
+
+/// Requests to set something. The number of the request is kept, so that its refusal is counted.
+void ClientSession::Impl::set(const wire::SetParameter& parameter) {
+  request([&](wire::ClientControl& message) {
+    *message.mutable_set_parameter() = parameter;
+    settings_requested.push_back(last_request + 1);
+  });
+  if (settings_requested.size() > kRemembered) settings_requested.pop_front();
+}
+
+void ClientSession::Impl::perform(const command::Kick& command, LocalTime /*now*/) {
+  request([&](wire::ClientControl& message) { message.mutable_kick()->set_user(command.user.value); });
+}
+
+void ClientSession::Impl::perform(const command::ResetRoom& /*command*/, LocalTime /*now*/) {
+  request([](wire::ClientControl& message) { message.mutable_reset_room(); });
+}
+
+void ClientSession::Impl::perform(const command::RequestPose& command, LocalTime /*now*/) {
+  const bool is_active = status.state == SessionState::kActive;
+  request([&](wire::ClientControl& message) { *message.mutable_ask_pose() = command.request; });
+  if (command.tag == 0) return;
+  // Without a room nothing was sent, and the number is that of an earlier request; the answer follows at once.
+  poses.await(last_request, command.tag);
+  if (!is_active) refuse_poses(status.why);
+}
+
+void ClientSession::Impl::perform(const command::Point& command, LocalTime /*now*/) {
+  request([&](wire::ClientControl& message) { *message.mutable_point() = command.place; });
+}
+
+void ClientSession::Impl::perform(const command::ChangeRoom& command, LocalTime now) {
+  if (status.state != SessionState::kActive || command.room == room) return;
+  if (credentials.are_asked_for() && (credentials.are_for_one_room() || !credentials.can_return())) {
+    return report("the invitation was into one room; ask for one into room " + printable(command.room));
+  }
+  room_left = room;
+  go_to_room(command.room, now);
+}
+
+void ClientSession::Impl::perform(const command::SetWorkspace& command, LocalTime /*now*/) {
+  scene.set_workspace(command.workspace);
+}
+
+void ClientSession::Impl::perform(const command::SetNudges& command, LocalTime /*now*/) {
+  settings.has_nudges = command.has_nudges;
+  scene.set_nudges(command.has_nudges);
+}
+
+}  // namespace tandem::client
