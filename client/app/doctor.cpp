@@ -122,8 +122,8 @@ std::vector<Finding> find_devices(const std::vector<devices::DeviceKind>& kinds)
 }
 
 std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, int priority) {
-  const std::string asked = "priority " + std::to_string(priority) + " and locked memory";
-  if (not_granted.empty()) return {{"priority", Verdict::kGood, asked + " are granted", "", {}}};
+  const std::string requested = "priority " + std::to_string(priority) + " and locked memory";
+  if (not_granted.empty()) return {{"priority", Verdict::kGood, requested + " are granted", "", {}}};
   std::vector<Finding> findings;
   for (const std::string& line : not_granted) {
     const std::size_t colon = line.find(": ");

@@ -103,8 +103,8 @@ class RunReport {
   std::optional<LocalTime> zero_since_;
   std::vector<Silence> silences_;
   devices::DeviceSample sample_;
-  devices::DeviceSample told_;  ///< sample of the last report
-  std::optional<LocalTime> told_at_;
+  devices::DeviceSample reported_;  ///< sample of the last report
+  std::optional<LocalTime> reported_at_;
   std::uint32_t server_tick_faults_seen_ = 0;
   bool has_seen_body_ = false;
   Pose first_body_pose_;

@@ -349,7 +349,7 @@ Step CommandRun::Impl::state() const {
     out["energy_kj_per_mol"] = number_or_null(newest.newest.update.field_energy_kj_per_mol);
   }
   json::array bodies;
-  for (const proto::BodyState& body : newest.told_bodies) {
+  for (const proto::BodyState& body : newest.received_bodies) {
     json::object each{{"name", name_of_body(*snapshot, body.id)}};
     for (auto& [name, value] : to_json(body.state.X)) each[name] = value;
     bodies.emplace_back(std::move(each));

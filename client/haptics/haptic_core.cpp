@@ -107,8 +107,8 @@ void HapticCore::tick(LocalTime now) noexcept {
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
   advance_nudge();
-  asked_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{own_force_D(), Vec3::Zero()};
-  write(now, through_safety(now, asked_D_, speed_m_per_s));
+  requested_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{own_force_D(), Vec3::Zero()};
+  write(now, through_safety(now, requested_D_, speed_m_per_s));
   request(controlled_on_hand_W);
   report_displayed();
   record_.is_clamped = writer_.was_clamped();
@@ -416,9 +416,9 @@ void HapticCore::report_displayed() noexcept {
 
 /// Displayed wrench without the share of border and nudge.
 Wrench HapticCore::shown_of_scene_D() const noexcept {
-  const double asked_n = asked_D_.f.norm();
-  if (asked_n <= 0 || own_force_D().isZero(0)) return writer_.written();
-  const double share = std::min(1.0, writer_.written().f.norm() / asked_n);
+  const double requested_n = requested_D_.f.norm();
+  if (requested_n <= 0 || own_force_D().isZero(0)) return writer_.written();
+  const double share = std::min(1.0, writer_.written().f.norm() / requested_n);
   return writer_.written() - Wrench{share * own_force_D(), Vec3::Zero()};
 }
 

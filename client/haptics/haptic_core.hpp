@@ -181,7 +181,7 @@ class HapticCore {
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
   devices::DeviceSample last_sample_;  ///< sample of the last tick; may be invalid
-  Wrench asked_D_;                     ///< wrench requested of the device: scene, border and nudge
+  Wrench requested_D_;                 ///< wrench requested of the device: scene, border and nudge
   haptics::EncoderPath device_path_;
   PortWork displayed_work_;  ///< work of the displayed wrench [device J]
   /// Work in world joules of the wrench after the passivity controller and before the safety stages. Ramp, slew limit

@@ -25,7 +25,7 @@ struct View {
   Duration loop_delay{0};      ///< from an input to its effect, measured by the local model; 0: not known
   Wrench residual_on_hand_W;   ///< newest residual: the server's wrench minus the local model's for the same input
   /// Last received state of each body.
-  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> told_bodies;
+  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
   /// Displayed bodies: the local model's state if there is a model, else the last received one.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// Contact points of the local model's tool, or of the body it holds; a spread subset if there are more.
@@ -57,7 +57,7 @@ class ViewFeed {
 
   View next_;
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
-      users_told_at_;  ///< time of the last state of each entry of next_.users
+      user_states_at_;  ///< time of the last state of each entry of next_.users
   realtime::Mailbox<View> mailbox_;
   bool has_view_ = false;  ///< window thread
 };

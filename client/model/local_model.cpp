@@ -118,7 +118,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
 void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   has_started_ = true;
   world_.activate_tool(tool_, false);
-  for (const proto::BodyState& told : update.bodies) world_.set_body(told.id, told.state);
+  for (const proto::BodyState& received : update.bodies) world_.set_body(received.id, received.state);
   if (update.held_body.is_valid()) {
     world_.hold(tool_, update.held_body, update.X_BT);
   } else {
@@ -177,15 +177,15 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   take_partners(update);
   const ModelThen* const then = history_.find(update.answered_input);
   for (Copy& copy : copies_) {
-    const auto told = std::find_if(update.bodies.begin(), update.bodies.end(),
-                                   [&copy](const proto::BodyState& body) { return body.id == copy.id; });
-    if (told == update.bodies.end()) continue;
-    if (!std::exchange(copy.is_known, true)) world_.set_body(copy.id, told->state);
-    copy.track.add(stepped, told->state);
+    const auto received = std::find_if(update.bodies.begin(), update.bodies.end(),
+                                       [&copy](const proto::BodyState& body) { return body.id == copy.id; });
+    if (received == update.bodies.end()) continue;
+    if (!std::exchange(copy.is_known, true)) world_.set_body(copy.id, received->state);
+    copy.track.add(stepped, received->state);
     if (then == nullptr) continue;
     const BodyThen& body_then =
         history_.bodies(update.answered_input)[static_cast<std::size_t>(&copy - copies_.data())];
-    if (body_then.is_implicit) copy.reconciler.observe(told->state, body_then.state, body_then.given);
+    if (body_then.is_implicit) copy.reconciler.observe(received->state, body_then.state, body_then.given);
   }
   if (then != nullptr) {
     const Duration loop = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
@@ -197,18 +197,18 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
 }
 
 void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
-  for (const proto::OtherUserState& told : update.users) {
+  for (const proto::OtherUserState& received : update.users) {
     auto known = std::find_if(partners_.begin(), partners_.end(),
-                              [&told](const PartnerHere& here) { return here.partner.id() == told.id; });
+                              [&received](const PartnerHere& here) { return here.partner.id() == received.id; });
     if (known == partners_.end()) {
       if (partners_.size() == partners_.capacity()) continue;
-      partners_.push_back({Partner(told.id), 0, false, {}});
+      partners_.push_back({Partner(received.id), 0, false, {}});
       known = partners_.end() - 1;
     }
-    known->partner.take(told, update);
+    known->partner.take(received, update);
   }
   const auto is_gone = [&update](const PartnerHere& here) {
-    return update.stepped - here.partner.told_at() > kHoldKept;
+    return update.stepped - here.partner.received_at() > kHoldKept;
   };
   for (PartnerHere& here : partners_) {
     const Partner& partner = here.partner;
@@ -239,7 +239,7 @@ void LocalModel::bring_in(PartnerHere& here) noexcept {
     here.tool = partner.tool();
     // activate_tool() is called without the scene's initial grasp; the grip below comes from the server.
     world_.activate_tool(here.tool, false);
-    world_.set_tool(here.tool, partner.told_tool());
+    world_.set_tool(here.tool, partner.received_tool());
     here.is_here = true;
     has_jumped_ = true;
   }
@@ -320,7 +320,7 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
     copy.reconciler.reset();
   }
   for (const PartnerHere& here : partners_) {
-    if (here.is_here && !here.held.is_valid()) world_.set_tool(here.tool, here.partner.told_tool());
+    if (here.is_here && !here.held.is_valid()) world_.set_tool(here.tool, here.partner.received_tool());
   }
   world_.set_tool(tool_, update.tool);
   tool_reconciler_.reset();
@@ -463,10 +463,10 @@ std::optional<Wrench> LocalModel::take_residual() noexcept {
   return std::exchange(residual_, std::nullopt);
 }
 
-RigidState LocalModel::partner_tool(UserId user, const RigidState& told) const noexcept {
+RigidState LocalModel::partner_tool(UserId user, const RigidState& received) const noexcept {
   const auto is_it = [user](const PartnerHere& here) { return here.is_here && here.partner.id() == user; };
   const auto found = std::find_if(partners_.begin(), partners_.end(), is_it);
-  return found == partners_.end() ? told : world_.tool(found->tool).tool;
+  return found == partners_.end() ? received : world_.tool(found->tool).tool;
 }
 
 double LocalModel::common_share() const noexcept {

@@ -89,8 +89,8 @@ class LocalModel {
   RigidState body(BodyId id) const { return world_.body(id); }
   /// Current contact points of the tool, or of the body it holds (World::contact_points_W()).
   std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
-  /// Another user's tool in the model; `told` if the model does not contain it.
-  RigidState partner_tool(UserId user, const RigidState& told) const noexcept;
+  /// Another user's tool in the model; `received` if the model does not contain it.
+  RigidState partner_tool(UserId user, const RigidState& received) const noexcept;
   /// Delay from an input to the use of the server's answer, including buffering at both ends; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
   /// Residual: the server's wrench on the hand minus the model's for the same input, from the newest update that

@@ -239,10 +239,10 @@ void ClientIo::reset_room() {
 
 void ClientIo::ask_pose(wire::AskPose::Kind kind, std::uint32_t number, const std::string& name,
                         const PoseReply& on_answer) {
-  wire::AskPose asked;
-  asked.set_kind(kind);
-  asked.set_number(number);
-  asked.set_name(name);
+  wire::AskPose request;
+  request.set_kind(kind);
+  request.set_number(number);
+  request.set_name(name);
   PoseReply after_snapshot;
   if (on_answer) {
     after_snapshot = [impl = impl_.get(), on_answer](const auto& answer, const auto& minimising) {
@@ -250,7 +250,8 @@ void ClientIo::ask_pose(wire::AskPose::Kind kind, std::uint32_t number, const st
       on_answer(answer, minimising);
     };
   }
-  asio::post(impl_->io, [impl = impl_.get(), asked, after_snapshot] { impl->session.ask_pose(asked, after_snapshot); });
+  asio::post(impl_->io,
+             [impl = impl_.get(), request, after_snapshot] { impl->session.ask_pose(request, after_snapshot); });
 }
 
 void ClientIo::point(const wire::Point& place) {

@@ -101,8 +101,8 @@ void ClientRecorder::drain() {
     file_.flush(newest_ns_);
   }
   if (const std::string news = file_.take_news(); !news.empty()) tell(news);
-  if (has_told_overflow_ || overflows_.load(std::memory_order_relaxed) == 0) return;
-  has_told_overflow_ = true;
+  if (has_reported_overflow_ || overflows_.load(std::memory_order_relaxed) == 0) return;
+  has_reported_overflow_ = true;
   tell("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
 }
 

@@ -85,7 +85,7 @@ class ClientRecorder {
   recording::RecordingFile file_;
   Record record_;
   std::uint64_t newest_ns_ = 0, flushed_ns_ = 0;
-  bool has_told_overflow_ = false;
+  bool has_reported_overflow_ = false;
   mutable std::mutex news_mutex_;  ///< protects newest_news_
   std::string newest_news_;
   std::optional<recording::RecorderThread> thread_;

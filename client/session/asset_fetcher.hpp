@@ -72,9 +72,9 @@ class AssetFetcher {
   struct Wanted {
     wire::AssetInfo info;
     proto::Sha256 hash{};
-    std::uint64_t number = 0;    ///< unique, also among entries of the same asset
-    proto::Bytes bytes{};        ///< received so far
-    std::uint64_t asked_to = 0;  ///< all bytes before it are received or requested
+    std::uint64_t number = 0;        ///< unique, also among entries of the same asset
+    proto::Bytes bytes{};            ///< received so far
+    std::uint64_t requested_to = 0;  ///< all bytes before it are received or requested
     secure::ContentHasher hasher{};
   };
   /// A requested piece without an answer yet.

@@ -14,10 +14,10 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
   if (answer.role() != role) return "role is not the one asked for";
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
-  told_ = scene_.coupling;
-  told_law_ = scene_.law;
-  told_workspace_ = scene_.workspace;
-  scene_.workspace = with_user(told_workspace_, own_workspace_);
+  received_ = scene_.coupling;
+  received_law_ = scene_.law;
+  received_workspace_ = scene_.workspace;
+  scene_.workspace = with_user(received_workspace_, own_workspace_);
   ++scene_.generation;
   held_ = BodyId{};
   watch_.note_grip(held_, Vec3::Zero(), now);
@@ -28,7 +28,7 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
 void JoinedScene::set_workspace(const WorkspaceSettings& workspace) {
   own_workspace_ = workspace;
   if (joined_ == nullptr) return;
-  scene_.workspace = with_user(told_workspace_, own_workspace_);
+  scene_.workspace = with_user(received_workspace_, own_workspace_);
   check();
   publish();
 }
@@ -84,7 +84,7 @@ bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime n
     log_("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
     return false;
   }
-  told_.*(field->value) = parameter.value();
+  received_.*(field->value) = parameter.value();
   watch_.note_change(now);
   log_(parameter.name() + " is now " + std::to_string(parameter.value()));
   return true;
@@ -96,7 +96,7 @@ bool JoinedScene::set_law(const std::string& name, LocalTime now) {
     log_("ignored law " + net::printable(name));
     return false;
   }
-  told_law_ = static_cast<std::size_t>(found - haptics::coupling_laws().data());
+  received_law_ = static_cast<std::size_t>(found - haptics::coupling_laws().data());
   watch_.note_change(now);
   log_("the law is now " + name);
   return true;
@@ -107,12 +107,12 @@ void JoinedScene::check_when_due(LocalTime now) {
   watch_.forget_changes();
   const HapticScene before = scene_;
   // The displayed coupling changes only after a burst is complete and the check is done.
-  scene_.coupling = told_;
-  scene_.law = told_law_;
+  scene_.coupling = received_;
+  scene_.law = received_law_;
   // A local model that is built later starts with the current coupling.
   wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
   in_force.set_law(std::string(law().name));
-  for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(told_.*field.value);
+  for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(received_.*field.value);
   check();
   const bool is_changed = scene_.coupling != before.coupling || scene_.law != before.law;
   if (scene_.may_display != before.may_display || is_changed) publish();

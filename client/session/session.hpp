@@ -152,7 +152,7 @@ class ClientSession {
   /// Requests to keep, restore, delete or rename a pose of the room's two molecules, or to start or cancel a
   /// minimisation.
   /// In      on_answer  may be empty; must not call this session
-  void ask_pose(const wire::AskPose& asked, PoseReply on_answer = {});
+  void ask_pose(const wire::AskPose& request, PoseReply on_answer = {});
   /// Points at a place, which the other users are shown.
   void point(const wire::Point& place);
   /// Leaves this room for another of the same server; rejoins this room if the other one refuses.

@@ -131,7 +131,7 @@ void ClientSession::Impl::request_assets(LocalTime now) {
     wire::ClientControl message;
     *message.mutable_get_asset() = *wanted;
     send_request(message);
-    fetch_rate.asked(now, wanted->max_bytes());
+    fetch_rate.note_request(now, wanted->max_bytes());
   }
 }
 

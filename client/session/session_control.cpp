@@ -137,27 +137,27 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
 }
 
 /// Accepts poses in ascending order from number 0. A known number is a new name. An invalid pose is dropped.
-void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
+void ClientSession::Impl::take_kept_pose(const wire::KeptPose& message) {
   constexpr std::size_t kMaxPoses = 256;
   auto poses = kept_poses ? std::make_shared<std::vector<wire::KeptPose>>(*kept_poses)
                           : std::make_shared<std::vector<wire::KeptPose>>();
-  const auto& numbers = told.in_first();
+  const auto& numbers = message.in_first();
   const bool is_pose =
       numbers.size() == 7 && std::abs(Quat(numbers[3], numbers[4], numbers[5], numbers[6]).norm() - 1) < 1e-6;
   if (!is_pose) return;
-  const auto known = std::ranges::find(*poses, told.number(), &wire::KeptPose::number);
+  const auto known = std::ranges::find(*poses, message.number(), &wire::KeptPose::number);
   if (known != poses->end()) {
-    if (told.number() == 0) return;
-    known->set_name(printable(told.name()));
+    if (message.number() == 0) return;
+    known->set_name(printable(message.name()));
     kept_poses = std::move(poses);
     return;
   }
-  const bool is_next = poses->empty() ? told.number() == 0 : told.number() > poses->back().number();
+  const bool is_next = poses->empty() ? message.number() == 0 : message.number() > poses->back().number();
   if (!is_next || poses->size() == kMaxPoses) return;
-  wire::KeptPose& pose = poses->emplace_back(told);
-  pose.set_name(printable(told.name()));
-  pose.set_user_name(printable(told.user_name()));
-  if (told.is_news()) {
+  wire::KeptPose& pose = poses->emplace_back(message);
+  pose.set_name(printable(message.name()));
+  pose.set_user_name(printable(message.user_name()));
+  if (message.is_news()) {
     news = pose.user_name() + " kept \"" + pose.name() + "\"";
     log(news);
   }
@@ -165,10 +165,10 @@ void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
 }
 
 /// The pose of the files, number 0, cannot be deleted.
-void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& told) {
-  if (!kept_poses || told.number() == 0) return;
+void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& message) {
+  if (!kept_poses || message.number() == 0) return;
   auto poses = std::make_shared<std::vector<wire::KeptPose>>(*kept_poses);
-  const auto deleted = std::ranges::find(*poses, told.number(), &wire::KeptPose::number);
+  const auto deleted = std::ranges::find(*poses, message.number(), &wire::KeptPose::number);
   if (deleted == poses->end()) return;
   news = "\"" + deleted->name() + "\" was deleted";
   log(news);
@@ -176,25 +176,26 @@ void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& told) {
   kept_poses = std::move(poses);
 }
 
-void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& told) {
-  const bool is_sound = told.max_steps() > 0 && std::isfinite(told.energy_kj_per_mol());
-  if (is_sound && told.user() == scene.joined()->user()) own_progress = told;
-  if (told.is_over() || !is_sound) return pose_progress.reset();
-  pose_progress = told;
+void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& message) {
+  const bool is_sound = message.max_steps() > 0 && std::isfinite(message.energy_kj_per_mol());
+  if (is_sound && message.user() == scene.joined()->user()) own_progress = message;
+  if (message.is_over() || !is_sound) return pose_progress.reset();
+  pose_progress = message;
 }
 
 /// Accepts pointers of users in the room at valid places only.
-void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now) {
-  const wire::Point& point = told.point();
-  const bool is_own = told.user() == scene.joined()->user();
-  const auto who = std::ranges::find(users, told.user(), &wire::UserJoined::user);
+void ClientSession::Impl::take_pointed(const wire::Pointed& message, LocalTime now) {
+  const wire::Point& point = message.point();
+  const bool is_own = message.user() == scene.joined()->user();
+  const auto who = std::ranges::find(users, message.user(), &wire::UserJoined::user);
   if ((!is_own && who == users.end()) || !proto::is_place(point.place()) || !proto::is_place(point.place_w()) ||
       point.body() > std::size_t(scene.joined()->scene().bodies_size())) {
     return;
   }
-  std::erase_if(pointed,
-                [&](const auto& other) { return other.second.user() == told.user() || now - other.first > kPointed; });
-  pointed.emplace_back(now, told);
+  std::erase_if(pointed, [&](const auto& other) {
+    return other.second.user() == message.user() || now - other.first > kPointed;
+  });
+  pointed.emplace_back(now, message);
   if (is_own) return;
   const std::string at = point.body() == 0 ? "a place" : scene.name_of(BodyId{point.body()});
   news = printable(who->name()) + " points at " + at;
@@ -260,7 +261,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
     return;
   }
   auto secret = transport.exported(secure::kDatagramExport, proto::seal_context(connection));
-  if (credentials.are_asked_for() && !secret) return lose(now, "there are no keys for datagrams");
+  if (credentials.are_requested() && !secret) return lose(now, "there are no keys for datagrams");
   if (has_joined) ++counters.reconnects;
   has_joined = true;
   room_left.reset();
@@ -311,10 +312,10 @@ void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime n
 }
 
 /// Ignored if the scene has no such body.
-void ClientSession::Impl::take_soft_shape(const wire::SoftShape& told) {
-  auto offsets = proto::read_soft_shape(told);
-  if (!offsets || told.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
-  soft_offsets[told.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
+void ClientSession::Impl::take_soft_shape(const wire::SoftShape& message) {
+  auto offsets = proto::read_soft_shape(message);
+  if (!offsets || message.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
+  soft_offsets[message.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
 }
 
 /// Returns to the previous room after another one refused.
@@ -385,9 +386,9 @@ void ClientSession::reset_room() {
   impl_->request([](wire::ClientControl& message) { message.mutable_reset_room(); });
 }
 
-void ClientSession::ask_pose(const wire::AskPose& asked, PoseReply on_answer) {
+void ClientSession::ask_pose(const wire::AskPose& request, PoseReply on_answer) {
   const bool is_active = impl_->status.state == SessionState::kActive;
-  impl_->request([&asked](wire::ClientControl& message) { *message.mutable_ask_pose() = asked; });
+  impl_->request([&request](wire::ClientControl& message) { *message.mutable_ask_pose() = request; });
   if (!on_answer) return;
   // Without a room nothing was sent, and the number is that of an earlier request; the answer follows at once.
   impl_->pose_requests.insert_or_assign(impl_->last_request, std::move(on_answer));
@@ -405,7 +406,7 @@ void ClientSession::kick(UserId user) {
 void ClientSession::change_room(const std::string& room, LocalTime now) {
   if (impl_->status.state != SessionState::kActive || room == impl_->room) return;
   const Credentials& credentials = impl_->credentials;
-  if (credentials.are_asked_for() && (credentials.are_for_one_room() || !credentials.can_return())) {
+  if (credentials.are_requested() && (credentials.are_for_one_room() || !credentials.can_return())) {
     impl_->news = "the invitation was into one room; ask for one into room " + printable(room);
     return;
   }

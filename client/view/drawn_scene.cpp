@@ -121,13 +121,13 @@ class Builder {
   /// Assigns to each vertex the lattice points whose nodes are nearest to it.
   static void take_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
     body.soft = mesh;
-    std::vector<Vec3> told;
+    std::vector<Vec3> node_places;
     for (const proto::NearPlaces& nodes : proto::soft_lattice_nodes(mesh.vertices)) {
       Vec3 at = Vec3::Zero();
       for (const auto& [node, weight] : nodes) at += weight * mesh.vertices[node];
-      told.push_back(at);
+      node_places.push_back(at);
     }
-    for (const Vec3& vertex : mesh.vertices) body.soft_goes_with.push_back(proto::places_near(vertex, told));
+    for (const Vec3& vertex : mesh.vertices) body.soft_goes_with.push_back(proto::places_near(vertex, node_places));
   }
 
   void append(DrawnBody& body, const wire::Shape& shape, const Rgba& color) {

@@ -47,7 +47,7 @@ struct ShellCandidates::Part {
   std::uint32_t begin = 0, count = 0;
   double gone_m = 0;               ///< accumulated motion: bounds the approach of each of its points
   double moved_m = 0;              ///< share of the last step in gone_m
-  double asked_again_at_m = 0;     ///< least value of its nodes
+  double query_again_at_m = 0;     ///< least value of its nodes
   double looked_over_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
   double looked_over_after_m = 0;  ///< motion between that check and the one after
   bool has_open_question = false;  ///< some node was not queried for planes: the next check rebuilds its cut
@@ -142,7 +142,7 @@ void ShellCandidates::begin_cut() noexcept {
   for (Part& part : parts_) {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     part.count = 1;
-    part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+    part.query_again_at_m = -std::numeric_limits<double>::infinity();
     part.looked_over_after_m = kLookOver_m;
     part.looked_over_at_m = part.gone_m + share_of(part.node) * kLookOver_m;
     part.has_open_question = part.waits_for_rest = false;
@@ -175,7 +175,7 @@ void ShellCandidates::change_level(int level) noexcept {
         const bool is_fine = entry.is_leaf && shell_->nodes[entry.node].count <= leaf_points(0);
         const bool is_divided = entry.is_sampled && !is_fine;
         cut_.push_back(is_divided ? unknown(entry.node) : entry);
-        if (is_divided) part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+        if (is_divided) part.query_again_at_m = -std::numeric_limits<double>::infinity();
       }
     }
     part.count = static_cast<std::uint32_t>(cut_.size()) - part.begin;
@@ -187,11 +187,11 @@ void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
   const auto is_near = [](const CutNode& a) {
-    return a.is_leaf || a.planes != 0 || !(a.asked_again_at_m > -std::numeric_limits<float>::infinity());
+    return a.is_leaf || a.planes != 0 || !(a.query_again_at_m > -std::numeric_limits<float>::infinity());
   };
   const auto ask = [&](std::uint32_t node) {
     entry = unknown(node);
-    part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+    part.query_again_at_m = -std::numeric_limits<double>::infinity();
   };
   if (entry.planes != 0 && nodes[entry.node].count <= std::min(most_points, kPlanesAbove)) ask(entry.node);
   while (cut_.size() > part.begin) {
@@ -228,7 +228,7 @@ bool ShellCandidates::join_pairs() noexcept {
         continue;
       cut_.pop_back();
       cut_.back() = unknown(parent);
-      part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+      part.query_again_at_m = -std::numeric_limits<double>::infinity();
       was_joined = has_divided_ = true;
     }
     part.count = static_cast<std::uint32_t>(cut_.size()) - part.begin;
@@ -261,7 +261,7 @@ void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   // In a larger node not all points were sampled.
   if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
-  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.asked_again_at_m - part.gone_m);
+  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.query_again_at_m - part.gone_m);
   X_FP_gap_ = X_FP;
 }
 
@@ -307,9 +307,9 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
 // Resets the accumulated motion, which keeps single precision sufficient.
 void ShellCandidates::start_again_from_0(Part& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
-    entry.asked_again_at_m = rounded_down(entry.asked_again_at_m - part.gone_m);
+    entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.gone_m);
   }
-  part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+  part.query_again_at_m = -std::numeric_limits<double>::infinity();
   part.looked_over_at_m -= part.gone_m;
   part.gone_m = 0;
 }
@@ -324,15 +324,15 @@ void ShellCandidates::join_far() noexcept {
     const auto far_at_m = static_cast<float>(part.gone_m + band_m_ + kJoinBeyond_m);
     for (std::size_t i = part.begin; i < part.begin + part.count; ++i) {
       CutNode entry = old_cut_[i];
-      while (size > begin && entry.node != part.node && entry.planes == 0 && entry.asked_again_at_m > far_at_m) {
+      while (size > begin && entry.node != part.node && entry.planes == 0 && entry.query_again_at_m > far_at_m) {
         const CutNode& before = old_cut_[size - 1];
-        if (before.planes != 0 || !(before.asked_again_at_m > far_at_m)) break;
+        if (before.planes != 0 || !(before.query_again_at_m > far_at_m)) break;
         const std::uint32_t parent = before.node - 1;
         if (nodes[before.node].next != entry.node || nodes[parent].is_leaf ||
             nodes[parent].next != nodes[entry.node].next)
           break;
         entry = {.node = parent,
-                 .asked_again_at_m = std::min(before.asked_again_at_m, entry.asked_again_at_m),
+                 .query_again_at_m = std::min(before.query_again_at_m, entry.query_again_at_m),
                  .is_sampled = before.is_sampled || entry.is_sampled};
         --size;
       }
@@ -433,7 +433,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto begin = static_cast<std::uint32_t>(cut_.size());
   const bool is_slow = part.moved_m < kSlow_m;
   const bool is_due = may_look_over_ && (part.gone_m > part.looked_over_at_m || (part.waits_for_rest && is_slow));
-  if (!is_due && !divides_part_ && part.gone_m + band_m < part.asked_again_at_m) {
+  if (!is_due && !divides_part_ && part.gone_m + band_m < part.query_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
   } else {
@@ -443,9 +443,9 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.gone_m, band_m)) return false;
     Ahead ahead(*this, entries, part.gone_m, band_m);
-    bool was_asked = false;  // the previous entry
+    bool was_queried = false;  // the previous entry
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
-      if (!was_asked && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.gone_m, band_m);
+      if (!was_queried && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.gone_m, band_m);
       if (i == entries.size()) break;
       const CutNode& entry = entries[i];
       bool has_room = false;
@@ -464,10 +464,10 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       } else if (entry.planes != 0) {
         has_room = add_planes(entry.node, entry.planes) && put(entry);
       } else {
-        has_room = was_asked ? keep(entry, part.gone_m, band_m) : put(entry);
+        has_room = was_queried ? keep(entry, part.gone_m, band_m) : put(entry);
       }
       if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
-      was_asked = !is_known || is_divided;
+      was_queried = !is_known || is_divided;
     }
     may_look_over_ = may_look_over_ && !is_due;
     if (is_question_open_ && steps_at_level_ <= 1) {
@@ -483,7 +483,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
       part.has_open_question = part.waits_for_rest = false;
     }
-    part.asked_again_at_m = first_at_m_;
+    part.query_again_at_m = first_at_m_;
     part.has_sampled = has_sampled_;
   }
   part.begin = begin;

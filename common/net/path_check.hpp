@@ -35,8 +35,8 @@ class PathCheck {
   }
   /// Returns whether to send the number now; if so, not again for kAskAgain.
   bool is_due(LocalTime now) {
-    if (is_valid_ || (asked_ != LocalTime{} && now - asked_ < kAskAgain)) return false;
-    asked_ = now;
+    if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kAskAgain)) return false;
+    sent_at_ = now;
     return true;
   }
 
@@ -45,7 +45,7 @@ class PathCheck {
   std::uint64_t received_ = 0;
   std::uint64_t sent_ = 0;
   bool is_valid_ = false;
-  LocalTime asked_{};
+  LocalTime sent_at_{};
 };
 
 }  // namespace tandem::net

@@ -194,8 +194,8 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
   const bool is_finite = body.rigid.is_finite();
   const bool is_outside = is_finite && body.hands == 0 && body.rigid.pose().p.norm() > scene->limits.bounds_m;
-  const bool is_asked = puts_all_back && body.hands == 0;
-  if (is_finite && !is_outside && !is_asked) return limit_speed(body.rigid);
+  const bool is_requested = puts_all_back && body.hands == 0;
+  if (is_finite && !is_outside && !is_requested) return limit_speed(body.rigid);
   put_back.push_back(body_id_at(index));
   // Removing and adding clears the contacts, which may hold values that are not finite.
   if (body.is_free()) free->remove(index);

@@ -51,9 +51,9 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
  private:
   void tell_lost() {
     const std::size_t lost = pool_.overrun_counter();
-    if (lost == told_lost_ || descriptor_ != STDERR_FILENO) return;
-    write_all("(" + std::to_string(lost - told_lost_) + " lines were dropped, because nobody read them)\n");
-    told_lost_ = lost;
+    if (lost == reported_lost_ || descriptor_ != STDERR_FILENO) return;
+    write_all("(" + std::to_string(lost - reported_lost_) + " lines were dropped, because nobody read them)\n");
+    reported_lost_ = lost;
   }
   void write_all(std::string_view text) {
     while (!text.empty()) {
@@ -73,7 +73,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   int descriptor_;
   spdlog::details::thread_pool& pool_;
   Flushes& flushes_;
-  std::size_t told_lost_ = 0;
+  std::size_t reported_lost_ = 0;
 };
 
 /// One standard output: a thread, its queue and the loggers that write to it.

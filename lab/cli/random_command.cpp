@@ -44,10 +44,10 @@ std::vector<NumberedTrial> selected_trials(const RandomOptions& options) {
   std::vector<Trial> all = random_trials(count, options.seed);
   std::vector<NumberedTrial> selected;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool is_asked = options.only.empty() || std::ranges::count(options.only, i) > 0;
+    const bool is_requested = options.only.empty() || std::ranges::count(options.only, i) > 0;
     const bool is_of =
         options.experiments.empty() || std::ranges::count(options.experiments, all[i].experiment.name) > 0;
-    if (is_asked && is_of) selected.push_back({i, std::move(all[i])});
+    if (is_requested && is_of) selected.push_back({i, std::move(all[i])});
   }
   if (selected.empty()) {
     throw std::invalid_argument("none of the first " + std::to_string(count) +

@@ -204,8 +204,8 @@ void TrialRunner::Impl::make_jobs() {
     const KeptScene& scene = scenes.at(scene_key(trials[i].experiment));
     SharedReference& reference = shared(reference_of(trials[i]), scene);
     SharedReference* same_stage = settings.holds_against_own_stage ? &shared(same_stage_of(trials[i]), scene) : nullptr;
-    const std::string asked = settings.holds_against_own_stage ? "" : "against the truth alone";
-    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program + asked), &reference, same_stage});
+    const std::string baseline = settings.holds_against_own_stage ? "" : "against the truth alone";
+    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program + baseline), &reference, same_stage});
     if (kept(jobs.back())) continue;
     ++reference.open;
     if (same_stage != nullptr) ++same_stage->open;

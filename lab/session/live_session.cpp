@@ -295,7 +295,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> told;  // ticks already passed to on_tick
+  std::vector<std::size_t> reported;  // ticks already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;
@@ -316,7 +316,7 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
   trace.body_can_move = beside.body_can_move;
   trace.field_kernel = beside.field_kernel;
   timing.users.resize(experiment.users.size());
-  told.resize(experiment.users.size());
+  reported.resize(experiment.users.size());
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
     const ExperimentUser& user = experiment.users[i];
     if (user.pipeline.model != client::ModelErrors{}) {
@@ -379,10 +379,10 @@ void LiveSession::start_hands() {
 void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
   user.take_ticks();
-  // Before the first tick of the moving hand `told` is 0, and all ticks are older than the start.
-  if (told[index] == 0) user.forget_ticks_before(hands_started);
-  for (; told[index] < user.ticks().size(); ++told[index]) {
-    const client::TickRecord& record = user.ticks()[told[index]].record;
+  // Before the first tick of the moving hand `reported` is 0, and all ticks are older than the start.
+  if (reported[index] == 0) user.forget_ticks_before(hands_started);
+  for (; reported[index] < user.ticks().size(); ++reported[index]) {
+    const client::TickRecord& record = user.ticks()[reported[index]].record;
     if (record.at >= hands_started + experiment.duration) break;
     if (on_tick) on_tick(index, record, user.user().hand.phase_at(record.at - hands_started));
   }
@@ -419,7 +419,7 @@ void LiveSession::take_user(std::size_t index) {
   user.traffic = traffic_of(io);
   user.traffic.datagrams -= traffic_at_start[index].datagrams;
   user.traffic.bytes -= traffic_at_start[index].bytes;
-  timing.users[index] = {told[index], skipped, live.lost(), live.loop_report()};
+  timing.users[index] = {reported[index], skipped, live.lost(), live.loop_report()};
 }
 
 SessionTrace LiveSession::take_trace() {

@@ -73,7 +73,7 @@ struct Agones::Reply {
 };
 
 AgonesPlan::Call AgonesPlan::due(const Seen& seen, LocalTime now) {
-  if (seen.has_ended) return is_told_shutdown_ ? Call::kNone : Call::kShutdown;
+  if (seen.has_ended) return has_sent_shutdown_ ? Call::kNone : Call::kShutdown;
   if (seen.users > 0) {
     left_.reset();
   } else if (!left_) {
@@ -81,7 +81,7 @@ AgonesPlan::Call AgonesPlan::due(const Seen& seen, LocalTime now) {
   }
   if (now < not_before_) return Call::kNone;
   if (seen.is_healthy && now >= next_health_) return Call::kHealth;
-  if (!is_told_ready_) return seen.is_ready ? Call::kReady : Call::kNone;
+  if (!has_sent_ready_) return seen.is_ready ? Call::kReady : Call::kNone;
   if (seen.users > 0 && !is_allocated_) return has_looked_ ? Call::kAllocate : Call::kLook;
   // After an allocation from outside, its user may still be arriving: the server becomes free only after it was used.
   if (is_allocated_ && left_ && now - *left_ >= kReturnAfter) return Call::kReady;
@@ -97,7 +97,7 @@ void AgonesPlan::note_answer(Call call, bool is_good, LocalTime now, bool is_all
   again_ = Duration{0};
   if (call == Call::kHealth) next_health_ = now + kHealthEvery;
   if (call == Call::kReady) {
-    is_told_ready_ = true;
+    has_sent_ready_ = true;
     has_looked_ = is_allocated_ = false;
   }
   if (call == Call::kLook) {
@@ -105,7 +105,7 @@ void AgonesPlan::note_answer(Call call, bool is_good, LocalTime now, bool is_all
     is_allocated_ = is_allocated;
   }
   if (call == Call::kAllocate) is_allocated_ = true;
-  if (call == Call::kShutdown) is_told_shutdown_ = true;
+  if (call == Call::kShutdown) has_sent_shutdown_ = true;
 }
 
 Agones::Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> look,

@@ -47,7 +47,7 @@ class AgonesPlan {
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 
  private:
-  bool is_told_ready_ = false, is_told_shutdown_ = false;
+  bool has_sent_ready_ = false, has_sent_shutdown_ = false;
   bool has_looked_ = false, is_allocated_ = false;
   LocalTime next_health_{};
   LocalTime not_before_{};

@@ -112,7 +112,7 @@ struct RoomScheduler::Loop {
   Duration step{0};                      ///< mean step time
   std::atomic<bool> has_priority{true};  ///< read by its stepper
   LocalTime no_priority_before{}, alone_until{};
-  bool is_told_slow = false;
+  bool is_reported_slow = false;
 };
 
 /// A thread and its rooms.
@@ -476,7 +476,7 @@ std::vector<std::string> RoomScheduler::news() {
   std::vector<std::string> lines;
   for (const auto& loop : loops_) {
     const bool is_slow = loop->is_slow.load(std::memory_order_relaxed);
-    if (std::exchange(loop->is_told_slow, is_slow) == is_slow) continue;
+    if (std::exchange(loop->is_reported_slow, is_slow) == is_slow) continue;
     const std::string room = "room " + loop->room.name();
     lines.push_back(is_slow
                         ? room +

@@ -165,9 +165,9 @@ void RoomRecorder::finish() {
 std::string RoomRecorder::take_news() {
   std::string news = file_.take_news();
   const std::uint64_t lost = steps_lost();
-  if (!news.empty() || lost == told_lost_) return news;
-  const bool is_first = told_lost_ == 0;
-  told_lost_ = lost;
+  if (!news.empty() || lost == reported_lost_) return news;
+  const bool is_first = reported_lost_ == 0;
+  reported_lost_ = lost;
   return is_first ? "recording " + file_.path().string() + " does not keep up: steps are left out, and counted" : "";
 }
 

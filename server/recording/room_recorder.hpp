@@ -103,7 +103,7 @@ class RoomRecorder final : public RoomWatcher {
   std::uint32_t taken_records_ = 0;
   wire::RecordedStep message_;
   wire::RecordedStates states_;
-  std::uint64_t newest_ns_ = 0, flushed_ns_ = 0, told_lost_ = 0;
+  std::uint64_t newest_ns_ = 0, flushed_ns_ = 0, reported_lost_ = 0;
 };
 
 }  // namespace tandem::server

@@ -439,19 +439,19 @@ void Room::settle_tools() noexcept {
 }
 
 void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
-  RoomUpdate& told = output_.back();
-  told.bodies.clear();
-  for (const BodyId id : moving_bodies_) told.bodies.push_back({id, world_.body(id), UserId{}});
-  told.users.clear();
+  RoomUpdate& update = output_.back();
+  update.bodies.clear();
+  for (const BodyId id : moving_bodies_) update.bodies.push_back({id, world_.body(id), UserId{}});
+  update.users.clear();
   for (const auto& user : users_) {
     if (!user->seat.is_manipulator()) continue;
     const physics::ToolState tool = world_.tool(user->seat.tool);
     const BodyId held = tool.held;
-    told.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
-                          user->input.handle_age(), user->input.on_hand_W});
-    const auto body = std::ranges::find(told.bodies, held, &proto::BodyState::id);
+    update.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
+                            user->input.handle_age(), user->input.on_hand_W});
+    const auto body = std::ranges::find(update.bodies, held, &proto::BodyState::id);
     // If several users hold a body, the one in the first seat is named.
-    if (body != told.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
+    if (body != update.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
   }
   proto::OwnUpdate common;
   common.step = step_;
@@ -463,13 +463,13 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
 
 void Room::describe_user(std::size_t seat, const proto::OwnUpdate& common) noexcept {
   const User& user = *users_[seat];
-  RoomUpdate& told = output_.back();
-  told.user[seat] = user.seat.user;
+  RoomUpdate& update = output_.back();
+  update.user[seat] = user.seat.user;
   if (!user.seat.user.is_valid()) return;
-  told.requests_served[seat] = user.requests_served;
-  told.own[seat] = common;
-  told.own[seat].answered_input = user.input.answered;
-  if (user.seat.is_manipulator()) describe_tool(user, told.own[seat]);
+  update.requests_served[seat] = user.requests_served;
+  update.own[seat] = common;
+  update.own[seat].answered_input = user.input.answered;
+  if (user.seat.is_manipulator()) describe_tool(user, update.own[seat]);
 }
 
 void Room::describe_tool(const User& user, proto::OwnUpdate& update) const noexcept {

@@ -66,7 +66,7 @@ class RoomSeats {
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the served requests and the held body of the seat's user from an update. Every step repeats them, so a lost
   /// event causes no lasting error.
-  void on_update(const Seat& seat, const RoomUpdate& told);
+  void on_update(const Seat& seat, const RoomUpdate& update);
   /// Retries the commands that the room's full queue refused.
   void flush();
 

@@ -345,8 +345,8 @@ void SessionHub::Impl::introduce(Connection& newcomer) {
 
 /// If a user leaves before others were notified of the join, they get neither message.
 void SessionHub::Impl::announce_presence(const Connection& whose, const wire::ServerControl& message) {
-  const auto is_his_coming = [&whose](const wire::ServerControl& told) {
-    return told.has_user_joined() && told.user_joined().user() == whose.seat.user.value;
+  const auto is_his_coming = [&whose](const wire::ServerControl& pending) {
+    return pending.has_user_joined() && pending.user_joined().user() == whose.seat.user.value;
   };
   for (const auto& [handle, user] : connections) {
     if (user.get() == &whose || !user->is_in(*whose.seats)) continue;

@@ -167,10 +167,10 @@ void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& 
   } else if (!connection.seats->may_point(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
   } else {
-    wire::ServerControl told;
-    told.mutable_pointed()->set_user(connection.seat.user.value);
-    *told.mutable_pointed()->mutable_point() = point;
-    tell_room(connection.seats->room(), connection.seat.user, message.request(), told);
+    wire::ServerControl announcement;
+    announcement.mutable_pointed()->set_user(connection.seat.user.value);
+    *announcement.mutable_pointed()->mutable_point() = point;
+    tell_room(connection.seats->room(), connection.seat.user, message.request(), announcement);
   }
 }
 
@@ -197,18 +197,18 @@ void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
 
 /// Shapes never queue: a shape is skipped while any byte is queued, or if it is unchanged.
 void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::ServerControl& message) {
-  std::string& told = connection.soft_shapes_told[message.soft_shape().soft_body()];
-  if (told == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
-  told = message.soft_shape().offsets();
+  std::string& last_sent = connection.sent_soft_shapes[message.soft_shape().soft_body()];
+  if (last_sent == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
+  last_sent = message.soft_shape().offsets();
   send(connection, message);
 }
 
 /// Applies a room update; news about the coupling are sent after all states.
-void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate& told) {
+void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate& update) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
   const haptics::CouplingParameters before = seats.coupling_in_force(seat);
-  seats.on_update(seat, told);
+  seats.on_update(seat, update);
   connection.note_changes(before);
 }
 
@@ -316,8 +316,8 @@ void SessionHub::Impl::sweep() {
 }
 
 void SessionHub::Impl::tell_admission() {
-  if (!admission || !owner.on_admission || admission->changes() == admission_told) return;
-  admission_told = admission->changes();
+  if (!admission || !owner.on_admission || admission->changes() == reported_admission) return;
+  reported_admission = admission->changes();
   owner.on_admission(admission->state(called_at));
 }
 

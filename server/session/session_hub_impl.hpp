@@ -61,7 +61,7 @@ struct Connection {
   net::TokenBucket poses{kUserPoseRate};
   net::TokenBucket points{kUserPointRate};
   bool wants_soft_shapes = false;
-  std::map<std::uint32_t, std::string> soft_shapes_told;  ///< last sent offsets, by soft body
+  std::map<std::uint32_t, std::string> sent_soft_shapes;  ///< last sent offsets, by soft body
   std::optional<Admission::Id> credential;                ///< for a later resume by the user
   // News not sent to the user yet.
   bool has_new_law = false;
@@ -111,7 +111,7 @@ struct SessionHub::Impl {
   void set_parameter(Connection& connection, const wire::ClientControl& message);
   void reset_room(Connection& connection, const wire::ClientControl& message);
   void ask_pose(Connection& connection, const wire::ClientControl& message);
-  std::string pose_edit_problem(const Connection& connection, const wire::AskPose& asked) const;
+  std::string pose_edit_problem(const Connection& connection, const wire::AskPose& request) const;
   void cancel_minimising(Connection& connection, std::uint32_t request);
   void refuse_unanswered_poses();
   void point(Connection& connection, const wire::ClientControl& message);
@@ -131,7 +131,7 @@ struct SessionHub::Impl {
                                   const std::function<bool(ConnectionHandle)>& may_belong_to,
                                   AcceptedDatagram& accepted);
   void send_updates(std::size_t room, const Clock& clock);
-  void send_update(Connection& connection, const RoomUpdate& told, LocalTime now);
+  void send_update(Connection& connection, const RoomUpdate& update, LocalTime now);
   void collect(Connection& connection);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime));
@@ -139,7 +139,7 @@ struct SessionHub::Impl {
   void tell_poses();
   void tell_soft_shapes(RoomSeats& seats);
   void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
-  void take_room_update(Connection& connection, const RoomUpdate& told);
+  void take_room_update(Connection& connection, const RoomUpdate& update);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);
@@ -160,7 +160,7 @@ struct SessionHub::Impl {
   HubSettings settings;
   ServerTransport& transport;
   std::optional<Admission> admission;
-  std::uint64_t admission_told = 0;
+  std::uint64_t reported_admission = 0;
   std::vector<std::unique_ptr<RoomSeats>> rooms;
   std::deque<SharedTurns> updates;     ///< per room, for its UDP users
   std::vector<Connection*> updated{};  ///< UDP users of the current room

@@ -68,11 +68,11 @@ bool StateStream::has_changed(const net::Deadband& deadband, Duration since, con
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;
   if (own.tick_faults != sent_.tick_faults || users != users_sent_) return true;
   const haptics::CouplingParameters coupling = seats_.coupling_in_force(seat_);
-  const RigidState& told = sent_.tool;
+  const RigidState& sent = sent_.tool;
   const bool has_model = mode_ == proto::ClientMode::kLocalModel;
-  const Pose X_believed = has_model ? integrate(told.X, told.V, to_seconds(since)) : told.X;
+  const Pose X_believed = has_model ? integrate(sent.X, sent.V, to_seconds(since)) : sent.X;
   return deadband.notices(own.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
-         deadband.notices(own.tool, told.V, X_believed, own.wrench_on_hand_W, coupling.stiffness_n_per_m,
+         deadband.notices(own.tool, sent.V, X_believed, own.wrench_on_hand_W, coupling.stiffness_n_per_m,
                           coupling.stiffness_n_m_per_rad);
 }
 

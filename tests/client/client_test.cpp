@@ -146,7 +146,7 @@ TEST(Client, ShowsAWindowTheBodiesThatAreFeltAndThoseThatTheServerTells) {
   ASSERT_NE(view, nullptr);
   ASSERT_EQ(view->bodies.size(), 1U);
   EXPECT_TRUE(view->record.is_local);
-  EXPECT_LT((view->told_bodies[0].state.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << "single precision on the wire";
+  EXPECT_LT((view->received_bodies[0].state.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << "single precision on the wire";
   const RigidState felt = bench.client.haptics().local_model()->body(BodyId{1});
   EXPECT_LT((view->bodies[0].state.X.p - felt.X.p).norm(), 0.01) << "up to a few ticks old";
 }

@@ -24,7 +24,7 @@ using Kind = SpaceMouseReports::Kind;
 /// Scripted device: its next reports, and the bytes it received.
 struct Table {
   std::deque<Bytes> reports;
-  std::vector<Bytes> told;
+  std::vector<Bytes> writes;
   bool is_plugged_in = true;
   int ports_open = 0;
 };
@@ -44,7 +44,7 @@ class TablePort final : public HidPort {
     return static_cast<int>(next.size());
   }
   bool write(std::span<const std::uint8_t> report) override {
-    if (table_.is_plugged_in) table_.told.emplace_back(report.begin(), report.end());
+    if (table_.is_plugged_in) table_.writes.emplace_back(report.begin(), report.end());
     return table_.is_plugged_in;
   }
 
@@ -186,22 +186,22 @@ TEST(SpaceMouse, UnpluggedItIsLostAndPluggedInAgainReadyWhereItWas) {
   EXPECT_EQ(sample.state, DeviceState::kLost);
   rig.table.is_plugged_in = true;
   rig.table.reports.clear();
-  rig.table.told.clear();
+  rig.table.writes.clear();
   sample = rig.idle(1100);
   EXPECT_EQ(sample.state, DeviceState::kReady);
   EXPECT_EQ(sample.buttons, 0U) << "nobody holds what was held before";
   EXPECT_EQ(sample.V_DH.v, Vec3::Zero());
   EXPECT_NEAR(sample.X_DH.p.x(), before.X_DH.p.x(), 2e-3);
-  EXPECT_THAT(rig.table.told, ElementsAre(Bytes{4, 1})) << "its light is on again";
+  EXPECT_THAT(rig.table.writes, ElementsAre(Bytes{4, 1})) << "its light is on again";
 }
 
 TEST(SpaceMouse, LightIsOnWhileItIsUsed) {
   Table table;
   {
     const SpaceMouseDriver driver(CapControl::kRate, opener(table), std::make_unique<TablePort>(table));
-    EXPECT_THAT(table.told, ElementsAre(Bytes{4, 1}));
+    EXPECT_THAT(table.writes, ElementsAre(Bytes{4, 1}));
   }
-  EXPECT_THAT(table.told, ElementsAre(Bytes{4, 1}, Bytes{4, 1}, Bytes{4, 0})) << "some obey an off only after an on";
+  EXPECT_THAT(table.writes, ElementsAre(Bytes{4, 1}, Bytes{4, 1}, Bytes{4, 0})) << "some obey an off only after an on";
 }
 
 TEST(SpaceMouse, OnItsThreadItIsADeviceWhoseSamplesAreBelieved) {

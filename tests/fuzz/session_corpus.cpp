@@ -22,7 +22,7 @@ namespace {
 using namespace tandem;
 
 constexpr server::ConnectionHandle kUser = 1;
-constexpr int kToldMilliseconds = 40;
+constexpr int kReportMilliseconds = 40;
 
 /// A hub and a client with a transport without delay. Records the messages of the hub.
 class Session final : public server::ServerTransport, public client::ClientTransport {
@@ -39,7 +39,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   }
 
   std::vector<std::byte> script() {
-    for (int ms = 0; ms < kToldMilliseconds; ++ms) {
+    for (int ms = 0; ms < kReportMilliseconds; ++ms) {
       now_ += std::chrono::milliseconds(1);
       device_.sample.X_DH.p.z() = -0.001 * ms;
       if (ms == 10) client_.session().grab(BodyId{1});
@@ -112,11 +112,11 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   }
 
   void ask_pose(wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "") {
-    wire::AskPose asked;
-    asked.set_kind(kind);
-    asked.set_number(number);
-    asked.set_name(name);
-    client_.session().ask_pose(asked);
+    wire::AskPose request;
+    request.set_kind(kind);
+    request.set_number(number);
+    request.set_name(name);
+    client_.session().ask_pose(request);
   }
 
   void point() {

@@ -157,11 +157,11 @@ TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
 }
 
 TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
-  const auto never_asked = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
+  const auto never_called = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
   // Each datagram is delayed by 1 ms more than the previous one.
   for (int i = 0; i < 200; ++i) {
     now_ += kMs;
-    if (!client_.admits(now_, true, never_asked)) continue;
+    if (!client_.admits(now_, true, never_called)) continue;
     from_client();
     ServerUpdate echo;
     echo.echoed_sent = now_;
@@ -174,9 +174,9 @@ TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
   EXPECT_GT(client_counters_.updates_paced, 100U) << "noticed within kQueue + kShort, 80 ms; then nine of ten wait";
   from_client();
   now_ += kMs;
-  EXPECT_FALSE(client_.admits(now_, true, never_asked));
-  EXPECT_TRUE(client_.admits(now_, false, never_asked));
-  EXPECT_TRUE(client_.admits(now_ + 2 * net::kDeadbandFloor, true, never_asked)) << "the floor rate is always carried";
+  EXPECT_FALSE(client_.admits(now_, true, never_called));
+  EXPECT_TRUE(client_.admits(now_, false, never_called));
+  EXPECT_TRUE(client_.admits(now_ + 2 * net::kDeadbandFloor, true, never_called)) << "the floor rate is always carried";
 }
 
 class SuppressingChannelTest : public DatagramChannelTest {

@@ -28,7 +28,7 @@ constexpr std::size_t kMaxPlaneLooks = 400, kMaxNewLevelPlaneLooks = 2500, kMaxF
 }  // namespace
 
 ShellCandidates::CutNode ShellCandidates::unknown(std::uint32_t node) {
-  return {.node = node, .asked_again_at_m = -std::numeric_limits<float>::infinity()};
+  return {.node = node, .query_again_at_m = -std::numeric_limits<float>::infinity()};
 }
 
 // Queries all nodes below a node. False: there is no room.
@@ -45,7 +45,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double gon
     const bool may_be_flat = !is_far && node.count > std::min(leaf_points(nearest), kPlanesAbove);
     const CutNode above = may_be_flat ? planes_below(i, gone_m) : CutNode{};
     if (is_far) {
-      if (!keep({.node = i, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
+      if (!keep({.node = i, .query_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m)) return false;
       i = node.next;
     } else if (above.planes != 0) {
       if (!open_planes(above, gone_m, band_m)) return false;
@@ -70,10 +70,10 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
     if (entry.is_leaf && node.count > leaf_points(nearest)) return open(entry.node, nearest, gone_m, band_m);
     divided_at_m = gone_m + nearest - kMayPress_m + least_band_m_;
   }
-  const double up_to_m = gone_m + band_m - entry.asked_again_at_m;
+  const double up_to_m = gone_m + band_m - entry.query_again_at_m;
   const LeafSamples leaf(*shell_, node, *field_, R_FP_, p_FP_, entry.lags, entry.is_leaf ? up_to_m : band_m,
                          rigid_depth_m_);
-  work_.points += leaf.asked();
+  work_.points += leaf.queries();
   if (work_.looks() > looks_end_) return false;
   near_count_ += leaf.near_count(band_m);
   const std::size_t before = candidates_.size();
@@ -85,10 +85,10 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double gone_m, double band
   contacts_ += candidates_.size() - before;
   if (contacts_ > capacity_) return false;
 
-  CutNode asked{.node = entry.node, .lags = entry.lags, .is_leaf = true, .is_sampled = leaf.size() < node.count};
-  const double at_m = leaf.asked_again(gone_m, least_band_m_, entry.asked_again_at_m, asked.lags);
-  asked.asked_again_at_m = rounded_down(std::min(at_m, divided_at_m));
-  return keep(asked, gone_m, band_m);
+  CutNode queried{.node = entry.node, .lags = entry.lags, .is_leaf = true, .is_sampled = leaf.size() < node.count};
+  const double at_m = leaf.query_again_at_m(gone_m, least_band_m_, entry.query_again_at_m, queried.lags);
+  queried.query_again_at_m = rounded_down(std::min(at_m, divided_at_m));
+  return keep(queried, gone_m, band_m);
 }
 
 // Replaces a sampled node by its children. False: there is no room.
@@ -115,23 +115,23 @@ bool ShellCandidates::keep(const CutNode& entry, double gone_m, double band_m) n
   const float full = static_cast<float>(cut_.size()) / static_cast<float>(cut_limit());
   const float share = has_walked_ ? kJoinAt * (1 - full) : 0;
   std::uint32_t node = entry.node;
-  float at_m = entry.asked_again_at_m;
+  float at_m = entry.query_again_at_m;
   bool is_sampled = entry.is_sampled;
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != root_) {
     const CutNode& before = cut_.back();
-    if (!(before.asked_again_at_m > known_at_m) || before.planes != 0 || before.node <= root_) break;
+    if (!(before.query_again_at_m > known_at_m) || before.planes != 0 || before.node <= root_) break;
     // A node that is being divided is not joined again.
     if (divides_part_ && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
-    const float first_at_m = std::min(before.asked_again_at_m, at_m);
+    const float first_at_m = std::min(before.query_again_at_m, at_m);
     if (!(first_at_m > known_at_m + share * nodes[parent].radius_m)) break;
     at_m = first_at_m;
     is_sampled = is_sampled || before.is_sampled;
     node = parent;
     cut_.pop_back();
   }
-  return node == entry.node ? put(entry) : put({.node = node, .asked_again_at_m = at_m, .is_sampled = is_sampled});
+  return node == entry.node ? put(entry) : put({.node = node, .query_again_at_m = at_m, .is_sampled = is_sampled});
 }
 
 // Copies the leading entries whose distance bounds still hold and that are above no planes. Returns their number.
@@ -141,7 +141,7 @@ std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double 
   float first_at_m = first_at_m_;
   bool has_sampled = has_sampled_;
   for (; count < most && entries[count].planes == 0 && entries[count].is_known(gone_m, band_m); ++count) {
-    first_at_m = std::min(first_at_m, entries[count].asked_again_at_m);
+    first_at_m = std::min(first_at_m, entries[count].query_again_at_m);
     has_sampled = has_sampled || entries[count].is_sampled;
   }
   first_at_m_ = first_at_m;
@@ -153,7 +153,7 @@ std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double 
 bool ShellCandidates::put(const CutNode& entry) noexcept {
   if (cut_.size() >= cut_limit()) return false;
   first_at_m_ =
-      std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.asked_again_at_m);
+      std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.query_again_at_m);
   has_sampled_ = has_sampled_ || entry.is_sampled;
   cut_.push_back(entry);
   return true;
@@ -194,7 +194,7 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   const ShellNode& node = shell_->nodes[index];
   if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return {};
   CutNode& answer = answers_[index % kAnswers];
-  if (answer.node == index && gone_m < answer.asked_again_at_m) return answer;
+  if (answer.node == index && gone_m < answer.query_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
   // Motion is measured at the solid's ball: a node farther out may move more.
   const bool is_beside = (box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_;
@@ -212,7 +212,7 @@ ShellCandidates::CutNode ShellCandidates::planes_below(std::uint32_t index, doub
   const PlaneSet planes = largest_over(field_->planes(), field_->planes_over(box_F, looks), box_F);
   if (!was_above) plane_looks_ += looks;
   const double good_for_m = planes != 0 ? kPlaneMotion_m : share_of(index) * kNoPlanes_m;
-  answer = {.node = index, .asked_again_at_m = rounded_down(gone_m + good_for_m), .planes = planes};
+  answer = {.node = index, .query_again_at_m = rounded_down(gone_m + good_for_m), .planes = planes};
   return answer;
 }
 
@@ -232,12 +232,12 @@ bool ShellCandidates::open_planes(const CutNode& above, double gone_m, double ba
   }
   nearest -= 2 * field_->error_m() + kRounding_m;
   if (nearest > band_m) {
-    return keep({.node = above.node, .asked_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
+    return keep({.node = above.node, .query_again_at_m = rounded_down(gone_m + nearest)}, gone_m, band_m);
   }
   const float at_m =
-      std::min<float>(rounded_down(gone_m + share_of(above.node) * kPlaneMotion_m), above.asked_again_at_m);
+      std::min<float>(rounded_down(gone_m + share_of(above.node) * kPlaneMotion_m), above.query_again_at_m);
   return add_planes(above.node, above.planes) &&
-         put({.node = above.node, .asked_again_at_m = at_m, .planes = above.planes});
+         put({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
 // False: there is no room.

@@ -92,7 +92,7 @@ TEST(View, OfTheHapticPathIsThereOnlyWhenAskedForAndShowsWhatIsDisplayed) {
   ASSERT_NE(view, nullptr);
   EXPECT_TRUE(view->has_state);
   EXPECT_NEAR(view->record.displayed_on_hand_D.f.z(), 2, 1e-9);
-  ASSERT_EQ(view->told_bodies.size(), 1U);
+  ASSERT_EQ(view->received_bodies.size(), 1U);
   EXPECT_LE(rig.core.record().tick.value - view->record.tick.value, kViewEvery);
 }
 

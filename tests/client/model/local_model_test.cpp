@@ -156,19 +156,19 @@ class Across {
   }
 
   proto::ServerUpdate update() {
-    proto::ServerUpdate told;
-    told.step.value = tick_.value;
-    told.stepped = ServerTime{now().time_since_epoch()};
-    told.answered_input.value = input_.tick.value + ran_on_;
-    told.echoed_sent = LocalTime{kPeriod * static_cast<int>(input_.tick.value)};
+    proto::ServerUpdate sent;
+    sent.step.value = tick_.value;
+    sent.stepped = ServerTime{now().time_since_epoch()};
+    sent.answered_input.value = input_.tick.value + ran_on_;
+    sent.echoed_sent = LocalTime{kPeriod * static_cast<int>(input_.tick.value)};
     const physics::ToolState tool = server.tool(0);
-    told.tool = tool.tool;
-    told.wrench_on_hand_W = tool.wrench_on_hand_W;
-    told.held_body = tool.held;
-    if (tool.held.is_valid()) told.X_BT = server.body(tool.held).X.inverse() * tool.tool.X;
+    sent.tool = tool.tool;
+    sent.wrench_on_hand_W = tool.wrench_on_hand_W;
+    sent.held_body = tool.held;
+    if (tool.held.is_valid()) sent.X_BT = server.body(tool.held).X.inverse() * tool.tool.X;
     if (partner_) {
       const physics::ToolState other = server.tool(1);
-      told.users.push_back({.id = UserId{2},
+      sent.users.push_back({.id = UserId{2},
                             .tool = other.tool,
                             .holds = other.held,
                             .tool_index = 1,
@@ -177,8 +177,8 @@ class Across {
                             .handle_age = Duration{0},
                             .on_hand_W = other.wrench_on_hand_W});
     }
-    told.bodies.push_back({kBlock, server.body(kBlock), UserId{}});
-    return told;
+    sent.bodies.push_back({kBlock, server.body(kBlock), UserId{}});
+    return sent;
   }
 
   std::optional<LocalModel> next_;
@@ -416,10 +416,10 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
   LocalModelInput input;
   input.handle = newest.update.tool;
   input.newest = &newest;
-  HapticScene asked;
-  asked.coupling = world->coupling.parameters;
-  asked.law = index_of_law(world->coupling.law);
-  input.scene = &asked;
+  HapticScene wanted;
+  wanted.coupling = world->coupling.parameters;
+  wanted.law = index_of_law(world->coupling.law);
+  input.scene = &wanted;
   double before = 0, steepest = 0;
   for (std::uint64_t k = 1; k < 500; ++k) {
     input.input = Tick{k};

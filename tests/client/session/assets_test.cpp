@@ -279,12 +279,12 @@ TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
     EXPECT_EQ(serve_assets(bench.bench, bytes), 0U);
     EXPECT_EQ(bench.bench.state(), "active");
   }
-  StoreBench unasked(nullptr, joined_with_asset(bytes));
-  const auto requests = std::exchange(unasked.bench.transport.messages, {});
+  StoreBench unrequested(nullptr, joined_with_asset(bytes));
+  const auto requests = std::exchange(unrequested.bench.transport.messages, {});
   wire::ServerControl answer = answer_to(requests.at(1), bytes);
-  unasked.bench.say(answer);
-  EXPECT_TRUE(unasked.bench.session.assets().empty());
-  EXPECT_EQ(unasked.bench.state(), "active");
+  unrequested.bench.say(answer);
+  EXPECT_TRUE(unrequested.bench.session.assets().empty());
+  EXPECT_EQ(unrequested.bench.state(), "active");
 }
 
 TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothing) {

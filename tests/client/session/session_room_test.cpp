@@ -94,13 +94,13 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   bench.say_joined(test::minimal_joined());
   EXPECT_EQ(bench.session.kept_poses(), nullptr);
   wire::ServerControl message;
-  wire::KeptPose& told = *message.mutable_kept_pose();
+  wire::KeptPose& kept = *message.mutable_kept_pose();
   const auto say = [&](std::uint32_t number, const std::vector<double>& in_first) {
-    told.set_number(number);
-    told.mutable_in_first()->Assign(in_first.begin(), in_first.end());
+    kept.set_number(number);
+    kept.mutable_in_first()->Assign(in_first.begin(), in_first.end());
     bench.say(message);
   };
-  told.set_name("the \x1b[31mfirst");
+  kept.set_name("the \x1b[31mfirst");
   say(0, {0, 0, 0, 2, 0, 0, 0});
   say(0, {0, 0, 0, 1, 0, 0});
   say(1, {0, 0, 0, 1, 0, 0, 0});
@@ -117,7 +117,7 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
 }
 
 /// Performs `act`. Returns the answers to requests about poses, by the names of the requests.
-std::string asked_and_answered(test::SessionBench& bench, const std::function<void(const PoseReply&)>& act) {
+std::string answers_to(test::SessionBench& bench, const std::function<void(const PoseReply&)>& act) {
   std::string answers;
   act([&answers](const wire::ServerControl& answer, const wire::PoseProgress& minimising) {
     answers +=
@@ -133,7 +133,7 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
   test::SessionBench bench;
   wire::AskPose minimise;
   minimise.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(asked_and_answered(bench, [&](const PoseReply& reply) { bench.session.ask_pose(minimise, reply); }),
+  EXPECT_EQ(answers_to(bench, [&](const PoseReply& reply) { bench.session.ask_pose(minimise, reply); }),
             "error not in a room: ;");
   bench.join();
   const auto number = [&bench] { return bench.transport.messages.back().request(); };
@@ -143,13 +143,13 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
     message.mutable_pose_taken()->set_text("ada: to the minimum nearby");
     return message;
   };
-  EXPECT_EQ(asked_and_answered(bench,
-                               [&](const PoseReply& reply) {
-                                 bench.session.ask_pose(minimise, reply);
-                                 bench.session.point(wire::Point());
-                                 bench.say(taken(number()));
-                                 bench.say(taken(0));
-                               }),
+  EXPECT_EQ(answers_to(bench,
+                       [&](const PoseReply& reply) {
+                         bench.session.ask_pose(minimise, reply);
+                         bench.session.point(wire::Point());
+                         bench.say(taken(number()));
+                         bench.say(taken(0));
+                       }),
             "")
       << "another request's answer, and news";
   wire::ServerControl progress;
@@ -158,14 +158,14 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
   progress.mutable_pose_progress()->set_max_steps(201);
   progress.mutable_pose_progress()->set_is_over(true);
   const std::string expected = "answer " + std::to_string(wire::ServerControl::kPoseTaken) + " after 7 steps;";
-  EXPECT_EQ(asked_and_answered(bench,
-                               [&](const PoseReply& reply) {
-                                 bench.session.ask_pose(minimise, reply);
-                                 bench.say(progress);
-                                 const auto request = number();
-                                 bench.say(taken(request));
-                                 bench.say(taken(request));
-                               }),
+  EXPECT_EQ(answers_to(bench,
+                       [&](const PoseReply& reply) {
+                         bench.session.ask_pose(minimise, reply);
+                         bench.say(progress);
+                         const auto request = number();
+                         bench.say(taken(request));
+                         bench.say(taken(request));
+                       }),
             expected);
 }
 
@@ -177,7 +177,7 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredWithAnErrorWhenTheConnectionIsLo
   for (const auto& [why, end] : ends) {
     test::SessionBench bench;
     bench.join();
-    const std::string answers = asked_and_answered(bench, [&](const PoseReply& reply) {
+    const std::string answers = answers_to(bench, [&](const PoseReply& reply) {
       bench.session.ask_pose(wire::AskPose(), reply);
       bench.session.ask_pose(wire::AskPose());
       bench.session.ask_pose(wire::AskPose(), reply);
@@ -266,12 +266,12 @@ TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
   };
   const auto say = [&](std::uint32_t user, std::uint32_t body, double far, int numbers = 3) {
     wire::ServerControl message;
-    wire::Pointed& told = *message.mutable_pointed();
-    told.set_user(user);
-    told.mutable_point()->set_body(body);
+    wire::Pointed& pointed = *message.mutable_pointed();
+    pointed.set_user(user);
+    pointed.mutable_point()->set_body(body);
     for (int i = 0; i < numbers; ++i) {
-      told.mutable_point()->add_place(far);
-      told.mutable_point()->add_place_w(2 * far);
+      pointed.mutable_point()->add_place(far);
+      pointed.mutable_point()->add_place_w(2 * far);
     }
     bench.say(message);
   };

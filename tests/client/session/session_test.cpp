@@ -20,10 +20,10 @@ TEST(ClientSession, ItsUserScalesAndTurnsTheScenesWorkspaceFromTheFirstJoinOn) {
   test::SessionBench bench(settings);
   bench.join();
   ASSERT_TRUE(bench.mailboxes.scene.poll());
-  const WorkspaceMapping& told = bench.mailboxes.scene.front().workspace;
-  EXPECT_EQ(told.position_scale, 3.0);
-  EXPECT_EQ(told.force_scale, 0.75);
-  EXPECT_NEAR(rotation_vector(told.X_WD.q).z(), 0.5, 1e-12);
+  const WorkspaceMapping& received = bench.mailboxes.scene.front().workspace;
+  EXPECT_EQ(received.position_scale, 3.0);
+  EXPECT_EQ(received.force_scale, 0.75);
+  EXPECT_NEAR(rotation_vector(received.X_WD.q).z(), 0.5, 1e-12);
 }
 
 TEST(ClientSession, PublishesTheSceneOfEachJoinAsANewGeneration) {

@@ -25,13 +25,13 @@ class LinedTable final : public DistanceField {
   DistanceSample sample(const Vec3& p_S) const noexcept override { return table_->sample(p_S); }
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
   PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
-    asked.push_back(box_S.centre);
+    queried.push_back(box_S.centre);
     return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S, looks);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
 
-  mutable std::vector<Vec3> asked;  ///< centres of the queried boxes
+  mutable std::vector<Vec3> queried;  ///< centres of the queried boxes
 
  private:
   std::shared_ptr<const DistanceField> table_;
@@ -75,12 +75,12 @@ TEST(ShellCut, ANodeIsAskedForPlanesOnceInAStepThatTriesSeveralLevels) {
   ContactPair pair(64);
   pair.bind(&block, &table);
   ASSERT_TRUE(pair.find({Vec3(0, 0, 0.018 - 1e-5), Quat::Identity()}, {}, kShellCutBand_m).is_coarse);
-  std::vector<Vec3>& asked = field->asked;
-  std::ranges::sort(asked, [](const Vec3& a, const Vec3& b) {
+  std::vector<Vec3>& queried = field->queried;
+  std::ranges::sort(queried, [](const Vec3& a, const Vec3& b) {
     return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
   });
-  EXPECT_GT(asked.size(), 10U);
-  EXPECT_EQ(std::ranges::adjacent_find(asked), asked.end());
+  EXPECT_GT(queried.size(), 10U);
+  EXPECT_EQ(std::ranges::adjacent_find(queried), queried.end());
 }
 
 TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {

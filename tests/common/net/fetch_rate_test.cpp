@@ -86,7 +86,7 @@ class Fetching {
       std::vector<std::byte> request(50);
       std::memcpy(request.data(), &bytes, sizeof bytes);
       up_.send(now_, request);
-      rate.asked(now_, bytes);
+      rate.note_request(now_, bytes);
     }
   }
 
@@ -155,7 +155,7 @@ TEST(FetchRate, StaysWithinItsBoundsWhateverDelaysItIsTold) {
     rate.state_came(now, i % 3 == 0 ? longest : i % 3 == 1 ? -longest : Duration{0}, kStateBytes);
     while (const std::size_t bytes = rate.may_ask(now)) {
       EXPECT_LE(bytes, FetchRate::kMaxPiece);
-      rate.asked(now, bytes);
+      rate.note_request(now, bytes);
     }
     for (int k = 0; k < i % 5; ++k) rate.answered(now);
     EXPECT_GE(rate.rate_bytes_per_s(), FetchRate::kMinRate_bytes_per_s);

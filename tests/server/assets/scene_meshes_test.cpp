@@ -112,12 +112,12 @@ TEST_F(SceneFiles, ShapesThatAreTooThinToHoldAreNotedByNameWithTheRemedy) {
 TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
   write("t.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n");
   const auto said = [this](const std::string& fields) { return load(mesh_body(fields))->notes; };
-  const auto is_asked = Contains(AllOf(HasSubstr("m large, for a unit of the file is"), HasSubstr("scale")));
+  const auto asks_for_scale = Contains(AllOf(HasSubstr("m large, for a unit of the file is"), HasSubstr("scale")));
   EXPECT_THAT(said(R"(, "scale": 2)"), Contains("t.obj: 4 m large, for a unit of the file is 2 m: is that right? Else "
                                                 "give the mesh scale (0.001 if the file is in millimetres) or "
                                                 "largest_size_m"));
-  EXPECT_THAT(said(R"(, "scale": 0.0001)"), is_asked);
-  EXPECT_THAT(said(R"(, "largest_size_m": 0.0002)"), Not(is_asked)) << "this one was meant";
+  EXPECT_THAT(said(R"(, "scale": 0.0001)"), asks_for_scale);
+  EXPECT_THAT(said(R"(, "largest_size_m": 0.0002)"), Not(asks_for_scale)) << "this one was meant";
   EXPECT_THAT(refusal(mesh_body(R"(, "scale": 100)")),
               AllOf(HasSubstr("which is 200 m large"), HasSubstr("0.001 if the file is in millimetres")));
 }

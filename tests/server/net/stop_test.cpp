@@ -208,7 +208,7 @@ class BusyServer {
            ", joins " + std::to_string(joins_) + ", scrapes " + std::to_string(scrapes_);
   }
   /// Whether an asset request is unanswered.
-  bool is_fetching() const { return chunks_asked_ > chunks_; }
+  bool is_fetching() const { return chunks_requested_ > chunks_; }
 
   void begin_to_end(Ending ending) {
     if (ending == Ending::kStop) server_->stop();
@@ -248,11 +248,11 @@ class BusyServer {
     wire::ClientControl request;
     request.mutable_get_asset()->set_sha256(joined->assets(0).sha256());
     const auto is_chunk = [](const auto& message) { return message.has_asset_chunk(); };
-    for (int i = 0; i < 4; ++i, ++chunks_asked_) connection.send(request);
+    for (int i = 0; i < 4; ++i, ++chunks_requested_) connection.send(request);
     while (!is_over_ && connection.receive_until(is_chunk)) {
       ++chunks_;
       connection.send(request);
-      ++chunks_asked_;
+      ++chunks_requested_;
       rest();
     }
   }
@@ -285,7 +285,7 @@ class BusyServer {
   std::unique_ptr<LiveServer> server_;
   std::uint16_t server_port_ = 0;
   std::atomic<bool> throws_{false}, is_over_{false};
-  std::atomic<std::uint64_t> chunks_{0}, chunks_asked_{0}, joins_{0}, scrapes_{0};
+  std::atomic<std::uint64_t> chunks_{0}, chunks_requested_{0}, joins_{0}, scrapes_{0};
   std::array<std::uint64_t, 5> first_{};
   std::string fault_;
   std::thread running_;

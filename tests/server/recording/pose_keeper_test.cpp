@@ -45,9 +45,9 @@ TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
   move({0, 5, 0}, 700);
   const Pose third = pose();
   for (const auto kind : {wire::AskPose::UNDO, wire::AskPose::REDO}) {
-    wire::AskPose asked;
-    asked.set_kind(kind);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
+    wire::AskPose request;
+    request.set_kind(kind);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, request), "");
     keeper_->work();
     // The room has not stepped: the second request must wait, because the molecule is not yet at its new pose.
     keeper_->work();
@@ -90,16 +90,16 @@ TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
   rooms[0]->step(ServerTime{});
   EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 1U);
   const auto ask_other = [&] {
-    wire::AskPose asked;
-    asked.set_kind(wire::AskPose::KEEP);
-    EXPECT_EQ(other.ask(*rooms[0], UserId{7}, "ada", 31, asked), "");
+    wire::AskPose request;
+    request.set_kind(wire::AskPose::KEEP);
+    EXPECT_EQ(other.ask(*rooms[0], UserId{7}, "ada", 31, request), "");
     other.work();
-    wire::ServerControl told;
-    other.deliver([&told](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
-      told = answer;
+    wire::ServerControl received;
+    other.deliver([&received](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
+      received = answer;
       return true;
     });
-    return told;
+    return received;
   };
   EXPECT_THAT(ask_other().error().text(), HasSubstr("another server keeps poses in that folder"));
   keeper_.reset();
@@ -147,8 +147,8 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
 
 TEST_F(PoseKeeperTest, TheMinimumNearbyIsTheFilesOwn) {
   ask(wire::AskPose::GO_TO, 0);
-  const wire::ServerControl told = ask(wire::AskPose::MINIMISE);
-  EXPECT_THAT(told.pose_taken().text(), HasSubstr("to the minimum nearby, -"));
+  const wire::ServerControl reply = ask(wire::AskPose::MINIMISE);
+  EXPECT_THAT(reply.pose_taken().text(), HasSubstr("to the minimum nearby, -"));
   const wire::KeptPose found = ask(wire::AskPose::KEEP).kept_pose();
   EXPECT_LT(found.rmsd_angstrom(), 1.0);
   EXPECT_LT(found.lj_kj_per_mol() + found.coulomb_kj_per_mol(),

@@ -52,13 +52,13 @@ class PoseSequences {
   void ask() {
     const Room& of = room();
     const UserId by = user();
-    wire::AskPose asked;
-    asked.set_kind(
+    wire::AskPose request;
+    request.set_kind(
         static_cast<wire::AskPose::Kind>(below(9)));  // one kind is unknown; the keeper does not handle CANCEL
-    if (asked.kind() == wire::AskPose::CANCEL) return;
-    asked.set_number(static_cast<std::uint32_t>(below(12)));
-    asked.set_name("name " + std::to_string(below(1000)));
-    if (keeper_->ask(of, by, "user " + std::to_string(by.value), ++last_request_, asked).empty())
+    if (request.kind() == wire::AskPose::CANCEL) return;
+    request.set_number(static_cast<std::uint32_t>(below(12)));
+    request.set_name("name " + std::to_string(below(1000)));
+    if (keeper_->ask(of, by, "user " + std::to_string(by.value), ++last_request_, request).empty())
       open_[last_request_] = {of.name(), by};
   }
 

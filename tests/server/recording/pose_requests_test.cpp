@@ -38,14 +38,14 @@ TEST_F(PoseKeeperTest, UserAndRoomHaveBudgetsAndDeletingGivesThemBack) {
 }
 
 TEST_F(PoseKeeperTest, AUserWaitsForAnswersBeforeAskingMore) {
-  wire::AskPose asked;
+  wire::AskPose request;
   for (std::size_t i = 0; i < kMaxPoseRequestsOfUser; ++i)
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
-  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 1, asked), HasSubstr("4 of your requests wait"));
+    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, request), "");
+  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 1, request), HasSubstr("4 of your requests wait"));
   std::uint32_t user = 8;
   for (std::size_t i = kMaxPoseRequestsOfUser; i < kMaxPoseRequestsOfRoom; ++i)
-    EXPECT_EQ(keeper_->ask(room(), UserId{user++}, "ben", 1, asked), "");
-  EXPECT_THAT(keeper_->ask(room(), UserId{user}, "cleo", 1, asked), HasSubstr("32 requests of this room wait"));
+    EXPECT_EQ(keeper_->ask(room(), UserId{user++}, "ben", 1, request), "");
+  EXPECT_THAT(keeper_->ask(room(), UserId{user}, "cleo", 1, request), HasSubstr("32 requests of this room wait"));
 }
 
 TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain) {
@@ -70,9 +70,9 @@ TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain)
 TEST_F(PoseKeeperTest, ARenamedPoseHasItsNameInEveryListAfterARestartToo) {
   for (int i = 0; i < 2; ++i) ask(wire::AskPose::KEEP);
   const wire::KeptPose before = keeper_->kept(room())[1];
-  const wire::ServerControl told = ask(wire::AskPose::RENAME, 1, "bound");
-  EXPECT_EQ(told.kept_pose().name(), "bound");
-  EXPECT_FALSE(told.kept_pose().is_news());
+  const wire::ServerControl reply = ask(wire::AskPose::RENAME, 1, "bound");
+  EXPECT_EQ(reply.kept_pose().name(), "bound");
+  EXPECT_FALSE(reply.kept_pose().is_news());
   EXPECT_THAT(ask(wire::AskPose::RENAME, 9, "x").error().text(), HasSubstr("no pose has that number"));
   EXPECT_THAT(ask(wire::AskPose::RENAME, 0, "x").error().text(), HasSubstr("keeps its name"));
   std::stringstream csv;
@@ -97,33 +97,33 @@ TEST_F(PoseKeeperTest, ALongMinimisationLetsTheRequestsOfAnotherRoomInAndTellsHo
     ASSERT_TRUE(each->post({.seat = {0, UserId{9}, UserRole::kManipulator, 0}}));
     each->step(ServerTime{});
   }
-  wire::AskPose asked;
-  asked.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
+  wire::AskPose request;
+  request.set_kind(wire::AskPose::MINIMISE);
+  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, request), "");
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(keeper_->work_slice());
-  asked.set_kind(wire::AskPose::KEEP);
-  EXPECT_EQ(keeper_->ask(*rooms_[1], UserId{9}, "ben", 2, asked), "");
-  EXPECT_EQ(keeper_->ask(room(), UserId{8}, "cleo", 3, asked), "") << "in the same room";
+  request.set_kind(wire::AskPose::KEEP);
+  EXPECT_EQ(keeper_->ask(*rooms_[1], UserId{9}, "ben", 2, request), "");
+  EXPECT_EQ(keeper_->ask(room(), UserId{8}, "cleo", 3, request), "") << "in the same room";
   std::vector<std::uint32_t> answered;
-  bool is_told = false;
+  bool is_reported = false;
   for (int slice = 0; slice < 10 && answered.size() < 2; ++slice) {
     keeper_->work_slice();
     keeper_->deliver([&](const Room& of, UserId, const wire::ServerControl& answer, const RoomCommand*) {
       if (answer.has_kept_pose()) answered.push_back(answer.request());
-      is_told = is_told || (&of == &room() && answer.has_pose_progress() && !answer.pose_progress().is_over());
+      is_reported = is_reported || (&of == &room() && answer.has_pose_progress() && !answer.pose_progress().is_over());
       EXPECT_FALSE(answer.has_pose_taken()) << "it is still under way";
       return true;
     });
   }
   EXPECT_THAT(answered, testing::UnorderedElementsAre(2U, 3U));
-  EXPECT_TRUE(is_told);
+  EXPECT_TRUE(is_reported);
 }
 
 TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAre) {
   const auto begin = [this] {
-    wire::AskPose asked;
-    asked.set_kind(wire::AskPose::MINIMISE);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
+    wire::AskPose request;
+    request.set_kind(wire::AskPose::MINIMISE);
+    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, request), "");
     for (int i = 0; i < 5; ++i) ASSERT_TRUE(keeper_->work_slice());
   };
   const Pose X = pose();
@@ -154,14 +154,14 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
 
 TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
   ask(wire::AskPose::KEEP);
-  wire::AskPose asked;
-  asked.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
+  wire::AskPose request;
+  request.set_kind(wire::AskPose::MINIMISE);
+  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, request), "");
   keeper_->work_slice();
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 2, asked), "");
-  asked.set_kind(wire::AskPose::GO_TO);
-  asked.set_number(1);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 3, asked), "");
+  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 2, request), "");
+  request.set_kind(wire::AskPose::GO_TO);
+  request.set_number(1);
+  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 3, request), "");
   keeper_->work();
   std::map<std::uint32_t, wire::ServerControl> answers;
   keeper_->deliver([&](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
@@ -175,15 +175,15 @@ TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
 
 TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
   ask(wire::AskPose::KEEP);
-  wire::AskPose asked;
+  wire::AskPose request;
   for (const auto kind : {wire::AskPose::MINIMISE, wire::AskPose::KEEP, wire::AskPose::DELETE}) {
-    asked.set_kind(kind);
-    asked.set_number(1);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 10 + static_cast<std::uint32_t>(kind), asked), "");
+    request.set_kind(kind);
+    request.set_number(1);
+    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 10 + static_cast<std::uint32_t>(kind), request), "");
     if (kind == wire::AskPose::MINIMISE) keeper_->work_slice();
   }
   keeper_->begin_stop();
-  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 99, asked), HasSubstr("the server is stopping"));
+  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 99, request), HasSubstr("the server is stopping"));
   EXPECT_EQ(keeper_->unanswered(), 3U);
   keeper_->work();
   std::vector<std::uint32_t> refused;
@@ -198,8 +198,8 @@ TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
 }
 
 TEST_F(PoseKeeperTest, ADroppedRequestIsGivenUpOnceAndNotServedAfterTheRoomsEnd) {
-  wire::AskPose asked;
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 5, asked), "");
+  wire::AskPose message;
+  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 5, message), "");
   int refused = 0;
   keeper_->refuse_unanswered([&](const Room& of, UserId user, std::uint32_t request) {
     EXPECT_EQ(&of, &room());

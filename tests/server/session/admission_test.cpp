@@ -177,10 +177,10 @@ TEST_F(AdmissionTest, RoleNameAndForceAreTheTokens) {
     c.set_max_force_n(1.5);
   };
   EXPECT_EQ(answer_to(join_by(token(limited))), "joined");
-  const auto told = bench->take(client);
-  ASSERT_EQ(test::described(told), "user_joined");
-  EXPECT_EQ(told[0].user_joined().name(), "guest");
-  EXPECT_EQ(told[0].user_joined().coupling_bounds().force_limit_n(), 1.5);
+  const auto received = bench->take(client);
+  ASSERT_EQ(test::described(received), "user_joined");
+  EXPECT_EQ(received[0].user_joined().name(), "guest");
+  EXPECT_EQ(received[0].user_joined().coupling_bounds().force_limit_n(), 1.5);
 }
 
 TEST_F(AdmissionTest, WhoLostTheConnectionComesBackWithItsKeyAsWhatItWas) {
@@ -197,9 +197,9 @@ TEST_F(AdmissionTest, WhoIsStillHereByAnOldConnectionLeavesIt) {
   const test::BenchClient before = joined_client();
   const test::BenchClient after = greeted();
   EXPECT_EQ(answer_to(after, resume_by(after, before.joined.resume_credential(), client_key)), "joined");
-  const auto told = bench->take(before);
-  ASSERT_EQ(test::described(told), "goodbye");
-  EXPECT_EQ(told[0].goodbye().reason(), wire::DISCONNECT_RESUMED);
+  const auto received = bench->take(before);
+  ASSERT_EQ(test::described(received), "goodbye");
+  EXPECT_EQ(received[0].goodbye().reason(), wire::DISCONNECT_RESUMED);
   EXPECT_EQ(bench->hub->user_count(), 1U);
 }
 
@@ -277,11 +277,11 @@ TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   EXPECT_EQ(second.joined.role(), wire::ROLE_MANIPULATOR);
   EXPECT_NE(second.joined.tool(), first.joined.tool());
   EXPECT_NE(second.joined.resume_credential(), credential) << "it comes back by itself";
-  bool is_told = false;
+  bool is_announced = false;
   for (const wire::ServerControl& message : bench->take(first)) {
-    is_told = is_told || message.user_joined().coupling_bounds().force_limit_n() == 2;
+    is_announced = is_announced || message.user_joined().coupling_bounds().force_limit_n() == 2;
   }
-  EXPECT_TRUE(is_told) << "with no more force than the token allows";
+  EXPECT_TRUE(is_announced) << "with no more force than the token allows";
   const test::BenchClient third = greeted();
   EXPECT_EQ(answer_to(third, join_beside(third, credential, client_key)), "error ERROR_NOT_ALLOWED, goodbye")
       << "one beside the first";

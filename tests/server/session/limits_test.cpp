@@ -163,9 +163,9 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   EXPECT_EQ(test::described(bench.take(slow)), "");
   bench.transport.queued = 0;
   bench.step();
-  const auto told = bench.take(slow);
-  ASSERT_EQ(test::described(told), "parameter_set");
-  EXPECT_EQ(told[0].parameter_set().value(), 501);
+  const auto received = bench.take(slow);
+  ASSERT_EQ(test::described(received), "parameter_set");
+  EXPECT_EQ(received[0].parameter_set().value(), 501);
   EXPECT_EQ(bench.hub->user_count(), 2U);
 }
 
@@ -189,10 +189,10 @@ TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
   EXPECT_EQ(test::described(bench.take(slow)), "");
   bench.transport.queued = 0;
   bench.step();
-  const auto told = bench.take(slow);
-  ASSERT_EQ(test::described(told), "user_left, user_joined");
-  EXPECT_EQ(told[0].user_left().user(), ada.joined.user()) << "of whom he knew";
-  EXPECT_EQ(told[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
+  const auto received = bench.take(slow);
+  ASSERT_EQ(test::described(received), "user_left, user_joined");
+  EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "of whom he knew";
+  EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
 }
 
 TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {

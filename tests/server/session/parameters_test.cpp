@@ -124,8 +124,8 @@ TEST(SessionParameters, OnlyTheOperatorSetsThemAndTakesThemAlong) {
   EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 300);
   bench.take(ada);
   bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
-  const auto told = bench.take(ada);
-  EXPECT_EQ(parameters_in(told), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+  const auto received = bench.take(ada);
+  EXPECT_EQ(parameters_in(received), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
   bench.step(200);
   EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 200);
 }
@@ -159,9 +159,9 @@ TEST(SessionLaw, IsTheOperatorsToldToAllAndKnownToNewcomersUntilHeLeaves) {
   EXPECT_EQ(bench.join("eve", wire::ROLE_OBSERVER).joined.scene().coupling().law(), "stable-dynamic");
   bench.take(ada);
   bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
-  const auto told = bench.take(ada);
-  ASSERT_EQ(test::described(told), "parameter_set, user_left");
-  EXPECT_EQ(told[0].parameter_set().text(), "spring-damper") << "the scene's";
+  const auto received = bench.take(ada);
+  ASSERT_EQ(test::described(received), "parameter_set, user_left");
+  EXPECT_EQ(received[0].parameter_set().text(), "spring-damper") << "the scene's";
   EXPECT_EQ(bench.join("cleo").joined.scene().coupling().law(), "spring-damper");
 }
 

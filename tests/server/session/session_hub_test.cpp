@@ -94,9 +94,9 @@ TEST(SessionHub, WhoFloodsWithControlMessagesIsEndedAndNobodyElse) {
   for (int k = 0; k < 250; ++k) bench.send(ada, ping);
   bench.step(20);
   EXPECT_EQ(bench.hub->user_count(), 1U);
-  const auto told = bench.take(ada);
-  ASSERT_FALSE(told.empty());
-  EXPECT_THAT(told.back().goodbye().text(), HasSubstr("at most 100 a second"));
+  const auto received = bench.take(ada);
+  ASSERT_FALSE(received.empty());
+  EXPECT_THAT(received.back().goodbye().text(), HasSubstr("at most 100 a second"));
   for (int k = 0; k < 900; ++k) {
     bench.now += std::chrono::milliseconds(11);
     bench.send(ben, ping);
@@ -195,9 +195,9 @@ TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
   EXPECT_LE(bench.now - vanished, std::chrono::seconds(2));
   EXPECT_GE(bench.now - vanished, HubSettings{}.silence_timeout - std::chrono::milliseconds(2));
   EXPECT_FALSE(bench.newest_update(ben)->bodies.at(0).held_by.is_valid());
-  const auto told = bench.take(ben);
-  ASSERT_EQ(test::described(told), "user_left");
-  EXPECT_EQ(told[0].user_left().reason(), wire::DISCONNECT_SILENCE);
+  const auto received = bench.take(ben);
+  ASSERT_EQ(test::described(received), "user_left");
+  EXPECT_EQ(received[0].user_left().reason(), wire::DISCONNECT_SILENCE);
   EXPECT_EQ(bench.join("cleo").joined.tool(), ada.joined.tool());
 }
 
@@ -294,9 +294,9 @@ TEST(SessionHub, TellsOthersWhatADeviceBearsInTheWorld) {
   wire::ClientControl join = test::HubBench::join_message("ben");
   join.mutable_join()->mutable_coupling_bounds()->set_force_limit_n(2);
   bench.send(ben, join);
-  const auto told = bench.take(ada);
-  ASSERT_EQ(test::described(told), "user_joined");
-  const wire::UserJoined& user = told[0].user_joined();
+  const auto received = bench.take(ada);
+  ASSERT_EQ(test::described(received), "user_joined");
+  const wire::UserJoined& user = received[0].user_joined();
   EXPECT_EQ(user.tool(), 1U);
   const double scale = bench.rooms.front()->scene().workspaces.at(1).force_scale;
   EXPECT_EQ(user.coupling_bounds().force_limit_n(), 2 / scale);
@@ -410,12 +410,12 @@ TEST(SessionHub, TellsShapesOfSoftBodiesToThoseWhoAskedAndNeverBeforeAnythingEls
   test::HubBench bench({}, {soft_scene()});
   test::BenchClient ada = join_with_shapes(bench, "ada", true), ben = join_with_shapes(bench, "ben", false);
   bench.step(500);
-  const auto told = bench.take(ada);
-  const std::size_t shapes = shapes_in(told);
+  const auto received = bench.take(ada);
+  const std::size_t shapes = shapes_in(received);
   EXPECT_GT(shapes, 0U) << "it sags";
   EXPECT_LE(shapes, 10U) << "20 a second";
   EXPECT_EQ(shapes_in(bench.take(ben)), 0U);
-  const auto last = std::ranges::find_if(told, [](const auto& m) { return m.has_soft_shape(); });
+  const auto last = std::ranges::find_if(received, [](const auto& m) { return m.has_soft_shape(); });
   const auto offsets = proto::read_soft_shape(last->soft_shape());
   ASSERT_TRUE(offsets);
   EXPECT_EQ(offsets->size(), proto::kSoftLatticePoints);

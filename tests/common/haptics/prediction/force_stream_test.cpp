@@ -277,8 +277,8 @@ TEST(ForceStream, NoInputMakesTheOutputInfinite) {
       stream.push(now, {Vec3(value, 1, value), Vec3(0, value, 1)}, random.uniform() < 0.1);
       bad += !std::isfinite(value) || std::abs(value) > 1e6 ? 1 : 0;
       if (random.uniform() < 0.5) stream.fit();
-      const LocalTime asked = now + Duration(static_cast<Duration::rep>(random.uniform(-1e9, 1e9)));
-      const Wrench shown = stream.at(asked);
+      const LocalTime queried = now + Duration(static_cast<Duration::rep>(random.uniform(-1e9, 1e9)));
+      const Wrench shown = stream.at(queried);
       ASSERT_TRUE(is_finite(shown)) << name << ", " << k;
       ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), 3e6 + 1) << name;
       if (k % 5000 == 4999) stream.reset();
@@ -325,16 +325,16 @@ TEST(ForceStream, PushAndAtAllocateNothing) {
 TEST(ForceStream, AFitIsAskedForOnlyByThoseThatUseIt) {
   for (const std::string_view name : force_stream_names()) {
     ForceStream stream(of(name));
-    bool has_asked = false;
+    bool has_requested = false;
     for (int k = 0; k < 400; ++k) {
       stream.push(at_ms(5 * k), all_axes(std::sin(0.1 * k)));
-      has_asked |= stream.fit_pending();
+      has_requested |= stream.fit_pending();
       if (stream.fit_pending()) {
         EXPECT_TRUE(stream.fit());
       }
       EXPECT_FALSE(stream.fit());
     }
-    EXPECT_EQ(has_asked, name != "hold" && name != "linear") << name;
+    EXPECT_EQ(has_requested, name != "hold" && name != "linear") << name;
   }
 }
 
