@@ -142,7 +142,7 @@ class Watch {
   /// Receives the owner's packets. False: the owner has ended.
   bool receive();
   void look(LocalTime now);
-  void owner_is_gone(const Clock& clock);
+  void on_owner_exit(const Clock& clock);
   /// Sleeps until the device may accept bytes or the owner sends, at most for kLook.
   void wait() const noexcept;
 
@@ -163,7 +163,7 @@ class Watch {
   std::optional<Waiting> command_, reply_;
   bool is_writer_ = false;  ///< this process writes all frames
   bool is_silent_ = false;  ///< silent with a force on
-  bool is_owner_gone_ = false;
+  bool has_owner_exited_ = false;
   LocalTime silent_since_{};
   int zeros_ = 0;  ///< zeros that the device accepted in this silence
   LocalTime next_zero_{};
@@ -242,20 +242,20 @@ void Watch::note_begun() {
 
 void Watch::note_written(LocalTime now) {
   if (kind_ == Kind::kAnswer) answer_until_ = {};
-  if (kind_ == Kind::kCommand && !is_owner_gone_) beat_.written.store(number_, std::memory_order_release);
+  if (kind_ == Kind::kCommand && !has_owner_exited_) beat_.written.store(number_, std::memory_order_release);
   if (kind_ != Kind::kZero) return;
-  if (zeros_++ == 0 && !is_owner_gone_) beat_.let_go.fetch_add(1, std::memory_order_release);
+  if (zeros_++ == 0 && !has_owner_exited_) beat_.let_go.fetch_add(1, std::memory_order_release);
   next_zero_ = now + kLook;
 }
 
 /// Not after the owner's end: another watchdog may use its memory by then.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
-  if (!is_owner_gone_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
+  if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }
 
-void Watch::owner_is_gone(const Clock& clock) {
+void Watch::on_owner_exit(const Clock& clock) {
   const bool is_force_on = beat_.is_force_on.load(std::memory_order_acquire);
-  is_owner_gone_ = is_silent_ = true;
+  has_owner_exited_ = is_silent_ = true;
   zeros_ = is_force_on ? 0 : kZeros;
   next_zero_ = clock.now();
   command_.reset();
@@ -274,7 +274,7 @@ void Watch::owner_is_gone(const Clock& clock) {
 }
 
 void Watch::wait() const noexcept {
-  const int owner = is_owner_gone_ ? -1 : kOwner;
+  const int owner = has_owner_exited_ ? -1 : kOwner;
   const int device = line_.has_frame() && line_.is_full() ? kDevice : -1;
   std::array<pollfd, 2> wakes{pollfd{owner, POLLIN, 0}, pollfd{device, POLLOUT, 0}};
   poll(wakes.data(), wakes.size(), kLook_ms);
@@ -296,5 +296,5 @@ int main(int count, char** arguments) {
     watch.look(clock.now());
     watch.wait();
   }
-  watch.owner_is_gone(clock);
+  watch.on_owner_exit(clock);
 }

@@ -207,18 +207,18 @@ void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
     }
     known->partner.take(received, update);
   }
-  const auto is_gone = [&update](const PartnerHere& here) {
+  const auto has_left = [&update](const PartnerHere& here) {
     return update.stepped - here.partner.received_at() > kHoldKept;
   };
   for (PartnerHere& here : partners_) {
     const Partner& partner = here.partner;
-    if (here.is_here && (is_gone(here) || !partner.has_handle() || partner.tool() != here.tool)) let_go(here);
+    if (here.is_here && (has_left(here) || !partner.has_handle() || partner.tool() != here.tool)) let_go(here);
     if (here.held.is_valid() && here.held != partner.holds()) {
       world_.release(here.tool);
       here.held = BodyId{};
     }
   }
-  std::erase_if(partners_, is_gone);
+  std::erase_if(partners_, has_left);
 }
 
 void LocalModel::let_go(PartnerHere& here) noexcept {

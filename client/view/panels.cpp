@@ -261,7 +261,7 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
     is_set = ImGui::IsItemDeactivatedAfterEdit() || is_set;
     workspace.turn_rad = turn_deg * std::numbers::pi / 180;
     if (ImGui::Button("away is where I look")) {
-      workspace.turn_rad = content.looks_from_rad;
+      workspace.turn_rad = content.camera_turn_rad;
       is_set = true;
     }
   }

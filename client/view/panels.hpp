@@ -38,7 +38,7 @@ struct PanelContent {
   const std::vector<std::string>* missing = nullptr;  ///< objects of the scene that are not in the picture
   std::string notice;                                 ///< for the top of the window
   bool is_mouse = false;
-  double looks_from_rad = 0;         ///< Camera::turn_rad()
+  double camera_turn_rad = 0;        ///< Camera::turn_rad()
   bool is_making_molecules = false;  ///< molecules in another style are being made
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< in words

@@ -378,7 +378,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
                              .is_mouse = self.is_mouse(),
-                             .looks_from_rad = self.camera.turn_rad(),
+                             .camera_turn_rad = self.camera.turn_rad(),
                              .is_making_molecules = self.scene->is_making(self.switches.molecules),
                              .is_recording = self.is_recording,
                              .recording_state = &self.recording_state,

@@ -106,8 +106,8 @@ bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   const auto plane = std::ranges::find_if(planes, holds);
   if (plane == planes.end()) return false;
   const OrientedBox around{p_S, Eigen::Matrix3d::Identity(), Vec3::Constant(kInsidePlane_m)};
-  std::size_t looks = 0;
-  return (field.planes_over(around, looks) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
+  std::size_t queries = 0;
+  return (field.planes_over(around, queries) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
 /// Distance from a surface point straight inward to the place where the opposite surface becomes the nearer one;

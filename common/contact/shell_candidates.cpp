@@ -16,9 +16,9 @@ namespace {
 
 // Limit of the accumulated motion, since the cut stores distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// Limits of a walk's queries as multiples of most_looks(): usual, first step at a coarser level, first cut. Wide bands
+// Limits of a walk's queries as multiples of max_queries(): usual, first step at a coarser level, first cut. Wide bands
 // double them.
-constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
+constexpr std::uint32_t kWalkQueries = 4, kNewLevelQueries = 8, kFirstCutQueries = 16;
 // Motion of a part until it is checked again for halves to join, spread by share_of(), one part a step: small nodes
 // that have passed a groove may fit one large node above planes again. The motion doubles after a check without
 // success. It is the maximum where the queries were too many for a step and the part moves fast.
@@ -45,8 +45,8 @@ double chord(const Quat& a, const Quat& b) {
 struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double gone_m = 0;               ///< accumulated motion: bounds the approach of each of its points
-  double moved_m = 0;              ///< share of the last step in gone_m
+  double moved_m = 0;              ///< accumulated motion: bounds the approach of each of its points
+  double step_motion_m = 0;        ///< share of the last step in moved_m
   double query_again_at_m = 0;     ///< least value of its nodes
   double looked_over_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
   double looked_over_after_m = 0;  ///< motion between that check and the one after
@@ -144,7 +144,7 @@ void ShellCandidates::begin_cut() noexcept {
     part.count = 1;
     part.query_again_at_m = -std::numeric_limits<double>::infinity();
     part.looked_over_after_m = kLookOver_m;
-    part.looked_over_at_m = part.gone_m + share_of(part.node) * kLookOver_m;
+    part.looked_over_at_m = part.moved_m + share_of(part.node) * kLookOver_m;
     part.has_open_question = part.waits_for_rest = false;
     cut_.push_back(unknown(part.node));
   }
@@ -261,7 +261,7 @@ void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   // In a larger node not all points were sampled.
   if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
-  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.query_again_at_m - part.gone_m);
+  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.query_again_at_m - part.moved_m);
   X_FP_gap_ = X_FP;
 }
 
@@ -271,7 +271,7 @@ void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
   if (std::isfinite(least_band_m_)) {
-    for (Part& part : parts_) part.gone_m += (1 - 1 / kSteepest) * (least_band_m_ - band_m);
+    for (Part& part : parts_) part.moved_m += (1 - 1 / kSteepest) * (least_band_m_ - band_m);
   }
   least_band_m_ = band_m;
 }
@@ -295,9 +295,9 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   for (Part& part : parts_) {
     const ShellNode& node = shell_->nodes[part.node];
     const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + turned * node.radius_m;
-    part.moved_m = std::min(of_points, of_solid);
-    part.gone_m += part.moved_m;
-    if (!(part.gone_m > kFarthest_m)) continue;
+    part.step_motion_m = std::min(of_points, of_solid);
+    part.moved_m += part.step_motion_m;
+    if (!(part.moved_m > kFarthest_m)) continue;
     start_again_from_0(part);
     do_answers_hold = false;
   }
@@ -307,11 +307,11 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
 // Resets the accumulated motion, which keeps single precision sufficient.
 void ShellCandidates::start_again_from_0(Part& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
-    entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.gone_m);
+    entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
   }
   part.query_again_at_m = -std::numeric_limits<double>::infinity();
-  part.looked_over_at_m -= part.gone_m;
-  part.gone_m = 0;
+  part.looked_over_at_m -= part.moved_m;
+  part.moved_m = 0;
 }
 
 // Joins far nodes. A shell that has moved past many obstacles leaves a cut of small far nodes, which are not queried
@@ -321,7 +321,7 @@ void ShellCandidates::join_far() noexcept {
   std::size_t size = 0;
   for (Part& part : parts_) {
     const std::size_t begin = size;
-    const auto far_at_m = static_cast<float>(part.gone_m + band_m_ + kJoinBeyond_m);
+    const auto far_at_m = static_cast<float>(part.moved_m + band_m_ + kJoinBeyond_m);
     for (std::size_t i = part.begin; i < part.begin + part.count; ++i) {
       CutNode entry = old_cut_[i];
       while (size > begin && entry.node != part.node && entry.planes == 0 && entry.query_again_at_m > far_at_m) {
@@ -346,7 +346,7 @@ void ShellCandidates::join_far() noexcept {
 
 // False: more nodes or candidates than there is room for.
 bool ShellCandidates::walk(double band_m) noexcept {
-  divide_looks_ = looks_to_divide();
+  divide_queries_ = queries_to_divide();
   divide_points_ = 0;
   std::swap(cut_, old_cut_);
   const bool is_full = static_cast<double>(old_cut_.size()) > kJoinFarAbove * static_cast<double>(cut_limit());
@@ -360,19 +360,20 @@ bool ShellCandidates::walk(double band_m) noexcept {
   near_count_ = 0;
   may_look_over_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;
-  const std::uint32_t share = !has_walked_                     ? kFirstCutLooks
-                              : is_try_ || steps_at_level_ > 1 ? kWalkLooks
-                                                               : kNewLevelLooks;
-  const std::uint32_t looks = (is_band_wide() ? 2 : 1) * share * most_looks();
-  looks_end_ = is_coarsest() ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + looks + divide_looks_;
+  const std::uint32_t share = !has_walked_                     ? kFirstCutQueries
+                              : is_try_ || steps_at_level_ > 1 ? kWalkQueries
+                                                               : kNewLevelQueries;
+  const std::uint32_t queries = (is_band_wide() ? 2 : 1) * share * max_queries();
+  query_limit_ =
+      is_coarsest() ? std::numeric_limits<std::uint32_t>::max() : work_.queries() + queries + divide_queries_;
   const std::size_t divided_up_to = std::exchange(divided_up_to_, 0);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    divides_part_ = divide_looks_ > 0 && parts_[i].has_sampled && i >= divided_up_to;
+    divides_part_ = divide_queries_ > 0 && parts_[i].has_sampled && i >= divided_up_to;
     if (!walk_part(parts_[i], band_m)) {
       keep_rest(i);
       return false;
     }
-    if (divides_part_ && divide_looks_ == 0) divided_up_to_ = i;
+    if (divides_part_ && divide_queries_ == 0) divided_up_to_ = i;
   }
   walk_points_ = work_.points - points_before - divide_points_;
   end_dividing();
@@ -382,8 +383,8 @@ bool ShellCandidates::walk(double band_m) noexcept {
 /// Batches the distance queries of the next nodes of the cut by eight, so that their memory accesses overlap.
 class ShellCandidates::Ahead {
  public:
-  Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double gone_m, double band_m)
-      : search_(search), entries_(entries), gone_m_(gone_m), band_m_(band_m) {}
+  Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
+      : search_(search), entries_(entries), moved_m_(moved_m), band_m_(band_m) {}
 
   /// Next distance; called once for each inner node that needs a query, in order.
   double next_nearest_m() noexcept {
@@ -399,7 +400,7 @@ class ShellCandidates::Ahead {
     for (; seen_ < entries_.size() && count_ < kEight; ++seen_) {
       const CutNode& entry = entries_[seen_];
       nodes[count_] = &search_.shell_->nodes[entry.node];
-      count_ += !entry.is_leaf && !entry.is_known(gone_m_, band_m_) ? 1 : 0;
+      count_ += !entry.is_leaf && !entry.is_known(moved_m_, band_m_) ? 1 : 0;
     }
     for (std::size_t i = 0; i < count_; ++i) {
       const Vec3 centre_F = search_.R_FP_ * nodes[i]->centre_S.cast<double>() + search_.p_FP_;
@@ -412,7 +413,7 @@ class ShellCandidates::Ahead {
 
   const ShellCandidates& search_;
   std::span<const CutNode> entries_;
-  double gone_m_, band_m_;
+  double moved_m_, band_m_;
   std::size_t seen_ = 0, at_ = 0, count_ = 0;
   EightNumbers nearest_m_;
 };
@@ -431,9 +432,9 @@ void ShellCandidates::keep_rest(std::size_t part) noexcept {
 bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
   const auto begin = static_cast<std::uint32_t>(cut_.size());
-  const bool is_slow = part.moved_m < kSlow_m;
-  const bool is_due = may_look_over_ && (part.gone_m > part.looked_over_at_m || (part.waits_for_rest && is_slow));
-  if (!is_due && !divides_part_ && part.gone_m + band_m < part.query_again_at_m) {
+  const bool is_slow = part.step_motion_m < kSlow_m;
+  const bool is_due = may_look_over_ && (part.moved_m > part.looked_over_at_m || (part.waits_for_rest && is_slow));
+  if (!is_due && !divides_part_ && part.moved_m + band_m < part.query_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
   } else {
@@ -441,46 +442,46 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     is_question_open_ = has_sampled_ = false;
     first_at_m_ = std::numeric_limits<float>::infinity();
     const bool is_whole = is_due && part.has_open_question;
-    if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.gone_m, band_m)) return false;
-    Ahead ahead(*this, entries, part.gone_m, band_m);
+    if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.moved_m, band_m)) return false;
+    Ahead ahead(*this, entries, part.moved_m, band_m);
     bool was_queried = false;  // the previous entry
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
-      if (!was_queried && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.gone_m, band_m);
+      if (!was_queried && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;
       const CutNode& entry = entries[i];
       bool has_room = false;
-      const bool is_known = entry.is_known(part.gone_m, band_m);
-      const bool is_divided = entry.is_sampled && divides_part_ && divide_looks_ > 0;
+      const bool is_known = entry.is_known(part.moved_m, band_m);
+      const bool is_divided = entry.is_sampled && divides_part_ && divide_queries_ > 0;
       if (is_divided) {
-        has_room = open_children(entry.node, part.gone_m, band_m);
+        has_room = open_children(entry.node, part.moved_m, band_m);
         if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
       } else if (!is_known) {
         // Prefetches the next leaf while this entry is queried.
-        if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
+        if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.moved_m, band_m)) {
           LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
         }
-        has_room = entry.is_leaf ? open_leaf(entry, part.gone_m, band_m)
-                                 : open(entry.node, ahead.next_nearest_m(), part.gone_m, band_m);
+        has_room = entry.is_leaf ? open_leaf(entry, part.moved_m, band_m)
+                                 : open(entry.node, ahead.next_nearest_m(), part.moved_m, band_m);
       } else if (entry.planes != 0) {
         has_room = add_planes(entry.node, entry.planes) && put(entry);
       } else {
-        has_room = was_queried ? keep(entry, part.gone_m, band_m) : put(entry);
+        has_room = was_queried ? keep(entry, part.moved_m, band_m) : put(entry);
       }
-      if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
+      if (!has_room || (is_due && !join_above_planes(part.moved_m, band_m))) return false;
       was_queried = !is_known || is_divided;
     }
     may_look_over_ = may_look_over_ && !is_due;
     if (is_question_open_ && steps_at_level_ <= 1) {
       part.has_open_question = true;
-      part.looked_over_at_m = part.gone_m;
+      part.looked_over_at_m = part.moved_m;
     } else if (is_due && is_question_open_) {
       // In slow motion, valid results accumulate from step to step; in fast motion the check would never complete.
       part.waits_for_rest = !is_slow;
-      part.looked_over_at_m = part.gone_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
+      part.looked_over_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
     } else if (is_due) {
       const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
       part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
-      part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
+      part.looked_over_at_m = part.moved_m + share_of(part.node) * part.looked_over_after_m;
       part.has_open_question = part.waits_for_rest = false;
     }
     part.query_again_at_m = first_at_m_;

@@ -97,7 +97,7 @@ class PartSides::Cells {
   /// winding number is within kDoubt of ½.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
-  static constexpr std::size_t kLooks = 16;  ///< samples of a connected region
+  static constexpr std::size_t kRegionSamples = 16;  ///< samples of a connected region
 
   struct Cell {
     Kind kind = Kind::kAsk;
@@ -127,7 +127,7 @@ class PartSides::Cells {
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
     Kind kind = Kind::kAsk;
-    for (std::size_t i = 0; i < region.size() && work_ <= kMaxWork; i += 1 + region.size() / kLooks) {
+    for (std::size_t i = 0; i < region.size() && work_ <= kMaxWork; i += 1 + region.size() / kRegionSamples) {
       kind = look_at(corners_of(mesh_, static_cast<std::size_t>(region[i])), true).kind;
       is_found[static_cast<std::size_t>(kind)] = true;
       work_ += kWorkPerLook;

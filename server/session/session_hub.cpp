@@ -294,22 +294,22 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
 void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
   const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
   const std::optional<Admission::Id> second = admission->revoke(first);
-  const std::optional<Admission::Id> gone = first == credential ? second : first;
-  if (!gone) return;
+  const std::optional<Admission::Id> revoked = first == credential ? second : first;
+  if (!revoked) return;
   for (const auto& [handle, other] : connections) {
-    const bool is_it = other->credential == gone && other->state == ConnectionState::kActive;
+    const bool is_it = other->credential == revoked && other->state == ConnectionState::kActive;
     if (is_it) end(*other, reason, "the user's other device went");
   }
 }
 
 void SessionHub::Impl::sweep() {
-  const auto gone = std::erase_if(connections, [](const auto& entry) {
+  const auto erased = std::erase_if(connections, [](const auto& entry) {
     const bool is_closed = entry.second->state == ConnectionState::kClosed;
     if (is_closed) --entry.second->address->connections;
     return is_closed;
   });
   // An address is kept until its token bucket is full again, so reconnecting gives no new budget.
-  if (gone == 0 && addresses.size() <= connections.size()) return;
+  if (erased == 0 && addresses.size() <= connections.size()) return;
   std::erase_if(addresses, [this](auto& entry) {
     return entry.second.connections == 0 && entry.second.control.is_full(called_at);
   });

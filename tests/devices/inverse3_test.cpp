@@ -292,8 +292,8 @@ TEST(Inverse3, WithoutAServiceItSaysWhatToStart) {
   options.name = "inverse3";
   options.profile = find_device_profile("inverse3");
   {
-    const FakeService gone;
-    options.service = "127.0.0.1:" + std::to_string(gone.endpoint().port());
+    const FakeService absent;
+    options.service = "127.0.0.1:" + std::to_string(absent.endpoint().port());
   }
   try {
     open_device(options);

@@ -23,7 +23,7 @@ constexpr double kSameNormalSine = 1e-3;
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
 // Limit of bricks and blocks that a query may read, which bounds the cost of a walk of the tree. Larger nodes are
 // divided.
-constexpr std::size_t kMaxLooks = 512;
+constexpr std::size_t kMaxPlaneMapQueries = 512;
 // Least cosine between the normal of a plane and that of its points; least half width of a node that defines a plane.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
@@ -318,13 +318,13 @@ bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, doubl
   return true;
 }
 
-PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept {
+PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept {
   if (planes_.empty() || !box_S.centre.allFinite()) return 0;
   PlaneSet all = 0;
   bool is_beyond_anywhere = false;
-  std::size_t most_looks = looks + kMaxLooks;
+  std::size_t max_queries = queries + kMaxPlaneMapQueries;
   const auto look_at = [&](std::uint8_t index) {
-    if (++looks > most_looks || index == kNone) return false;
+    if (++queries > max_queries || index == kNone) return false;
     is_beyond_anywhere = is_beyond_anywhere || index == kOutside || index == kInside;
     const PlaneSet before = std::exchange(all, all | sets_[index]);
     return all == before || std::popcount(all) <= kMaxInBox;
@@ -360,7 +360,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
   PlaneSet known = 0;
   while (all != known) {
     known = all;
-    most_looks = looks + kMaxLooks;
+    max_queries = queries + kMaxPlaneMapQueries;
     is_below_outside = false;
     if (!for_blocks(box_S, look_at_brick, look_at_block)) return 0;
   }

@@ -19,7 +19,7 @@ struct MeanSums {
 
 /// Parameters of next_queries(), common to all points of a leaf.
 struct QueryBounds {
-  double gone_m, least_band_m, before_m, farthest_m, error_m;
+  double moved_m, least_band_m, before_m, farthest_m, error_m;
 };
 
 // Points whose distances differ by less than this are merged: a few quanta of a distance grid.
@@ -120,8 +120,8 @@ double LeafSamples::area_scale() const {
   return area > 0 ? node_.mean.area_m2 / area : 1;
 }
 
-double LeafSamples::query_again_at_m(double gone_m, double least_band_m, double before_m, LeafLags& lags) const {
-  const QueryBounds known{.gone_m = gone_m - kRounding_m,
+double LeafSamples::query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const {
+  const QueryBounds known{.moved_m = moved_m - kRounding_m,
                           .least_band_m = least_band_m,
                           .before_m = before_m,
                           .farthest_m = field_.band_m(),

@@ -54,10 +54,10 @@ class LeafSamples {
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
   /// Accumulated motion at which a point may be as near as the least band.
   ///
-  /// In      gone_m    accumulated motion now
+  /// In      moved_m    accumulated motion now
   ///         before_m  bound of the points that were not sampled, to which `lags` are relative
   /// Out     lags      lag of each point
-  double query_again_at_m(double gone_m, double least_band_m, double before_m, LeafLags& lags) const;
+  double query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Estimated number of points of the node that are nearer than the band.
   std::size_t near_count(double band_m) const;
 

@@ -94,7 +94,7 @@ PublishedPair pair_of_helices() {
 }
 
 /// Adds the figures of the displayed force.
-ShownDocking judged(ShownDocking shown) {
+ShownDocking with_figures(ShownDocking shown) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> along;
@@ -124,7 +124,7 @@ ShownDocking with_stable_method(const PublishedPair& pair, const Condition& cond
     shown.at_s.push_back(to_seconds(tick.time));
     shown.force_n.push_back(tick.displayed_D.f);
   }
-  return judged(std::move(shown));
+  return with_figures(std::move(shown));
 }
 
 /// A molecule fixed to the handle of a simulated device.
@@ -181,7 +181,7 @@ ShownDocking without(const PublishedPair& pair, const Condition& condition) {
     shown.force_n.push_back(ligand.show(now, on_the_way.front()[1]));
     on_the_way.pop_front();
   }
-  return judged(std::move(shown));
+  return with_figures(std::move(shown));
 }
 
 /// Largest E − E_min in kT from kAloneFrom_s on: both hands relaxed at the minimum, both with tremor.

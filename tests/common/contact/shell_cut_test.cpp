@@ -24,9 +24,9 @@ class LinedTable final : public DistanceField {
   double distance_m(const Vec3& p_S) const noexcept override { return table_->distance_m(p_S); }
   DistanceSample sample(const Vec3& p_S) const noexcept override { return table_->sample(p_S); }
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
-  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept override {
     queried.push_back(box_S.centre);
-    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S, looks);
+    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S, queries);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
@@ -172,7 +172,7 @@ TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
   std::uint32_t most = 0;
   for (int i = 0; i < 40; ++i) {
     const double gap_m = i % 2 == 0 ? 1.5e-4 : 4e-4;
-    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kShellCutBand_m).looks());
+    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kShellCutBand_m).queries());
     EXPECT_TRUE(pair.contacts().empty());
   }
   EXPECT_LT(most, 6'000U) << "of some 8,000 points on each of six sides";

@@ -100,9 +100,9 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
     if (i % 2 == 0) box.axes = Eigen::Matrix3d::Identity();
     box.half_m = Vec3(2e-3, 2e-3, 3e-4).cwiseProduct(vector().cwiseAbs());
     box.centre = reach_m * vector();
-    std::size_t looks = 0;
-    const PlaneSet planes = field.planes_over(box, looks);
-    ASSERT_GT(looks, 0U);
+    std::size_t queries = 0;
+    const PlaneSet planes = field.planes_over(box, queries);
+    ASSERT_GT(queries, 0U);
     if (planes == 0) continue;
     ++found;
     found_of_several += std::popcount(planes) > 1 ? 1 : 0;
@@ -169,8 +169,8 @@ TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
     box.half_m = Vec3(1e-6, 5e-3, kHalf_m);
     box.centre = Quat(Eigen::AngleAxisd(side, Vec3::UnitZ())) *
                  Vec3(across_m + 3e-3 * uniform(random), 5e-3 * uniform(random), kHalf_m * (1 + uniform(random)));
-    std::size_t looks = 0;
-    const PlaneSet planes = shape->field->planes_over(box, looks);
+    std::size_t queries = 0;
+    const PlaneSet planes = shape->field->planes_over(box, queries);
     if (planes == 0) continue;
     ++found;
     for (int k = 0; k < 30; ++k) {
