@@ -54,7 +54,7 @@ class FieldWriter {
     static_assert(sizeof numbers < kMaxOneByte);
     tag(field, WireType::kLength);
     *end_++ = sizeof numbers;
-    put(numbers);
+    append(numbers);
   }
   template <class Write>
   void message(int field, const Write& write) {
@@ -79,14 +79,14 @@ class FieldWriter {
     end_ = CodedOutputStream::WriteVarint32ToArray(tag, end_);
   }
   template <class Value>
-  void put(const Value& value) {
+  void append(const Value& value) {
     std::memcpy(end_, &value, sizeof value);
     end_ += sizeof value;
   }
   template <class Value>
   void fixed(int field, Value value) {
     tag(field, WireType::kFixed64);
-    put(value);
+    append(value);
   }
 
   std::array<std::uint8_t, kMaxBytes> bytes_;

@@ -82,7 +82,7 @@ class ClientRun {
   void start_loop();
   void keep_going();
   void drain_records();
-  void take_record(const TickRecord& record);
+  void on_record(const TickRecord& record);
   void begin_recording(const std::filesystem::path& file);
   void end_recording();
   void switch_recording();
@@ -250,7 +250,7 @@ void ClientRun::pause() {
   if (window_) {
     window_->show_recording(is_recording_, recording_state());
     window_->draw(io_.haptics().newest_view(), io_.snapshot(), last_coupling_lines_);
-    if (window_->take_record_press()) switch_recording();
+    if (window_->pop_record_press()) switch_recording();
   } else {
     std::this_thread::sleep_for(kMainPeriod);
   }
@@ -380,17 +380,17 @@ void ClientRun::set_what_is_due() {
 
 void ClientRun::drain_records() {
   TickRecord record;
-  while (loop_->pop(record)) take_record(record);
+  while (loop_->pop(record)) on_record(record);
 }
 
-void ClientRun::take_record(const TickRecord& record) {
+void ClientRun::on_record(const TickRecord& record) {
   const int phase = hand_path_.phase_at(record.sample.path_time);
   has_begun_ = has_begun_ || record.has_begun;
   report_.add(record, phase);
   if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
   if (is_recording_) recorder_->add(record, phase);
-  const std::string news = report_.take_device_news();
+  const std::string news = report_.pop_device_news();
   if (!news.empty()) say("device " + options_.device.name + " is " + news);
   newest_ = record;
 }

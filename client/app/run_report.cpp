@@ -59,7 +59,7 @@ void RunReport::add(const TickRecord& record, int phase) {
   follow_body(record);
 }
 
-std::string RunReport::take_device_news() {
+std::string RunReport::pop_device_news() {
   const bool is_same = sample_.is_valid == reported_.is_valid && sample_.reason == reported_.reason;
   if (sample_.state == reported_.state && (is_same || (reported_at_ && newest_ - *reported_at_ < kDeviceNews)))
     return {};

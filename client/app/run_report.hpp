@@ -76,7 +76,7 @@ class RunReport {
   /// Text of describe() if the device's state has changed since the last report; otherwise empty. While the state stays
   /// the same, validity and reason are reported at most once a second, so that a loose contact does not fill the
   /// terminal.
-  std::string take_device_news();
+  std::string pop_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }
   const std::vector<Silence>& silences() const { return silences_; }

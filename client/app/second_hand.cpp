@@ -59,7 +59,7 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
   if (!has_started_ && last_.status.state == SessionState::kEnded) {
     throw std::runtime_error("second device: " + last_.status.why);
   }
-  if (has_started_) take_news();
+  if (has_started_) pop_news();
   if (last_.status.why != last_why_ && !last_.status.why.empty()) say_("second device: " + last_.status.why);
   last_why_ = last_.status.why;
 }
@@ -78,11 +78,11 @@ void SecondHand::start_loop() {
   if (!missing.empty()) say_(missing);
 }
 
-void SecondHand::take_news() {
+void SecondHand::pop_news() {
   TickRecord record;
   while (loop_.pop(record)) {
     report_.add(record, -1);
-    const std::string news = report_.take_device_news();
+    const std::string news = report_.pop_device_news();
     if (!news.empty()) say_("second device " + options_.device.name + " is " + news);
   }
 }
@@ -93,7 +93,7 @@ void SecondHand::request_stop() noexcept {
 
 void SecondHand::stop() {
   loop_.stop();
-  if (has_started_) take_news();
+  if (has_started_) pop_news();
   last_ = io_.snapshot();
   io_.stop();
 }

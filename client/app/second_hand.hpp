@@ -48,7 +48,7 @@ class SecondHand {
  private:
   void follow(const std::string& room);
   void start_loop();
-  void take_news();
+  void pop_news();
 
   ClientOptions options_;
   std::function<void(const std::string&)> say_;

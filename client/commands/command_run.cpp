@@ -177,7 +177,7 @@ bool CommandRun::Impl::await_room() {
 
 void CommandRun::Impl::begin_next() {
   if (!await_room()) return;
-  const std::optional<std::string> line = pipe.take();
+  const std::optional<std::string> line = pipe.pop_line();
   if (!line) return;
   ++lines_taken;
   word = command_word(*line);

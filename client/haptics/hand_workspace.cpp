@@ -44,7 +44,7 @@ void HandWorkspace::change(const WorkspaceMapping& scene) noexcept {
   scene_ = scene;
 }
 
-void HandWorkspace::take_change() noexcept {
+void HandWorkspace::apply_change() noexcept {
   if (is_changing_) enter(scene_);
 }
 

@@ -95,7 +95,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   ++record_.tick.value;
   record_.at = now;
   advance_time(now);
-  take_mail();
+  read_mailboxes();
   follow_start(now);
   record_.has_begun = began_at_ <= now;
   const devices::DeviceSample sample = reader_.read(now);
@@ -158,7 +158,7 @@ double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexc
 // The inbox is polled before the scene. A state of an older connection, published just before the scene that replaces
 // it, is then discarded with that connection. In the other order it could count as a state of the new scene.
 // The rendering's number is read first: its scene was published before the rendering was offered, so it is available.
-void HapticCore::take_mail() noexcept {
+void HapticCore::read_mailboxes() noexcept {
   const std::uint32_t offered = offered_.load(std::memory_order_acquire);
   const bool has_new_state = mailboxes_.inbox.poll();
   if (has_new_state) has_state_ = true;
@@ -166,7 +166,7 @@ void HapticCore::take_mail() noexcept {
   if (offered != entered_) enter_rendering(offered);
   state_is_new_ = has_new_state && has_state_;
   if (!state_is_new_) return;
-  take_state(mailboxes_.inbox.front());
+  receive_state(mailboxes_.inbox.front());
 }
 
 // Converts the server's start time to local time. The estimate is repeated until that time is reached, because the
@@ -251,7 +251,7 @@ void HapticCore::change_scene() noexcept {
   if (!is_displaying()) coupling_.jump();
 }
 
-void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
+void HapticCore::receive_state(const ReceivedUpdate& received) noexcept {
   const proto::ServerUpdate& update = received.update;
   record_.tool_W = update.tool;
   record_.server_wrench_on_hand_W = update.wrench_on_hand_W;
@@ -260,7 +260,7 @@ void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
   record_.held_body = update.held_body;
   record_.field_energy_kj_per_mol = update.field_energy_kj_per_mol;
   note_watched_body(update);
-  if (view_ != nullptr) view_->take(update);
+  if (view_ != nullptr) view_->receive(update);
   passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
                             to_seconds(received.received - energy_reported_at_), stage_output_.is_local);
   energy_reported_at_ = received.received;
@@ -303,7 +303,7 @@ void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
 // The base rests while the clutch is pressed. The tool is then frozen and no force is felt, so the mapping may change.
 void HapticCore::move_base(const devices::DeviceSample& sample) noexcept {
   if (workspace_.is_changing() && safety_.is_quiet() && clutch_.is_pressed()) {
-    workspace_.take_change();
+    workspace_.apply_change();
     // No force is felt: the coupling needs no ramp in the new mapping, and the handle's jump does no work.
     if (scene_is_usable_) coupling_.jump();
     passivity_.lose_hand();

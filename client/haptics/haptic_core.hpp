@@ -107,7 +107,7 @@ class HapticCore {
  private:
   double handle_speed(const devices::DeviceSample& sample) const noexcept;
   void advance_time(LocalTime now) noexcept;
-  void take_mail() noexcept;
+  void read_mailboxes() noexcept;
   void follow_start(LocalTime now) noexcept;
   void enter_rendering(std::uint32_t number) noexcept;
   Rendering& rendering() const noexcept { return *renderings_.get(); }
@@ -119,7 +119,7 @@ class HapticCore {
   void advance_nudge() noexcept;
   /// Force of border and nudge, which the device adds on its own; it is no part of the scene.
   Vec3 own_force_D() const noexcept { return workspace_.wall_on_hand_D() + nudge_D_; }
-  void take_state(const ReceivedUpdate& received) noexcept;
+  void receive_state(const ReceivedUpdate& received) noexcept;
   void note_watched_body(const proto::ServerUpdate& update) noexcept;
   void move_handle(const devices::DeviceSample& sample) noexcept;
   void move_base(const devices::DeviceSample& sample) noexcept;

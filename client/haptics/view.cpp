@@ -32,7 +32,7 @@ void ViewFeed::reset() noexcept {
 }
 
 // Updates are thinned on the wire: if a body or user is missing from this one, its last state remains valid.
-void ViewFeed::take(const proto::ServerUpdate& update) noexcept {
+void ViewFeed::receive(const proto::ServerUpdate& update) noexcept {
   for (const proto::BodyState& body : update.bodies) keep(next_.received_bodies, body);
   for (const proto::OtherUserState& user : update.users) {
     const std::size_t index = keep(next_.users, user);

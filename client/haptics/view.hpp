@@ -1,7 +1,7 @@
 // Data that a window draws, sent by the haptic thread through one newest-wins mailbox. A window that stalls does not
 // delay the haptic loop.
 //
-//   haptic thread  take() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
+//   haptic thread  receive() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ class ViewFeed {
   /// Starts a new scene: discards the received states.
   void reset() noexcept;
   /// Thread  haptic: no allocation
-  void take(const proto::ServerUpdate& update) noexcept;
+  void receive(const proto::ServerUpdate& update) noexcept;
   /// In      newest, model  null: none
   /// Thread  haptic: no allocation
   void write(const TickRecord& record, const WorkspaceMapping& workspace, const ReceivedUpdate* newest,

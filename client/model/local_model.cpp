@@ -93,7 +93,7 @@ std::vector<LocalModel::Copy> LocalModel::copies_of(const physics::WorldDescript
 Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
-  if (input.is_new) take_update(input);
+  if (input.is_new) receive_update(input);
   world_.set_coupling(haptics::coupling_laws()[input.scene->law], input.scene->coupling);
   world_.set_coupling_bounds(tool_, input.scene->coupling_bounds[tool_]);
   for (const PartnerHere& here : partners_) {
@@ -139,9 +139,9 @@ void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcep
   for (const Copy& copy : other.copies_) {
     if (copy.is_known) world_.set_body(copy.id, other.world_.body(copy.id));
   }
-  put_tool(tool_, other.world_.tool(tool_));
+  set_tool_state(tool_, other.world_.tool(tool_));
   for (const PartnerHere& here : other.partners_) {
-    if (here.is_here) put_tool(here.tool, other.world_.tool(here.tool));
+    if (here.is_here) set_tool_state(here.tool, other.world_.tool(here.tool));
   }
   std::swap(copies_, other.copies_);
   std::swap(history_, other.history_);
@@ -161,20 +161,20 @@ void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcep
   tool_state_ = world_.tool(tool_);
 }
 
-void LocalModel::put_tool(std::size_t tool, const physics::ToolState& as) noexcept {
+void LocalModel::set_tool_state(std::size_t tool, const physics::ToolState& state) noexcept {
   world_.activate_tool(tool, false);
-  if (as.held.is_valid()) {
-    world_.hold(tool, as.held, world_.body(as.held).X.inverse() * as.tool.X);
+  if (state.held.is_valid()) {
+    world_.hold(tool, state.held, world_.body(state.held).X.inverse() * state.tool.X);
   } else {
-    world_.set_tool(tool, as.tool);
+    world_.set_tool(tool, state.tool);
   }
 }
 
-void LocalModel::take_update(const LocalModelInput& input) noexcept {
+void LocalModel::receive_update(const LocalModelInput& input) noexcept {
   const proto::ServerUpdate& update = input.newest->update;
   const Duration stepped = update.stepped.time_since_epoch();
   playout_.add(stepped, input.newest->received.time_since_epoch());
-  take_partners(update);
+  receive_partners(update);
   const ModelThen* const then = history_.find(update.answered_input);
   for (Copy& copy : copies_) {
     const auto received = std::find_if(update.bodies.begin(), update.bodies.end(),
@@ -196,7 +196,7 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   mirror_grasp(update);
 }
 
-void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
+void LocalModel::receive_partners(const proto::ServerUpdate& update) noexcept {
   for (const proto::OtherUserState& received : update.users) {
     auto known = std::find_if(partners_.begin(), partners_.end(),
                               [&received](const PartnerHere& here) { return here.partner.id() == received.id; });
@@ -205,7 +205,7 @@ void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
       partners_.push_back({Partner(received.id), 0, false, {}});
       known = partners_.end() - 1;
     }
-    known->partner.take(received, update);
+    known->partner.receive(received, update);
   }
   const auto has_left = [&update](const PartnerHere& here) {
     return update.stepped - here.partner.received_at() > kHoldKept;
@@ -439,7 +439,7 @@ void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_
   const Pose X_WT = tool_state_.held.is_valid() ? world_.body(tool_state_.held).X : tool_state_.tool.X;
   // A soft contact acts on the held body or else on the tool; one for another body is ignored.
   if (std::exchange(soft_of_, tool_state_.held) != tool_state_.held) soft_ = SoftFollower{};
-  if (is_new && update.held_body == tool_state_.held) soft_.take(update.soft_contact, X_WT);
+  if (is_new && update.held_body == tool_state_.held) soft_.receive(update.soft_contact, X_WT);
   SoftContact here;
   here.wrench_W = soft_.step(X_WT, period_s);
   here.X_WT0 = X_WT;
@@ -459,7 +459,7 @@ void LocalModel::remember(Tick input) noexcept {
   }
 }
 
-std::optional<Wrench> LocalModel::take_residual() noexcept {
+std::optional<Wrench> LocalModel::pop_residual() noexcept {
   return std::exchange(residual_, std::nullopt);
 }
 
@@ -480,7 +480,7 @@ double LocalModel::common_share() const noexcept {
   return is_alone ? 1 : share;
 }
 
-bool LocalModel::take_jump() noexcept {
+bool LocalModel::pop_jump() noexcept {
   return std::exchange(has_jumped_, false);
 }
 

@@ -95,7 +95,7 @@ class LocalModel {
   Duration loop_delay() const { return loop_delay_; }
   /// Residual: the server's wrench on the hand minus the model's for the same input, from the newest update that
   /// answered a known input. Consumed by the call.
-  std::optional<Wrench> take_residual() noexcept;
+  std::optional<Wrench> pop_residual() noexcept;
   /// The newest residual, consumed or not; zero before the first.
   const Wrench& newest_residual() const { return newest_residual_; }
   /// Time of the input that the newest residual belongs to.
@@ -107,7 +107,7 @@ class LocalModel {
   double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
   /// True if the model jumped, for example to the server's state; the displayed force must not jump. Consumed by the
   /// call.
-  bool take_jump() noexcept;
+  bool pop_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
  private:
@@ -136,12 +136,12 @@ class LocalModel {
 
   static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
   void start(const proto::ServerUpdate& update) noexcept;
-  void put_tool(std::size_t tool, const physics::ToolState& as) noexcept;
-  void take_update(const LocalModelInput& input) noexcept;
+  void set_tool_state(std::size_t tool, const physics::ToolState& state) noexcept;
+  void receive_update(const LocalModelInput& input) noexcept;
   void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void follow_buttons(const LocalModelInput& input) noexcept;
-  void take_partners(const proto::ServerUpdate& update) noexcept;
+  void receive_partners(const proto::ServerUpdate& update) noexcept;
   void drive_partners(const LocalModelInput& input, Duration played, Duration present, double period_s) noexcept;
   void bring_in(PartnerHere& here) noexcept;
   PartnerSurroundings surroundings_of(const PartnerHere& here, Duration played) noexcept;

@@ -113,7 +113,7 @@ double HandEstimate::stiffness_n_per_m() const {
   return std::exp(log_stiffness_);
 }
 
-void Partner::take(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept {
+void Partner::receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept {
   if (holds_ != received.holds) X_BT_.reset();
   const auto held = std::find_if(update.bodies.begin(), update.bodies.end(),
                                  [&received](const proto::BodyState& body) { return body.id == received.holds; });

@@ -107,7 +107,7 @@ class Partner {
   explicit Partner(UserId id) : id_(id) {}
 
   /// In      received  this user's state in `update`
-  void take(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept;
+  void receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept;
   /// Predicted current handle; only while has_handle().
   /// In      played   server time of the playout
   ///         since_s  time since then [s]

@@ -198,7 +198,7 @@ ProxyWorld::~ProxyWorld() = default;
 
 // Ticks with an invalid hand skip this function, so a new state is recognised by its step number.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
-  if (!has_begun_ || newest.update.step != taken_) take(newest);
+  if (!has_begun_ || newest.update.step != taken_) receive(newest);
   move_parts(now);
   if (!has_begun_) begin(newest.update);
   const haptics::ProxyState& state = ball_->update(p_WH, motions_);
@@ -215,10 +215,10 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
 }
 
 // Updates are thinned on the wire: a body that is missing from this one keeps its last state.
-void ProxyWorld::take(const ReceivedUpdate& newest) noexcept {
-  if (newest.received - heard_ > kForgotten) has_begun_ = false;
+void ProxyWorld::receive(const ReceivedUpdate& newest) noexcept {
+  if (newest.received - last_received_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;
-  heard_ = newest.received;
+  last_received_ = newest.received;
   for (const proto::BodyState& received : newest.update.bodies) {
     const std::size_t index = received.id.value - 1;  // an id of 0 gives the largest index there is
     if (index >= bodies_.size()) continue;

@@ -47,7 +47,7 @@ class ProxyWorld {
 
  private:
   struct Part;
-  void take(const ReceivedUpdate& newest) noexcept;
+  void receive(const ReceivedUpdate& newest) noexcept;
   void move_parts(LocalTime now) noexcept;
   void begin(const proto::ServerUpdate& newest) noexcept;
   void leave_out(BodyId held, const Vec3& p_W) noexcept;
@@ -59,7 +59,7 @@ class ProxyWorld {
   std::vector<LocalTime> received_at_;  ///< reception times of these states
   std::vector<char> is_known_;          ///< received, or static
   Step taken_;
-  LocalTime heard_{};
+  LocalTime last_received_{};
   bool has_begun_ = false;
   std::string note_;
 };

@@ -16,7 +16,7 @@ bool is_same(const SoftContact& a, const SoftContact& b) {
 
 }  // namespace
 
-void SoftFollower::take(const SoftContact& received, const Pose& X_WT) noexcept {
+void SoftFollower::receive(const SoftContact& received, const Pose& X_WT) noexcept {
   if (is_same(received, received_)) return;
   left_ += physics::soft_wrench(received_, X_WT) - physics::soft_wrench(received, X_WT);
   received_ = received;

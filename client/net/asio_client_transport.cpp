@@ -198,12 +198,12 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
           if (!connection->is_connected) return set_up_failed(connection, net::AttemptFailure::kLost, why);
           return lost(connection, "the connection to " + connector_.server_name() + " was lost: " + why);
         }
-        take_bytes(connection, std::span(connection->incoming).first(size));
+        receive_bytes(connection, std::span(connection->incoming).first(size));
         read(connection);
       });
 }
 
-void AsioClientTransport::take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
+void AsioClientTransport::receive_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
   connection->plain.clear();
   const bool is_good = connection->tls.receive(bytes, connection->plain, connection->unsent);
   flush(connection);

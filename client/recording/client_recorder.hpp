@@ -72,7 +72,7 @@ class ClientRecorder {
 
   void push(const Record& record) noexcept;
   void drain();
-  void take(const Record& record);
+  void write(const Record& record);
   void tell(const std::string& news);
   std::uint64_t unix_ns(LocalTime time) const;
 

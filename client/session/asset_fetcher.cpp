@@ -27,7 +27,7 @@ void AssetFetcher::look_up(const AssetInfos& wanted) {
   }
 }
 
-bool AssetFetcher::take_found() {
+bool AssetFetcher::accept_found() {
   while (!lookups_.empty() && lookups_.front().answer.wait_for(Duration{0}) == std::future_status::ready) {
     Lookup lookup = std::move(lookups_.front());
     lookups_.pop_front();
@@ -133,12 +133,12 @@ std::string AssetFetcher::on_chunk(std::uint32_t request, const wire::AssetChunk
   awaited_.pop_front();
   const auto wanted = std::ranges::find(wanted_, awaited.wanted, &Wanted::number);
   if (wanted == wanted_.end()) return {};  // given up, or no longer wanted
-  std::string problem = take(*wanted, awaited, chunk);
+  std::string problem = accept(*wanted, awaited, chunk);
   if (!problem.empty() || assets_.contains(wanted->hash)) wanted_.erase(wanted);
   return problem;
 }
 
-std::string AssetFetcher::take(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk) {
+std::string AssetFetcher::accept(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk) {
   const std::uint64_t size = wanted.info.size_bytes();
   const bool is_it = chunk.sha256() == wanted.info.sha256() && chunk.offset() == awaited.offset &&
                      awaited.offset == wanted.bytes.size() && chunk.total_bytes() == size &&

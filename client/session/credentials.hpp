@@ -31,7 +31,7 @@ class Credentials {
   /// Credentials for a second device of the user while this one is joined; null: not joined, or none required.
   std::shared_ptr<const Credentials> beside() const;
   /// Stores the server's resume credential, with which the session can be resumed.
-  void take(const wire::Joined& joined);
+  void accept(const wire::Joined& joined);
 
  private:
   proto::Bytes token_;

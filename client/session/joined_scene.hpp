@@ -24,7 +24,7 @@ class JoinedScene {
 
   /// Stores `answer` as a new generation; publish() passes it to the haptic thread.
   /// Fails   returns the first unusable field; nothing changes
-  std::string take(const wire::Joined& answer, wire::Role role, LocalTime now);
+  std::string accept(const wire::Joined& answer, wire::Role role, LocalTime now);
   void publish() { mailboxes_.scene.publish(scene_); }
   /// Stops driving and displaying of the scene on the haptic thread.
   void hide();

@@ -68,7 +68,7 @@ void ClientSession::Impl::fetch(bool is_connected_anew) {
 }
 
 void ClientSession::Impl::go_on_fetching() {
-  while (fetch_step != FetchStep::kNone && assets.take_found()) {
+  while (fetch_step != FetchStep::kNone && assets.accept_found()) {
     switch (std::exchange(fetch_step, FetchStep::kNone)) {
       case FetchStep::kNone:
         break;
@@ -146,7 +146,7 @@ void ClientSession::Impl::announce_assets() {
   if (asset_level == AssetLevel::kFull) fetch_drawn();
 }
 
-void ClientSession::Impl::take_asset_chunk(const wire::ServerControl& message, LocalTime now) {
+void ClientSession::Impl::receive_asset_chunk(const wire::ServerControl& message, LocalTime now) {
   if (assets.is_next(message.request())) fetch_rate.answered(now);
   const std::string problem = assets.on_chunk(message.request(), message.asset_chunk());
   if (!problem.empty()) log(problem);

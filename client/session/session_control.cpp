@@ -17,7 +17,7 @@ bool may_pass(wire::ErrorCode code) {
 
 }  // namespace
 
-void ClientSession::Impl::take_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
+void ClientSession::Impl::receive_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
   if (status.state == SessionState::kEnded || status.state == SessionState::kWaiting) return;
   counters.bytes_received += bytes.size();
   if (!reader.feed(bytes)) {
@@ -38,13 +38,13 @@ void ClientSession::Impl::take_control_bytes(std::span<const std::byte> bytes, L
 
 void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime now) {
   if (message.has_welcome() && status.state == SessionState::kGreeting) {
-    take_welcome(message.welcome(), now);
+    receive_welcome(message.welcome(), now);
   } else if (message.has_joined() && status.state == SessionState::kJoining) {
-    take_joined(message.joined(), now);
+    receive_joined(message.joined(), now);
   } else if (message.has_goodbye()) {
-    take_goodbye(message.goodbye(), now);
+    receive_goodbye(message.goodbye(), now);
   } else if (message.has_error()) {
-    take_error(message, now);
+    receive_error(message, now);
   } else if (!handle_active(message, now)) {
     lose(now, "protocol error: the server sent a message that is not allowed in state " +
                   std::string(name_of(status.state)));
@@ -95,32 +95,32 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       log(scene.name_of(BodyId{message.body_returned().body()}) + " is back at its start");
       return true;
     case wire::ServerControl::kAssetChunk:
-      take_asset_chunk(message, now);
+      receive_asset_chunk(message, now);
       return true;
     case wire::ServerControl::kParameterSet:
-      take_parameter(message.parameter_set(), now);
+      receive_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kRoomReset:
       news = "the operator has put everything back";
       log(news);
       return true;
     case wire::ServerControl::kSoftShape:
-      take_soft_shape(message.soft_shape());
+      receive_soft_shape(message.soft_shape());
       return true;
     case wire::ServerControl::kKeptPose:
-      take_kept_pose(message.kept_pose());
+      receive_kept_pose(message.kept_pose());
       return true;
     case wire::ServerControl::kPoseDeleted:
-      take_pose_deleted(message.pose_deleted());
+      receive_pose_deleted(message.pose_deleted());
       return true;
     case wire::ServerControl::kPoseProgress:
-      take_pose_progress(message.pose_progress());
+      receive_pose_progress(message.pose_progress());
       return true;
     case wire::ServerControl::kPointed:
-      take_pointed(message.pointed(), now);
+      receive_pointed(message.pointed(), now);
       return true;
     case wire::ServerControl::kRoomStart:
-      take_start(message.room_start());
+      receive_start(message.room_start());
       return true;
     case wire::ServerControl::kPoseTaken:
       news = printable(message.pose_taken().text());
@@ -137,7 +137,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
 }
 
 /// Accepts poses in ascending order from number 0. A known number is a new name. An invalid pose is dropped.
-void ClientSession::Impl::take_kept_pose(const wire::KeptPose& message) {
+void ClientSession::Impl::receive_kept_pose(const wire::KeptPose& message) {
   constexpr std::size_t kMaxPoses = 256;
   auto poses = kept_poses ? std::make_shared<std::vector<wire::KeptPose>>(*kept_poses)
                           : std::make_shared<std::vector<wire::KeptPose>>();
@@ -165,7 +165,7 @@ void ClientSession::Impl::take_kept_pose(const wire::KeptPose& message) {
 }
 
 /// The pose of the files, number 0, cannot be deleted.
-void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& message) {
+void ClientSession::Impl::receive_pose_deleted(const wire::PoseDeleted& message) {
   if (!kept_poses || message.number() == 0) return;
   auto poses = std::make_shared<std::vector<wire::KeptPose>>(*kept_poses);
   const auto deleted = std::ranges::find(*poses, message.number(), &wire::KeptPose::number);
@@ -176,7 +176,7 @@ void ClientSession::Impl::take_pose_deleted(const wire::PoseDeleted& message) {
   kept_poses = std::move(poses);
 }
 
-void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& message) {
+void ClientSession::Impl::receive_pose_progress(const wire::PoseProgress& message) {
   const bool is_sound = message.max_steps() > 0 && std::isfinite(message.energy_kj_per_mol());
   if (is_sound && message.user() == scene.joined()->user()) own_progress = message;
   if (message.is_over() || !is_sound) return pose_progress.reset();
@@ -184,7 +184,7 @@ void ClientSession::Impl::take_pose_progress(const wire::PoseProgress& message) 
 }
 
 /// Accepts pointers of users in the room at valid places only.
-void ClientSession::Impl::take_pointed(const wire::Pointed& message, LocalTime now) {
+void ClientSession::Impl::receive_pointed(const wire::Pointed& message, LocalTime now) {
   const wire::Point& point = message.point();
   const bool is_own = message.user() == scene.joined()->user();
   const auto who = std::ranges::find(users, message.user(), &wire::UserJoined::user);
@@ -203,7 +203,7 @@ void ClientSession::Impl::take_pointed(const wire::Pointed& message, LocalTime n
   scene.show({point.place_w(0), point.place_w(1), point.place_w(2)}, now);
 }
 
-void ClientSession::Impl::take_start(const wire::RoomStart& start) {
+void ClientSession::Impl::receive_start(const wire::RoomStart& start) {
   if (!scene.set_start(start)) return log("ignored a start of the room that is neither awaited nor at a time");
   news = start.awaited() == 0   ? "all users are here: the hands begin together"
          : start.awaited() == 1 ? "the hands begin when 1 more user is here"
@@ -211,14 +211,14 @@ void ClientSession::Impl::take_start(const wire::RoomStart& start) {
   log(news);
 }
 
-void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
+void ClientSession::Impl::receive_parameter(const wire::ParameterSet& parameter, LocalTime now) {
   const haptics::CouplingLawInfo& before = scene.law();
   if (!scene.set_parameter(parameter, now)) return;
   if (&before != &scene.law()) news = "the room's law is now " + std::string(scene.law().name);
   if (owner.on_parameter) owner.on_parameter(parameter);
 }
 
-void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime now) {
+void ClientSession::Impl::receive_welcome(const wire::Welcome& welcome, LocalTime now) {
   if (welcome.protocol_version() != proto::kProtocolVersion) {
     lose(now,
          "the server speaks protocol version " + std::to_string(welcome.protocol_version()) + ", this client " +
@@ -249,8 +249,8 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
   send_request(message);
 }
 
-void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now) {
-  std::string problem = scene.take(answer, settings.role, now);
+void ClientSession::Impl::receive_joined(const wire::Joined& answer, LocalTime now) {
+  std::string problem = scene.accept(answer, settings.role, now);
   if (problem.empty() && owner.find_scene_problem) problem = owner.find_scene_problem(answer);
   if (!problem.empty() && room_left) return come_back("its scene cannot be used: " + problem, now);
   if (!problem.empty()) {
@@ -270,7 +270,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   own_progress.Clear();
   pointed.clear();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
-  credentials.take(answer);
+  credentials.accept(answer);
   stream.begin(connection, epoch, secret, now);
   retry_delay = settings.reconnect_delay;
   enter(SessionState::kActive, now);
@@ -279,7 +279,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   const wire::Joined& joined = *scene.joined();
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
-  if (joined.start().awaited() > 0) take_start(joined.start());
+  if (joined.start().awaited() > 0) receive_start(joined.start());
   users.clear();
   asset_level = AssetLevel::kNone;
   fetch_rate.reset();
@@ -287,7 +287,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   request_assets(now);
 }
 
-void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
+void ClientSession::Impl::receive_error(const wire::ServerControl& message, LocalTime now) {
   const wire::Error& error = message.error();
   if (status.state != SessionState::kActive && room_left) return come_back(error.text(), now);
   if (status.state != SessionState::kActive) {
@@ -305,14 +305,14 @@ void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTi
   if (owner.on_refused) owner.on_refused(error);
 }
 
-void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
+void ClientSession::Impl::receive_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
   const bool is_final = goodbye.reason() == wire::DISCONNECT_WRONG_VERSION ||
                         goodbye.reason() == wire::DISCONNECT_KICKED || goodbye.reason() == wire::DISCONNECT_RESUMED;
   lose(now, "the server ended the connection: " + goodbye.text(), is_final);
 }
 
 /// Ignored if the scene has no such body.
-void ClientSession::Impl::take_soft_shape(const wire::SoftShape& message) {
+void ClientSession::Impl::receive_soft_shape(const wire::SoftShape& message) {
   auto offsets = proto::read_soft_shape(message);
   if (!offsets || message.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
   soft_offsets[message.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));

@@ -83,12 +83,12 @@ SceneView::SceneView(Renderer& renderer)
       cone_(renderer.add_mesh(cone())),
       first_of_scene_(cone_ + 1) {}
 
-bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
+bool SceneView::update(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   if (io.joined == nullptr) return false;
   if (io.joined != joined_) forget_scene(io);
   assets_ = io.assets;
-  const bool is_another = is_making(molecules) && take_made(molecules);
-  take_soft_offsets(io);
+  const bool is_another = is_making(molecules) && show_made(molecules);
+  apply_soft_offsets(io);
   return is_another;
 }
 
@@ -130,7 +130,7 @@ void SceneView::show(DrawnScene scene, const Content& content) {
 }
 
 /// Shows the next content when complete; otherwise starts a thread that makes it, unless one is running.
-bool SceneView::take_made(MoleculeStyle molecules) {
+bool SceneView::show_made(MoleculeStyle molecules) {
   Content content = wanted(molecules);
   if (surface_ && surface_->first == content) {
     show((*std::exchange(surface_, std::nullopt)).second, content);
@@ -169,7 +169,7 @@ void SceneView::begin_making(const Content& content) {
   maker_ = std::jthread(std::move(make));
 }
 
-void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
+void SceneView::apply_soft_offsets(const ClientIoSnapshot& io) {
   soft_offsets_.resize(io.soft_offsets.size());
   const std::size_t bodies = std::min(io.soft_offsets.size(), scene_.soft_bodies.size());
   for (std::size_t i = 0; i < bodies; ++i) {

@@ -58,7 +58,7 @@ class Window {
   /// Sets the session panel's text about recordings, below a button that begins or ends one. "": no text.
   void show_recording(bool is_recording, const std::string& state);
   /// Returns whether that button was pressed since the last call.
-  bool take_record_press();
+  bool pop_record_press();
   /// Returns whether the user has closed the window.
   bool is_closed() const;
   /// Returns whether molecules in the present style are still being made.

@@ -73,8 +73,8 @@ WindowSwitches remembered_switches(const std::filesystem::path& file) {
   if (const json::value* const stored = object->if_contains("cut_share"); stored != nullptr && stored->is_number()) {
     switches.cut_share = std::clamp(stored->to_number<double>(), 0.0, 1.0);
   }
-  take_named(text_of(*object, "molecules"), MoleculeStyle::kShapeNames, switches.molecules.shape);
-  take_named(text_of(*object, "molecule_colors"), MoleculeStyle::kColorNames, switches.molecules.colors);
+  apply_named(text_of(*object, "molecules"), MoleculeStyle::kShapeNames, switches.molecules.shape);
+  apply_named(text_of(*object, "molecule_colors"), MoleculeStyle::kColorNames, switches.molecules.colors);
   return switches;
 }
 

@@ -90,7 +90,7 @@ class DistanceGrid final : public DistanceField {
   /// Predicted value of a sample at a corner of the lattice, in quanta.
   int corner_quanta(std::size_t corner) const;
   BrickLattice lattice() const;
-  bool take_lattice(const BrickLattice& lattice);
+  bool set_lattice(const BrickLattice& lattice);
   bool read_header(ByteReader& reader);
   bool read_corners(ByteReader& reader, std::size_t limit_bytes);
   bool read_samples(ByteReader& reader, std::size_t limit_bytes);

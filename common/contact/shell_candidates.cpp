@@ -170,7 +170,7 @@ void ShellCandidates::change_level(int level) noexcept {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     for (const CutNode& entry : entries) {
       if (!is_finer) {
-        put_as_coarse(entry, part);
+        append_as_coarse(entry, part);
       } else {
         const bool is_fine = entry.is_leaf && shell_->nodes[entry.node].count <= leaf_points(0);
         const bool is_divided = entry.is_sampled && !is_fine;
@@ -183,7 +183,7 @@ void ShellCandidates::change_level(int level) noexcept {
 }
 
 // Appends an entry, joined with its neighbour where the parent is small enough for a leaf and one of both is near.
-void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
+void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
   const auto is_near = [](const CutNode& a) {
@@ -243,7 +243,7 @@ bool ShellCandidates::keep_found() noexcept {
   return true;
 }
 
-void ShellCandidates::take_back_found() noexcept {
+void ShellCandidates::restore_found() noexcept {
   set_level(std::get<int>(before_->all));
   std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_) = before_->all;
 }
@@ -446,7 +446,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     Ahead ahead(*this, entries, part.moved_m, band_m);
     bool was_queried = false;  // the previous entry
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
-      if (!was_queried && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.moved_m, band_m);
+      if (!was_queried && !is_due && !divides_part_) i += append_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;
       const CutNode& entry = entries[i];
       bool has_room = false;
@@ -463,9 +463,9 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
         has_room = entry.is_leaf ? open_leaf(entry, part.moved_m, band_m)
                                  : open(entry.node, ahead.next_nearest_m(), part.moved_m, band_m);
       } else if (entry.planes != 0) {
-        has_room = add_planes(entry.node, entry.planes) && put(entry);
+        has_room = add_planes(entry.node, entry.planes) && append(entry);
       } else {
-        has_room = was_queried ? keep(entry, part.moved_m, band_m) : put(entry);
+        has_room = was_queried ? keep(entry, part.moved_m, band_m) : append(entry);
       }
       if (!has_room || (is_due && !join_above_planes(part.moved_m, band_m))) return false;
       was_queried = !is_known || is_divided;

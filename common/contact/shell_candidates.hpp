@@ -91,25 +91,25 @@ class ShellCandidates {
   bool is_band_wide() const;
   void try_in(std::uint32_t steps) noexcept;
   void search(double band_m) noexcept;
-  void put_off_finer() noexcept;
+  void postpone_finer() noexcept;
   void begin_coarser() noexcept;
   bool has_room_finer(double band_m) noexcept;
   static CutNode unknown(std::uint32_t node);
   void set_level(int level) noexcept;
   void change_level(int level) noexcept;
-  void put_as_coarse(CutNode entry, Part& part) noexcept;
+  void append_as_coarse(CutNode entry, Part& part) noexcept;
   void keep_rest(std::size_t part) noexcept;
   void join_far() noexcept;
   bool join_pairs() noexcept;
   bool keep_found() noexcept;
-  void take_back_found() noexcept;
+  void restore_found() noexcept;
 
   bool open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept;
   bool open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept;
   bool open_children(std::uint32_t root, double moved_m, double band_m) noexcept;
   bool keep(const CutNode& entry, double moved_m, double band_m) noexcept;
-  bool put(const CutNode& entry) noexcept;
-  std::size_t put_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept;
+  bool append(const CutNode& entry) noexcept;
+  std::size_t append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept;
   double nearest_m(const ShellNode& node) const;
   double nearest_m(const ShellNode& node, double distance_m) const;
   /// Largest number of points of a node at this distance that is treated as a leaf.

@@ -47,7 +47,7 @@ class SmoothGroups {
     out_.first.triangles.push_back(made);
   }
 
-  ShadedMesh take() {
+  ShadedMesh finish() {
     for (Vec3& normal : out_.second) normal.normalize();
     return std::move(out_);
   }
@@ -133,7 +133,7 @@ TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double widt
 ShadedMesh shaded(const TriangleMesh& mesh) {
   SmoothGroups groups(mesh);
   for (const Triangle& corners : mesh.triangles) groups.add(corners);
-  return groups.take();
+  return groups.finish();
 }
 
 TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most) {

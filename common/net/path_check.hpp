@@ -28,7 +28,7 @@ class PathCheck {
   /// Accepts the address without a challenge: it is verified by other means.
   void trust() { is_valid_ = true; }
   /// Returns whether `bytes` may be sent to the address, and counts them if so.
-  bool take(std::size_t bytes) {
+  bool consume(std::size_t bytes) {
     if (!is_valid_ && sent_ + bytes > kAmplification * received_) return false;
     sent_ += bytes;
     return true;

@@ -231,7 +231,7 @@ bool FalconDriver::receive(FalconReply& reply) {
   // The newest packet counts; the next read completes a truncated one.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
-      if (const auto one = parser_.take(byte)) {
+      if (const auto one = parser_.parse(byte)) {
         reply = *one;
         has_reply = true;
       }

@@ -167,8 +167,8 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
   if (may_send && (is_new_ || must_let_go)) send(wrench_on_hand_D);
   work();
-  if (is_taken_) heard_ = now;
-  if (link_ && now - heard_ > kServiceSilence) fail(state_ ? kServiceSilent : kNoDevice);
+  if (is_taken_) last_received_ = now;
+  if (link_ && now - last_received_ > kServiceSilence) fail(state_ ? kServiceSilent : kNoDevice);
   return sample(now);
 }
 
@@ -190,7 +190,7 @@ void Inverse3Driver::watch_over() {
 
 void Inverse3Driver::connect(LocalTime now) {
   if (!absence_.is_time_to_look(now)) return;
-  heard_ = now;
+  last_received_ = now;
   const auto link = link_ = std::make_shared<Link>(io_);
   link->socket().socket().async_connect(service_, [this, link](const error_code& error) {
     if (link != link_) return;
@@ -212,13 +212,13 @@ void Inverse3Driver::read_next(const std::shared_ptr<Link>& link) {
     if (link != link_) return;
     if (error) return fail(kClosed);
     const auto bytes = link->buffer.data();
-    take({static_cast<const char*>(bytes.data()), bytes.size()});
+    receive({static_cast<const char*>(bytes.data()), bytes.size()});
     link->buffer.consume(bytes.size());
     read_next(link);
   });
 }
 
-void Inverse3Driver::take(std::string_view text) {
+void Inverse3Driver::receive(std::string_view text) {
   auto state = read_inverse3_state(text);
   if (!state) return;
   is_new_ = true;

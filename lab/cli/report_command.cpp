@@ -97,7 +97,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
                    "NAME=DIR; DIR holds USER.json (--json) and USER.csv (--trace) of each client; may be repeated")
       ->required()
       ->expected(1)
-      ->take_all();
+      ->match_all();
   command
       ->add_option(
           "--tasks", options->tasks,

@@ -88,7 +88,7 @@ class Page {
     whole(to_seconds(histogram.sum()), "_sum");
     whole(histogram.count(), "_count");
   }
-  std::string take() { return std::move(text_); }
+  std::string finish() { return std::move(text_); }
 
  private:
   std::string text_;
@@ -226,7 +226,7 @@ std::string metrics_text(const MetricsSnapshot& snapshot) {
   add_timing(page, snapshot);
   add_physics(page, snapshot);
   add_disk(page, snapshot);
-  return page.take();
+  return page.finish();
 }
 
 std::string process_metrics_text() {
@@ -249,7 +249,7 @@ std::string process_metrics_text() {
        !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
     ++descriptors;
   page.single("process_open_fds", "gauge", "Open file descriptors.", descriptors);
-  return page.take();
+  return page.finish();
 }
 
 }  // namespace tandem::server

@@ -302,7 +302,7 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   keep_rate(loop, end);
   // A single slow step is usually a hiccup of the machine.
   loop.slow_steps = step > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
-  if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) put_io_first(end);
+  if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) raise_io_priority(end);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
   loop.went_round.store(end, std::memory_order_relaxed);
   loop.mean_step += (step - loop.mean_step) / kStepsOfAMean;
@@ -435,14 +435,14 @@ void RoomScheduler::give_io_priority(LocalTime now) {
   for (const auto& loop : loops_) {
     if (loop->has_priority) steps[loop->stepper.load(std::memory_order_relaxed)] += loop->step;
   }
-  if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return put_io_first(now);
+  if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return raise_io_priority(now);
   if (now < io_first_at_.load(std::memory_order_relaxed) + kIoWaitsAgainAfter || io_waits_.exchange(true)) return;
   realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
 }
 
 /// Puts io above the rooms. Rooms may call this too: if they use all processors, io has no time to detect it.
 /// Thread  io, rooms
-void RoomScheduler::put_io_first(LocalTime now) {
+void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
   // Set even if unchanged: io may be about to lower its priority, and could not raise it again itself.

@@ -86,7 +86,7 @@ class RoomScheduler {
   void measure(LocalTime now, Duration window);
   void give_priority(LocalTime now);
   void give_io_priority(LocalTime now);
-  void put_io_first(LocalTime now);
+  void raise_io_priority(LocalTime now);
   void place(LocalTime now);
 
   int realtime_priority_;

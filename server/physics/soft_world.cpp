@@ -73,7 +73,7 @@ class Stepper {
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
-  void put(std::size_t body, std::span<const Vec3> nodes_W) { bodies_[body]->step.body().put(nodes_W); }
+  void set_nodes(std::size_t body, std::span<const Vec3> nodes_W) { bodies_[body]->step.body().set_nodes(nodes_W); }
 
   void copy_nodes(Result& result) const {
     result.nodes_W.resize(bodies_.size());
@@ -193,7 +193,7 @@ struct SoftWorld::Impl {
     return settings.waits_for_worker;
   }
 
-  TickFaults take() {
+  TickFaults collect() {
     is_known_late = false;
     std::swap(taken, made);
     return taken.faults;
@@ -237,7 +237,7 @@ TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcep
     if (impl.is_under_way && !impl.is_ready()) {
       faults = kFaultSoftLate;
     } else {
-      if (impl.is_under_way) faults = impl.take();
+      if (impl.is_under_way) faults = impl.collect();
       impl.begin(X_WT);
       impl.is_under_way = true;
       impl.steps_to_go = impl.period;
@@ -260,7 +260,7 @@ std::span<const Vec3> SoftWorld::nodes_W(std::size_t body) const {
   return impl_->taken.nodes_W[body];
 }
 void SoftWorld::set_nodes(std::size_t body, std::span<const Vec3> nodes_W) {
-  impl_->stepper.put(body, nodes_W);
+  impl_->stepper.set_nodes(body, nodes_W);
   impl_->stepper.copy_nodes(impl_->taken);
 }
 const SoftModel& SoftWorld::model(std::size_t body) const {

@@ -32,7 +32,7 @@ struct Room::User {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
   }
   /// Stops the tool's drive until the next input.
-  void let_tool_be() noexcept {
+  void release_tool() noexcept {
     input.answered = input.newest.input_tick;
     driver->stop();
     port.clear_handle();
@@ -117,7 +117,7 @@ void Room::answer(ServerTime now) noexcept {
   apply_commands();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
-  faults |= take_inputs();
+  faults |= receive_inputs();
   keep_left_things();
   faults |= world_.answer();
   ++step_.value;
@@ -132,7 +132,7 @@ void Room::answer(ServerTime now) noexcept {
 void Room::finish() noexcept {
   if (!std::exchange(is_answered_, false)) return;
   late_faults_ = world_.finish();
-  for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
+  for (const BodyId body : world_.returned_bodies()) emit({RoomEvent::Kind::kReturned, UserId{}, body, 0, {}});
   publish_soft_offsets();
   for (RoomWatcher* const watcher : watchers_) watcher->on_step(*this, answered_, answered_faults_ | late_faults_);
   world_.look_ahead();
@@ -152,7 +152,7 @@ void Room::reset() noexcept {
   for (const auto& user : users_) {
     if (user->seat.is_manipulator()) held[user->seat.index] = held_by(*user);
   }
-  world_.put_all_back();
+  world_.return_all();
   for (const auto& user : users_) {
     const BodyId before = held[user->seat.index];
     if (!user->seat.is_manipulator() || !before.is_valid() || held_by(*user) == before) continue;
@@ -370,18 +370,18 @@ void Room::release(User& user, std::uint32_t request) noexcept {
   emit({RoomEvent::Kind::kReleased, user.seat.user, held, request, {}});
 }
 
-TickFaults Room::take_inputs() noexcept {
+TickFaults Room::receive_inputs() noexcept {
   TickFaults faults = 0;
   for (const auto& user : users_) {
-    if (user->seat.is_manipulator()) faults |= take_input(*user);
+    if (user->seat.is_manipulator()) faults |= receive_input(*user);
   }
   return faults;
 }
 
-TickFaults Room::take_input(User& user) noexcept {
+TickFaults Room::receive_input(User& user) noexcept {
   if (user.inbox.poll()) {
     for (RoomWatcher* const watcher : watchers_) watcher->on_input(user.seat.index, user.inbox.front());
-    take_newest(user);
+    receive_newest(user);
   }
   const UserInput& input = user.input;
   if (!input.is_there) return 0;
@@ -389,7 +389,7 @@ TickFaults Room::take_input(User& user) noexcept {
   if (is_stale || !input.has_handle()) {
     // Pending inputs are dropped, so a released button must act now.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
-    user.let_tool_be();
+    user.release_tool();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
   }
   const TickFaults faults = user.port.limit(to_seconds(period_));
@@ -398,7 +398,7 @@ TickFaults Room::take_input(User& user) noexcept {
   return faults;
 }
 
-void Room::take_newest(User& user) noexcept {
+void Room::receive_newest(User& user) noexcept {
   UserInput& input = user.input;
   const Tick tick_before = input.newest.input_tick;
   input.newest = user.inbox.front();
@@ -413,9 +413,9 @@ void Room::take_newest(User& user) noexcept {
   if (&driver != user.driver) {
     user.driver->reset();
     user.driver = &driver;
-    user.let_tool_be();
+    user.release_tool();
   }
-  driver.take(input, time_done());
+  driver.receive(input, time_done());
 }
 
 void Room::follow_grab_button(User& user, std::uint32_t buttons) noexcept {

@@ -23,7 +23,7 @@ class HandleDriver final : public ToolDriver {
  public:
   explicit HandleDriver(ToolPort& port) : port_(port) {}
 
-  void take(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
+  void receive(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
   std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept override {
     input.answered = input.newest.input_tick;
     RigidState handle = input.newest.handle;
@@ -45,8 +45,8 @@ class PlayoutDriver final : public ToolDriver {
   PlayoutDriver(Duration period, ToolPort& port) : period_(period), port_(port), playout_(to_seconds(period)) {}
 
   bool delays_buttons() const noexcept override { return true; }
-  void take(const UserInput& input, Duration now) noexcept override {
-    if (input.newest.handle_valid) playout_.take(input.newest, now);
+  void receive(const UserInput& input, Duration now) noexcept override {
+    if (input.newest.handle_valid) playout_.receive(input.newest, now);
   }
   std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept override {
     auto played = playout_.play(now);
@@ -74,7 +74,7 @@ class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}
 
-  void take(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
+  void receive(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
   std::optional<std::uint32_t> drive(UserInput& input, Duration /*now*/) noexcept override {
     input.answered = input.newest.input_tick;
     wave_.receive(input.newest.sent.time_since_epoch(), input.newest.wave);

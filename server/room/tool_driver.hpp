@@ -28,7 +28,7 @@ struct UserInput {
   Duration handle_age() const { return newest.round_trip / 2; }
 };
 
-/// Strategy for one seat. Call order in a step: take() for a new input, drive(), the world's step, settle().
+/// Strategy for one seat. Call order in a step: receive() for a new input, drive(), the world's step, settle().
 ///
 /// Thread  room: no allocation, no throw
 class ToolDriver {
@@ -39,7 +39,7 @@ class ToolDriver {
   /// arrival.
   virtual bool delays_buttons() const noexcept { return false; }
   /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
-  virtual void take(const UserInput& input, Duration now) noexcept = 0;
+  virtual void receive(const UserInput& input, Duration now) noexcept = 0;
   /// Sets the tool's handle and `answered` for the step at `now`.
   /// In      input  with a valid handle
   /// Out     buttons that act now, from a driver that delays buttons

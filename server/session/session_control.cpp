@@ -25,7 +25,7 @@ constexpr int kMaxCapabilities = 32;
 
 }  // namespace
 
-void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now) {
+void SessionHub::Impl::receive_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now) {
   if (!connection.reader.feed(bytes)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message was too long");
     return;
@@ -42,7 +42,7 @@ void SessionHub::Impl::serve(Connection& connection, LocalTime now) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message could not be read");
       return;
     }
-    connection.last_heard = now;
+    connection.last_received = now;
     if (!can_afford(connection, message, now)) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
           "too many control messages: at most " + whole(kControlRate.per_second) + " a second, and " +
@@ -78,13 +78,13 @@ bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientCont
   const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
   const double price = has_own_pace ? kOwnPace : 1.0;
   const double work = message.has_get_asset() || message.has_join() ? kBigAnswer : 1.0;
-  turn.take(work, now);
-  connection.turn.take(work, now);
+  turn.consume(work, now);
+  connection.turn.consume(work, now);
   // A joined user's own-pace messages cost only the connection, so that they delay no newcomer of the address.
   if (connection.is_half_open() || !has_own_pace) {
-    connection.address->control.take(message.has_join() ? kJoinPrice : price, now);
+    connection.address->control.consume(message.has_join() ? kJoinPrice : price, now);
   }
-  return connection.control.take(price, now);
+  return connection.control.consume(price, now);
 }
 
 void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {
@@ -199,14 +199,14 @@ std::string SessionHub::Impl::room_names() const {
 void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message) {
   wire::ClientControl granted = message;
   Admission::Ticket ticket;
-  if (let_in(connection, message.request(), *granted.mutable_join(), ticket)) {
+  if (admit_user(connection, message.request(), *granted.mutable_join(), ticket)) {
     join_as_granted(connection, granted, ticket);
   }
 }
 
 /// Checks the join against admission, and limits `wanted` to the granted rights.
-bool SessionHub::Impl::let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted,
-                              Admission::Ticket& ticket) {
+bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted,
+                                  Admission::Ticket& ticket) {
   if (!admission) return true;
   const auto exported =
       transport.exported(connection.handle, secure::kResumeExport, proto::seal_context(connection.id));
@@ -253,7 +253,7 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   } else if (admission && ticket.uses_token() && admission->use_of(ticket) != InvitationLedger::Use::kWritten) {
     hold(connection, message, ticket);
   } else {
-    take_seat(connection, message, *seats, ticket);
+    assign_seat(connection, message, *seats, ticket);
   }
 }
 
@@ -278,8 +278,8 @@ void SessionHub::Impl::settle(Connection& connection) {
   if (connection.state != ConnectionState::kActive) admission->release(held->ticket);
 }
 
-void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
-                                 const Admission::Ticket& ticket) {
+void SessionHub::Impl::assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
+                                   const Admission::Ticket& ticket) {
   const wire::JoinRoom& wanted = message.join();
   auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
   // With tokens, no datagram is sent unsealed.
@@ -291,7 +291,7 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   }
   const std::string user_name = name_beside(wanted.user_name(), taken);
   const auto seat =
-      seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), user_name, ticket.tool);
+      seats.allocate(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), user_name, ticket.tool);
   if (!seat) return refuse(connection, message.request(), wire::ERROR_ROOM_FULL, kRoomBusy);
   connection.user_name = user_name;
   connection.seats = &seats;

@@ -82,9 +82,9 @@ AddressUse& SessionHub::Impl::most_half_open(const Connection& but) {
   return *most;
 }
 
-proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now,
-                                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                                  AcceptedDatagram& accepted) {
+proto::DropReason SessionHub::Impl::receive_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                                     const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                                     AcceptedDatagram& accepted) {
   proto::DatagramHeader header;
   if (const proto::DropReason reason = proto::read_header(datagram, proto::DatagramType::kClientUpdate, header);
       reason != proto::DropReason::kNone) {
@@ -103,8 +103,8 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
                                             : connection.stream->receive_path(header, datagram, path_answer);
   collect(connection);
   if (reason != proto::DropReason::kNone) return reason;
-  connection.last_heard = now;
-  if (!connection.updates.take(1, now)) {
+  connection.last_received = now;
+  if (!connection.updates.consume(1, now)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
         "too many client updates: at most " + std::to_string(static_cast<int>(kUpdateRate.per_second)) + " a second");
     return proto::DropReason::kNotAllowed;
@@ -134,7 +134,7 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   seats.flush();
   RoomEvent event;
   while (seats.room().next_event(event)) {
-    if (event.kind == RoomEvent::Kind::kPutBack) {
+    if (event.kind == RoomEvent::Kind::kReturned) {
       broadcast(seats, body_returned(event.body));
       continue;
     }
@@ -162,7 +162,7 @@ void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& 
     refuse_with(wire::ERROR_BAD_VALUE, "a place is three numbers in metres, -1000 to 1000");
   } else if (point.body() > connection.seats->room().scene().world.bodies.size()) {
     refuse_with(wire::ERROR_UNKNOWN_BODY, "no body has that number here");
-  } else if (!connection.points.take(1, called_at)) {
+  } else if (!connection.points.consume(1, called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "you point too often: one place a second, two at once; try again later");
   } else if (!connection.seats->may_point(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
@@ -204,7 +204,7 @@ void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::Serve
 }
 
 /// Applies a room update; news about the coupling are sent after all states.
-void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate& update) {
+void SessionHub::Impl::apply_room_update(Connection& connection, const RoomUpdate& update) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
   const haptics::CouplingParameters before = seats.coupling_in_force(seat);
@@ -214,7 +214,7 @@ void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate
 
 void SessionHub::Impl::end_overdue(Connection& connection, LocalTime now) {
   if (connection.state == ConnectionState::kActive) {
-    if (now - connection.last_heard < settings.silence_timeout) return;
+    if (now - connection.last_received < settings.silence_timeout) return;
     end(connection, wire::DISCONNECT_SILENCE,
         "nothing heard for " + std::to_string(settings.silence_timeout / std::chrono::milliseconds(1)) + " ms");
     return;
@@ -337,7 +337,7 @@ void SessionHub::on_connected(ConnectionHandle connection, LocalTime now, const 
   auto& entry = impl_->connections[connection];
   entry = std::make_unique<Connection>();
   entry->handle = connection;
-  entry->connected = entry->last_heard = now;
+  entry->connected = entry->last_received = now;
   entry->address = &impl_->addresses[address];
   ++entry->address->connections;
   impl_->make_room(*entry);
@@ -346,7 +346,7 @@ void SessionHub::on_connected(ConnectionHandle connection, LocalTime now, const 
 
 void SessionHub::on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now) {
   impl_->called_at = now;
-  if (Connection* found = impl_->find(connection)) impl_->take_control_bytes(*found, bytes, now);
+  if (Connection* found = impl_->find(connection)) impl_->receive_control_bytes(*found, bytes, now);
   impl_->sweep();
 }
 
@@ -362,7 +362,7 @@ AcceptedDatagram SessionHub::on_datagram(std::span<const std::byte> datagram, Lo
                                          const std::function<bool(ConnectionHandle)>& may_belong_to) {
   impl_->called_at = now;
   AcceptedDatagram accepted;
-  impl_->counters.count_received(impl_->take_datagram(datagram, now, may_belong_to, accepted));
+  impl_->counters.count_received(impl_->receive_datagram(datagram, now, may_belong_to, accepted));
   return accepted;
 }
 

@@ -41,7 +41,7 @@ struct Connection {
   ConnectionId id;
   std::uint8_t epoch = 0;
   LocalTime connected{};
-  LocalTime last_heard{};
+  LocalTime last_received{};
   AddressUse* address = nullptr;
   proto::FrameReader reader{proto::kMaxClientControlBytes};
   net::TokenBucket control{kControlRate};
@@ -85,7 +85,7 @@ struct SessionHub::Impl {
        ServerTransport& hub_transport);
 
   // session_control.cpp
-  void take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
+  void receive_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
   void serve(Connection& connection, LocalTime now);
   void serve_waiting(LocalTime now);
   bool has_turn(const Connection& connection, LocalTime now) const;
@@ -95,10 +95,10 @@ struct SessionHub::Impl {
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void greet(Connection& connection, const wire::ClientControl& message);
   void join(Connection& connection, const wire::ClientControl& message);
-  bool let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted, Admission::Ticket& ticket);
+  bool admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted, Admission::Ticket& ticket);
   void join_as_granted(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
-  void take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
-                 const Admission::Ticket& ticket);
+  void assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
+                   const Admission::Ticket& ticket);
   void hold(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
   void settle(Connection& connection);
   void give_credential(Connection& connection, const wire::JoinRoom& granted, const Admission::Ticket& ticket,
@@ -127,9 +127,9 @@ struct SessionHub::Impl {
   Connection* oldest_half_open(const AddressUse& address, const Connection& but);
   AddressUse& most_half_open(const Connection& but);
   std::size_t half_open_of(const AddressUse& address) const;
-  proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
-                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                  AcceptedDatagram& accepted);
+  proto::DropReason receive_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                     const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                     AcceptedDatagram& accepted);
   void send_updates(std::size_t room, const Clock& clock);
   void send_update(Connection& connection, const RoomUpdate& update, LocalTime now);
   void collect(Connection& connection);
@@ -139,7 +139,7 @@ struct SessionHub::Impl {
   void tell_poses();
   void tell_soft_shapes(RoomSeats& seats);
   void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
-  void take_room_update(Connection& connection, const RoomUpdate& update);
+  void apply_room_update(Connection& connection, const RoomUpdate& update);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);

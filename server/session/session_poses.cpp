@@ -33,7 +33,7 @@ void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientContro
     cancel_minimising(connection, message.request());
   } else if (const std::string problem = pose_edit_problem(connection, request); !problem.empty()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, problem);
-  } else if (!connection.poses.has_some(called_at) || !connection.poses.take(1, called_at)) {
+  } else if (!connection.poses.has_some(called_at) || !connection.poses.consume(1, called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "a user asks for at most " + rate_text(kUserPoseRate) + "; wait a second");
   } else if (!connection.seats->may_ask_pose(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED,

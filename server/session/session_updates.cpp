@@ -49,7 +49,7 @@ void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
 void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& update, LocalTime now) {
   // The seat's previous user is skipped.
   if (update.user[connection.seat.index] != connection.seat.user) return;
-  take_room_update(connection, update);
+  apply_room_update(connection, update);
   const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
   connection.bodies_thinned +=
       connection.stream->send(update, is_blocked, now,

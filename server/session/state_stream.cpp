@@ -42,7 +42,7 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   channel_.count_overwritten(own.step.value);
   unsent_faults_ |= own.tick_faults;
   // The destination of a user's datagrams is unknown until the first one arrives.
-  if (!channel_.has_heard() && !is_stream_) return 0;
+  if (!channel_.has_received() && !is_stream_) return 0;
   const auto changed = [&](const net::Deadband& deadband, Duration since) {
     return has_changed(deadband, since, own, published.users.size());
   };

@@ -75,7 +75,7 @@ class Reader {
   explicit Reader(int line) : line_(line) {}
 
   /// Reads at most `most` bytes of those available. Returns false if there are none.
-  bool take(std::size_t most = 65536) {
+  bool read_some(std::size_t most = 65536) {
     std::array<std::uint8_t, 65536> bytes;
     const ssize_t count = read(line_, bytes.data(), std::min(most, bytes.size()));
     if (count == 0) has_ended = true;
@@ -95,7 +95,7 @@ class Reader {
     for (const LocalTime end = clock.now() + longest; !is_so() && clock.now() < end && !has_ended;) {
       pollfd ready{line_, POLLIN, 0};
       poll(&ready, 1, 5);
-      while (take()) {
+      while (read_some()) {
       }
     }
     return is_so();

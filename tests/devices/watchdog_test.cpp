@@ -190,7 +190,7 @@ struct Trial {
     bool has_peer = false;
     const LocalTime give_up = opened + seconds(20);
     while ((reader.zeros == 0 || !has_peer) && clock.now() < give_up) {
-      while (reader.take()) {
+      while (reader.read_some()) {
       }
       if (reader.zeros > 0 && delay == Duration::max()) delay = clock.now() - opened;
       if (!has_peer && peer.has_acted()) {
@@ -309,7 +309,7 @@ TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
     const auto drip = [&](double for_ms) {
       const LocalTime end = clock.now() + from_seconds(for_ms / 1000);
       while (clock.now() < end) {
-        reader.take(static_cast<std::size_t>(random.uniform(1, 700)));
+        reader.read_some(static_cast<std::size_t>(random.uniform(1, 700)));
         std::this_thread::sleep_for(from_seconds(random.uniform(0, 0.002)));
       }
     };

@@ -91,13 +91,13 @@ TEST_F(DatagramChannelTest, AnImpossibleJumpDoesNotShutOutWhatFollows) {
 
 TEST_F(DatagramChannelTest, WhatCannotBeReadShutsOutNothingAndIsNotEchoed) {
   ASSERT_EQ(to_server(from_client()), DropReason::kNone);
-  const LocalTime heard = now_;
+  const LocalTime received_at = now_;
   now_ += kMs;
   const Bytes good = from_client();
   Bytes damaged = from_client();
   damaged.pop_back();
   EXPECT_EQ(to_server(damaged), DropReason::kMalformed);
-  EXPECT_EQ(server_.last_heard(), heard + std::chrono::seconds(50));
+  EXPECT_EQ(server_.last_received(), received_at + std::chrono::seconds(50));
   EXPECT_EQ(to_server(good), DropReason::kNone);
 }
 

@@ -131,11 +131,12 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
     node = parent;
     cut_.pop_back();
   }
-  return node == entry.node ? put(entry) : put({.node = node, .query_again_at_m = at_m, .is_sampled = is_sampled});
+  return node == entry.node ? append(entry)
+                            : append({.node = node, .query_again_at_m = at_m, .is_sampled = is_sampled});
 }
 
 // Copies the leading entries whose distance bounds still hold and that are above no planes. Returns their number.
-std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept {
+std::size_t ShellCandidates::append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept {
   const auto most = std::min(entries.size(), cut_limit() - cut_.size());
   std::size_t count = 0;
   float first_at_m = first_at_m_;
@@ -150,7 +151,7 @@ std::size_t ShellCandidates::put_known(std::span<const CutNode> entries, double 
   return count;
 }
 
-bool ShellCandidates::put(const CutNode& entry) noexcept {
+bool ShellCandidates::append(const CutNode& entry) noexcept {
   if (cut_.size() >= cut_limit()) return false;
   first_at_m_ =
       std::min(first_at_m_, entry.planes != 0 ? -std::numeric_limits<float>::infinity() : entry.query_again_at_m);
@@ -239,7 +240,7 @@ bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double b
   const float at_m =
       std::min<float>(rounded_down(moved_m + share_of(above.node) * kPlaneMotion_m), above.query_again_at_m);
   return add_planes(above.node, above.planes) &&
-         put({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
+         append({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
 // False: there is no room.

@@ -69,16 +69,16 @@ bool ShellCandidates::is_as_fine(int level) const {
 // A level changes before the walk, from the measurements of the last one. A step walks twice only where there was no
 // room.
 void ShellCandidates::search(double band_m) noexcept {
-  bool is_put_off = false;
+  bool is_postponed = false;
   const auto go_coarser = [&] {
-    if (!std::exchange(is_put_off, true)) put_off_finer();
+    if (!std::exchange(is_postponed, true)) postpone_finer();
     begin_coarser();
   };
   if (dense_steps_ > kMaxDenseSteps) {
     go_coarser();
   } else if (may_be_finer()) {
     if (has_room_finer(band_m)) return;
-    is_put_off = true;
+    is_postponed = true;
   }
   for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) go_coarser();
   note_density();
@@ -86,7 +86,7 @@ void ShellCandidates::search(double band_m) noexcept {
 
 // Doubles the interval after a trial that did not last. After an overflow caused by dividing, the interval stays, so
 // that the next trial is not earlier.
-void ShellCandidates::put_off_finer() noexcept {
+void ShellCandidates::postpone_finer() noexcept {
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : has_divided_ ? steps_per_try_ : kStepsPerTry);
 }
@@ -187,7 +187,7 @@ bool ShellCandidates::has_room_finer(double band_m) noexcept {
   if (walk(band_m)) return true;
   try_in(2 * steps_per_try_);
   if (is_kept) {
-    take_back_found();
+    restore_found();
     tries_when_divided_ = has_sampled();
   } else {
     begin_coarser();

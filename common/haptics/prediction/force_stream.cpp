@@ -201,7 +201,7 @@ struct ForceStream::Impl {
     ++figures.samples;
     Vec6 value;
     value << wrench.f, wrench.t;
-    take_models();
+    apply_models();
     if (history.size() > 0) follow_up(sampled_at, value, contact_changed);
     extend_series(sampled_at, value);
     history.add(sampled_at, value);
@@ -280,7 +280,7 @@ struct ForceStream::Impl {
     is_scoring = false;
   }
 
-  void take_models() noexcept {
+  void apply_models() noexcept {
     if (!results.poll() || results.front().generation != generation) return;
     models = results.front().models;
     has_models = true;

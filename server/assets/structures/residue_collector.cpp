@@ -211,7 +211,7 @@ void ResidueCollector::name_chains_by_segment() {
   for (OpenResidue& open : open_) open.residue.chain = open.residue.segment_name;
 }
 
-PdbStructure ResidueCollector::take() {
+PdbStructure ResidueCollector::finish() {
   name_chains_by_segment();
   choose_alternates();
   for (OpenResidue& open : open_) {

@@ -109,7 +109,7 @@ class Across {
       ran_on_ = is_gap_ ? ran_on_ + 1 : 0;
       up_.pop_front();
     }
-    if (input_.tick.value != 0) take_input();
+    if (input_.tick.value != 0) receive_input();
     if (partner_ && !partner_is_silent_) server.set_handle(1, *partner_);
     if (partner_is_silent_) server.clear_handle(1);
     server.step();
@@ -147,7 +147,7 @@ class Across {
     std::uint32_t buttons = 0;
   };
 
-  void take_input() {
+  void receive_input() {
     server.set_handle(0, input_.handle);
     const bool is_down = (input_.buttons & kButtonGrab) != 0;
     if (is_down && !was_down_) server.grab(0, BodyId{});

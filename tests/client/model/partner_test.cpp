@@ -27,15 +27,15 @@ class PartnerBench {
     proto::ServerUpdate update;
     update.step.value = step_;
     update.stepped = ServerTime(std::chrono::milliseconds(step_));
-    partner.take({.id = UserId{2},
-                  .tool = handle,
-                  .holds = BodyId{},
-                  .tool_index = 1,
-                  .has_handle = true,
-                  .handle = handle,
-                  .handle_age = Duration{0},
-                  .on_hand_W = shown_W},
-                 update);
+    partner.receive({.id = UserId{2},
+                     .tool = handle,
+                     .holds = BodyId{},
+                     .tool_index = 1,
+                     .has_handle = true,
+                     .handle = handle,
+                     .handle_age = Duration{0},
+                     .on_hand_W = shown_W},
+                    update);
     return partner.foresee(update.stepped.time_since_epoch(), kLate_s, around, kPeriod_s);
   }
 
@@ -161,15 +161,15 @@ TEST(Partner, ForgetsHisHandleWhenNothingPullsHisTool) {
   EXPECT_TRUE(bench.partner.has_handle());
   proto::ServerUpdate update;
   update.step.value = 2;
-  bench.partner.take({.id = UserId{2},
-                      .tool = {},
-                      .holds = BodyId{},
-                      .tool_index = 1,
-                      .has_handle = false,
-                      .handle = {},
-                      .handle_age = Duration{0},
-                      .on_hand_W = {}},
-                     update);
+  bench.partner.receive({.id = UserId{2},
+                         .tool = {},
+                         .holds = BodyId{},
+                         .tool_index = 1,
+                         .has_handle = false,
+                         .handle = {},
+                         .handle_age = Duration{0},
+                         .on_hand_W = {}},
+                        update);
   EXPECT_FALSE(bench.partner.has_handle());
 }
 

@@ -119,11 +119,11 @@ TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
   bench.wait(std::chrono::milliseconds(1500));
   EXPECT_EQ(bench.state(), "waiting");
   EXPECT_THAT(bench.session.status().why, HasSubstr("--transport tcp"));
-  test::SessionBench heard;
-  heard.join();
-  heard.send_update();
-  heard.wait(std::chrono::milliseconds(1500));
-  EXPECT_THAT(heard.session.status().why, HasSubstr("nothing came from the server for 1500 ms"));
+  test::SessionBench connected_bench;
+  connected_bench.join();
+  connected_bench.send_update();
+  connected_bench.wait(std::chrono::milliseconds(1500));
+  EXPECT_THAT(connected_bench.session.status().why, HasSubstr("nothing came from the server for 1500 ms"));
 }
 
 TEST(ClientSession, TextFromTheWireCannotWriteEscapeSequences) {

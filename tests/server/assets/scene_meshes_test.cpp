@@ -170,12 +170,12 @@ TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
   std::string ply =
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
-  const auto put = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto append = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
   // The lowest byte of 0.04 in single precision is 10 (a line feed).
-  for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) put(x);
+  for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) append(x);
   for (const auto& corners : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
     ply += '\3';
-    for (const int corner : corners) put(corner);
+    for (const int corner : corners) append(corner);
   }
   write("t.ply", ply);
   const auto scene =
@@ -382,7 +382,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
 /// Invalid contents in place of a cache entry.
 struct BadEntry {
   const char* name;
-  std::function<void(const std::filesystem::path& entry)> put;
+  std::function<void(const std::filesystem::path& entry)> write_entry;
 };
 void PrintTo(const BadEntry& entry, std::ostream* os) {
   *os << entry.name;
@@ -399,7 +399,7 @@ TEST_P(BadCache, EntryIsIgnored) {
   const auto built = load_with_cache();
   const std::filesystem::path entry = std::filesystem::directory_iterator(loading.cache_directory)->path();
   std::filesystem::remove(entry);
-  GetParam().put(entry);
+  GetParam().write_entry(entry);
   const auto rebuilt = load_with_cache();
   EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
   EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256);
@@ -408,7 +408,7 @@ TEST_P(BadCache, EntryIsIgnored) {
 }
 
 /// Puts the entry of another mesh under this one's name.
-void put_foreign_entry(const std::filesystem::path& entry) {
+void write_foreign_entry(const std::filesystem::path& entry) {
   SceneLoading loading;
   loading.cache_directory = entry.parent_path() / "other";
   std::ofstream(entry.parent_path() / "t.obj")
@@ -428,7 +428,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  touched.close();
                                  std::filesystem::resize_file(entry, 1ULL << 40U);
                                }},
-                      BadEntry{"EntryOfAnotherMesh", put_foreign_entry}),
+                      BadEntry{"EntryOfAnotherMesh", write_foreign_entry}),
     [](const ::testing::TestParamInfo<BadEntry>& test) { return test.param.name; });
 
 TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {

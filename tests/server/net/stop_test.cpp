@@ -104,21 +104,21 @@ struct Asker {
   }
   /// Waits for the first progress message of a minimisation.
   bool sees_progress() {
-    return take_until([](const auto& message) { return message.has_pose_progress(); });
+    return read_until([](const auto& message) { return message.has_pose_progress(); });
   }
   /// Returns true once the server has read all requests, by a ping after them.
-  bool is_heard() {
+  bool is_answered() {
     wire::ClientControl message;
     message.mutable_ping()->set_token(kToken);
     connection.send(message);
-    return take_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
+    return read_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
   }
   /// Receives until goodbye.
-  void take_rest() {
-    take_until([](const auto& message) { return message.has_goodbye(); });
+  void read_rest() {
+    read_until([](const auto& message) { return message.has_goodbye(); });
   }
   template <class IsIt>
-  bool take_until(const IsIt& is_it) {
+  bool read_until(const IsIt& is_it) {
     return connection
         .receive_until([&](const auto& message) {
           if (message.request() != 0) answers[message.request()] = message;
@@ -336,12 +336,12 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
   of_ada.push_back(ada.ask(wire::AskPose::KEEP));
   of_ada.push_back(ada.ask(wire::AskPose::DELETE, kept.kept_pose().number()));
   of_ben.push_back(ben.ask(wire::AskPose::KEEP));
-  ASSERT_TRUE(ada.is_heard() && ben.is_heard());
+  ASSERT_TRUE(ada.is_answered() && ben.is_answered());
   EXPECT_TRUE(server.is_fetching());
   server.begin_to_end(ending);
   if (ending == Ending::kStop) {
-    ada.take_rest();
-    ben.take_rest();
+    ada.read_rest();
+    ben.read_rest();
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();

@@ -75,7 +75,7 @@ class PoseSequences {
         EXPECT_EQ(found->second, std::pair(of.name(), by));
         open_.erase(found);
       }
-      take(lists_[of.name()], answer);
+      apply(lists_[of.name()], answer);
       if (placing == nullptr) return true;
       RoomCommand command = *placing;
       command.seat = {0, UserId{1}};
@@ -88,7 +88,7 @@ class PoseSequences {
   }
 
   /// Updates a list by an answer, as a client does.
-  static void take(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
+  static void apply(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;
     EXPECT_EQ(list.erase(answer.pose_deleted().number()), 1U);

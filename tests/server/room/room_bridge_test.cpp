@@ -220,7 +220,7 @@ TEST(RoomLaw, IsTheScenesAgainWhenTheOperatorHasLeft) {
                    {"name": "r", "placement": {"position_m": [0, 0, 0.505]}})"});
   Room room(RoomId{1}, "test", scene);
   RoomSeats seats(room);
-  const auto anna = seats.take(UserRole::kOperator), ben = seats.take(UserRole::kManipulator);
+  const auto anna = seats.allocate(UserRole::kOperator), ben = seats.allocate(UserRole::kManipulator);
   std::uint64_t tick = 0;
   const auto force_after_a_second_n = [&] {
     for (int i = 0; i < 1000; ++i) {

@@ -53,8 +53,8 @@ class Flung {
       room_.output().poll();
       update_ = room_.output().front().own[0];
       faults_ |= update_.tick_faults;
-      const double put_in_j = update_.energy_into_world_j - update_.energy_from_world_j;
-      created_max_j_ = std::max(created_max_j_, put_in_j - (from_hand_j_ - to_hand_j_));
+      const double injected_j = update_.energy_into_world_j - update_.energy_from_world_j;
+      created_max_j_ = std::max(created_max_j_, injected_j - (from_hand_j_ - to_hand_j_));
       ASSERT_TRUE(is_finite(update_.wrench_on_hand_W)) << tick;
     }
   }

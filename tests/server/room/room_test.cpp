@@ -436,7 +436,7 @@ TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
     room.step(ServerTime{});
     ++steps;
   }
-  EXPECT_EQ(event.kind, RoomEvent::Kind::kPutBack);
+  EXPECT_EQ(event.kind, RoomEvent::Kind::kReturned);
   EXPECT_EQ(event.body, BodyId{1});
   EXPECT_EQ(room.world().body(BodyId{1}).X.p, Vec3(0, 0, 0));
 }
@@ -466,7 +466,7 @@ TEST_F(RoomTest, AResetPutsAllBackAndWhoHeldSomethingIsTold) {
   for (const std::uint32_t body : {2U, 3U}) {
     const auto back = event();
     ASSERT_TRUE(back);
-    EXPECT_EQ(back->kind, RoomEvent::Kind::kPutBack);
+    EXPECT_EQ(back->kind, RoomEvent::Kind::kReturned);
     EXPECT_EQ(back->body, BodyId{body});
   }
   step(100);

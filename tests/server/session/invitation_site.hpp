@@ -190,7 +190,7 @@ class Site {
   }
   /// Reads the client's messages. Returns whether it was admitted.
   bool is_in(test::BenchClient& client, std::string* text = nullptr) {
-    for (const wire::ServerControl& message : bench->take(client)) {
+    for (const wire::ServerControl& message : bench->drain(client)) {
       if (text != nullptr && message.has_error()) *text = message.error().text();
       if (message.has_joined()) client.joined = message.joined();
     }

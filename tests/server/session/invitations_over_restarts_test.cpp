@@ -332,11 +332,11 @@ TEST(InvitationsOverRestarts, NothingOfAConnectionIsServedBetweenItsJoinAndTheWr
   Site site(1);
   auto client = site.ask(site.issue(15min, wire::ROLE_MANIPULATOR));
   site.bench->send(client, test::message_of([](auto& message) { message.mutable_ping()->set_token(7); }));
-  EXPECT_TRUE(site.bench->take(client).empty());
+  EXPECT_TRUE(site.bench->drain(client).empty());
   EXPECT_EQ(site.bench->hub->user_count(), 0U);
   EXPECT_TRUE(site.bench->hub->is_behind(client.handle)) << "no more is read of it";
   site.write();
-  EXPECT_EQ(test::described(site.bench->take(client)), "joined, pong");
+  EXPECT_EQ(test::described(site.bench->drain(client)), "joined, pong");
 }
 
 TEST(InvitationsOverRestarts, OneInvitationOnTwoConnectionsAtOnceLetsOneIn) {

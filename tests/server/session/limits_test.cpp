@@ -85,7 +85,7 @@ TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
 TEST(Limits, ARoomIsResetOnceASecond) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR), ben = bench.join("ben");
-  bench.take(ben);
+  bench.drain(ben);
   for (int ms = 0; ms < 3000; ms += 20) {
     bench.send_state(ada);
     bench.send_state(ben);
@@ -94,7 +94,7 @@ TEST(Limits, ARoomIsResetOnceASecond) {
   }
   EXPECT_TRUE(is_there(bench, ada));
   int resets = 0;
-  for (const auto& message : bench.take(ben)) resets += message.has_room_reset() ? 1 : 0;
+  for (const auto& message : bench.drain(ben)) resets += message.has_room_reset() ? 1 : 0;
   EXPECT_GE(resets, 4);
   EXPECT_LE(resets, 5);
 }
@@ -105,7 +105,7 @@ TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
   proto::Bytes flood;
   for (int i = 0; i < 5000; ++i) proto::append_frame(ping(), flood);
   bench.hub->on_control_bytes(eve.handle, flood, bench.now);
-  EXPECT_LE(static_cast<double>(bench.take(eve).size()), kConnectionTurn.at_once);
+  EXPECT_LE(static_cast<double>(bench.drain(eve).size()), kConnectionTurn.at_once);
   EXPECT_TRUE(bench.hub->is_behind(eve.handle)) << "the transport reads no more of it";
   bench.step(20);
   EXPECT_FALSE(is_there(bench, eve));
@@ -126,13 +126,13 @@ TEST(Limits, ConnectionsOfOneAddressWaitForEachOtherAndNobodyElseDoes) {
       for (const test::BenchClient& client : crowd) bench.send(client, ping());
     }
     bench.step();
-    for (const test::BenchClient& client : crowd) answered += bench.take(client).size();
+    for (const test::BenchClient& client : crowd) answered += bench.drain(client).size();
   }
   EXPECT_LE(static_cast<double>(answered), kAddressControlRate.at_once + 2 * kAddressControlRate.per_second + 100);
   bench.send(ben, ping());
-  EXPECT_EQ(test::described(bench.take(ben)), "pong");
+  EXPECT_EQ(test::described(bench.drain(ben)), "pong");
   bench.send(ada, ping());
-  EXPECT_EQ(test::described(bench.take(ada)), "pong");
+  EXPECT_EQ(test::described(bench.drain(ada)), "pong");
 }
 
 TEST(Limits, ComingAnewDoesNotRefillAnAddress) {
@@ -152,7 +152,7 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient slow = bench.join("slow");
-  bench.take(slow);
+  bench.drain(slow);
   bench.transport.queued = kMaxQueuedBeforeNews + 1;
   for (int i = 1; i <= 500; ++i) {
     bench.send_state(ada);
@@ -160,10 +160,10 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
     bench.send(ada, force_limit(1 + i));
     bench.step(11);
   }
-  EXPECT_EQ(test::described(bench.take(slow)), "");
+  EXPECT_EQ(test::described(bench.drain(slow)), "");
   bench.transport.queued = 0;
   bench.step();
-  const auto received = bench.take(slow);
+  const auto received = bench.drain(slow);
   ASSERT_EQ(test::described(received), "parameter_set");
   EXPECT_EQ(received[0].parameter_set().value(), 501);
   EXPECT_EQ(bench.hub->user_count(), 2U);
@@ -173,7 +173,7 @@ TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
   test::BenchClient slow = bench.join("slow", wire::ROLE_OBSERVER);
-  bench.take(slow);
+  bench.drain(slow);
   bench.transport.queued = kMaxQueuedBeforeNews + 1;
   bench.hub->on_disconnected(ada.handle, bench.now);
   test::BenchClient eve;
@@ -186,10 +186,10 @@ TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
     eve = bench.join("eve");
     ASSERT_NE(eve.joined.user(), 0U);
   }
-  EXPECT_EQ(test::described(bench.take(slow)), "");
+  EXPECT_EQ(test::described(bench.drain(slow)), "");
   bench.transport.queued = 0;
   bench.step();
-  const auto received = bench.take(slow);
+  const auto received = bench.drain(slow);
   ASSERT_EQ(test::described(received), "user_left, user_joined");
   EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "of whom he knew";
   EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
@@ -204,7 +204,7 @@ TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {
     bench.step();
   }
   EXPECT_FALSE(is_there(bench, eve));
-  EXPECT_THAT(bench.take(eve).back().goodbye().text(), HasSubstr("at most 4000 a second"));
+  EXPECT_THAT(bench.drain(eve).back().goodbye().text(), HasSubstr("at most 4000 a second"));
   EXPECT_TRUE(is_there(bench, ben));
 }
 
@@ -214,7 +214,7 @@ TEST(Limits, AClientsMessageIsShort) {
   bench.send(eve, message_of([](auto& message) {
                message.mutable_hello()->set_program(std::string(proto::kMaxClientControlBytes, 'x'));
              }));
-  EXPECT_EQ(test::described(bench.take(eve)), "goodbye");
+  EXPECT_EQ(test::described(bench.drain(eve)), "goodbye");
 }
 
 }  // namespace

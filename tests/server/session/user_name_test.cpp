@@ -43,7 +43,7 @@ TEST(UserName, TwoOfOneNameAreToldApart) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   bench.join("ada");
-  const auto received = bench.take(ada);
+  const auto received = bench.drain(ada);
   ASSERT_EQ(test::described(received), "user_joined");
   EXPECT_EQ(received[0].user_joined().name(), "ada (2)");
 }
@@ -54,7 +54,7 @@ TEST(UserName, TwoOfOneLongNameAreToldApartWithinItsLength) {
   test::HubBench bench;
   test::BenchClient ada = bench.join(longest);
   bench.join(longest);
-  const auto received = bench.take(ada);
+  const auto received = bench.drain(ada);
   ASSERT_EQ(test::described(received), "user_joined");
   EXPECT_EQ(received[0].user_joined().name(), longest.substr(0, 60) + " (2)");
 }
