@@ -103,8 +103,8 @@ void complete_device(devices::DeviceOptions& device, const std::string& profile,
   const char* option = "--device: ";
   try {
     if (device.name == "auto") {
-      const auto tell = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
-      device.name = devices::choose_device(!has_hand && profile.empty(), tell);
+      const auto log = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
+      device.name = devices::choose_device(!has_hand && profile.empty(), log);
       if (device.name == "sim" && has_pointer && !has_hand) device.name = "mouse";
     }
     const devices::DeviceKind& kind = devices::find_device_kind(device.name);

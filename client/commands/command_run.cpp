@@ -121,7 +121,7 @@ struct CommandRun::Impl {
   }
 
   void begin_next();
-  void go_on();
+  void continue_step();
   bool await_room();
   void answer(json::object fields);
   void fail(const std::string& why);
@@ -141,7 +141,7 @@ struct CommandRun::Impl {
   Step minimise(const Command& command);
   Step energy() const;
   Step state() const;
-  Step go_to(const Pose& X_WH);
+  Step move_to(const Pose& X_WH);
   Step turn(const Command& command);
   Step grab();
   Step release();
@@ -188,7 +188,7 @@ void CommandRun::Impl::begin_next() {
   }
 }
 
-void CommandRun::Impl::go_on() {
+void CommandRun::Impl::continue_step() {
   try {
     if (const std::optional<json::object> fields = step()) answer(*fields);
   } catch (const std::exception& error) {
@@ -229,11 +229,11 @@ Step CommandRun::Impl::begun(const Command& command) {
       {"state", [&] { return state(); }},
       {"move",
        [&] {
-         return go_to({place(), goal_W().q});
+         return move_to({place(), goal_W().q});
        }},
       {"move-by",
        [&] {
-         return go_to({goal_W().p + place(), goal_W().q});
+         return move_to({goal_W().p + place(), goal_W().q});
        }},
       {"turn", [&] { return turn(command); }},
       {"grab", [&] { return grab(); }},
@@ -358,7 +358,7 @@ Step CommandRun::Impl::state() const {
   return done(std::move(out));
 }
 
-Step CommandRun::Impl::go_to(const Pose& X_WH) {
+Step CommandRun::Impl::move_to(const Pose& X_WH) {
   const WorkspaceMapping& workspace = seen().workspace;
   const double way_m = device_pose(workspace, X_WH).p.norm();
   if (way_m > devices::kPointerReach_m) {
@@ -371,7 +371,7 @@ Step CommandRun::Impl::go_to(const Pose& X_WH) {
         way_m, devices::kPointerReach_m, middle.x(), middle.y(), middle.z(), workspace.position_scale);
     refuse(why);
   }
-  own_hand().go_to(X_WH, now);
+  own_hand().move_to(X_WH, now);
   const LocalTime begun_at = now;
   return [=, this]() -> std::optional<json::object> {
     const View& newest = seen();
@@ -393,7 +393,7 @@ Step CommandRun::Impl::turn(const Command& command) {
   if (axis.norm() < 1e-3) refuse("AX AY AZ: at least one must not be 0");
   const Pose goal = goal_W();
   const Quat turn(Eigen::AngleAxisd(numbers[3] * std::numbers::pi / 180, axis.normalized()));
-  return go_to({goal.p, (turn * goal.q).normalized()});
+  return move_to({goal.p, (turn * goal.q).normalized()});
 }
 
 // Same as the window's mouse: presses the grab button of the handle, which grabs a body within reach.
@@ -449,7 +449,7 @@ void CommandRun::poll(const ClientIoSnapshot& io, const View* view, LocalTime no
   self.now = now;
   if (self.hand && view != nullptr) self.hand->follow(*view, now);
   if (!self.step) self.begin_next();
-  if (self.step) self.go_on();
+  if (self.step) self.continue_step();
 }
 
 bool CommandRun::is_over() const {

@@ -62,7 +62,7 @@ class HandWorkspace {
   const Vec3& wall_on_hand_D() const noexcept { return wall_on_hand_D_; }
 
  private:
-  void stand() noexcept;
+  void stop() noexcept;
 
   Vec3 half_ = Vec3::Zero();  ///< half the device's workspace [m]; zero: no border
   double force_limit_n_ = 0;

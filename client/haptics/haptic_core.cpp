@@ -189,7 +189,7 @@ void HapticCore::enter_rendering(std::uint32_t number) noexcept {
   const Rendering& before = rendering();
   const Rendering& next = *renderings_.offered(number);
   const bool goes_on = next.generation == before.generation && next.local_model && before.local_model;
-  if (goes_on && scene_is_usable_) next.local_model->go_on_from(*before.local_model, scene_);
+  if (goes_on && scene_is_usable_) next.local_model->continue_from(*before.local_model, scene_);
   renderings_.enter(number);
   passivity_.forget_local_model();
   blend_.jump();
@@ -246,7 +246,7 @@ void HapticCore::advance_nudge() noexcept {
 
 void HapticCore::change_scene() noexcept {
   workspace_.change(scene_.workspace);
-  if (scene_is_usable_) coupling_.go_to(scene_);
+  if (scene_is_usable_) coupling_.fade_to(scene_);
   // Nothing is felt, so no ramp is needed. A refused coupling must not be felt on the way to its replacement.
   if (!is_displaying()) coupling_.jump();
 }

@@ -73,8 +73,8 @@ class HapticCore {
   void service() noexcept { newest_stage_->service(); }
   /// Offers a rendering that is used from the next tick on. The force blends over within 0.3 s; a difference of 18 N
   /// changes by less than 0.1 N in a millisecond. If both renderings are of the same scene, the new local model
-  /// continues from the state of the previous one (LocalModel::go_on_from()). Returns false if the rendering stays with
-  /// the caller, and must be offered again later (Handover::offer()).
+  /// continues from the state of the previous one (LocalModel::continue_from()). Returns false if the rendering stays
+  /// with the caller, and must be offered again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);
   /// Number of the last rendering that offer() accepted.

@@ -128,7 +128,7 @@ void LocalModel::start(const proto::ServerUpdate& update) noexcept {
 }
 
 // Containers whose size depends on the scene are swapped, so nothing is allocated.
-void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcept {
+void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike = copies_.size() == other.copies_.size() && tools_ == other.tools_ && tool_ == other.tool_;
   if (has_started_ || !other.has_started_ || !is_alike) return;
   has_started_ = true;
@@ -212,7 +212,7 @@ void LocalModel::receive_partners(const proto::ServerUpdate& update) noexcept {
   };
   for (PartnerHere& here : partners_) {
     const Partner& partner = here.partner;
-    if (here.is_here && (has_left(here) || !partner.has_handle() || partner.tool() != here.tool)) let_go(here);
+    if (here.is_here && (has_left(here) || !partner.has_handle() || partner.tool() != here.tool)) remove_partner(here);
     if (here.held.is_valid() && here.held != partner.holds()) {
       world_.release(here.tool);
       here.held = BodyId{};
@@ -221,7 +221,7 @@ void LocalModel::receive_partners(const proto::ServerUpdate& update) noexcept {
   std::erase_if(partners_, has_left);
 }
 
-void LocalModel::let_go(PartnerHere& here) noexcept {
+void LocalModel::remove_partner(PartnerHere& here) noexcept {
   world_.deactivate_tool(here.tool);
   has_jumped_ = has_jumped_ || here.is_here;
   here.is_here = false;

@@ -80,7 +80,7 @@ class LocalModel {
   /// afterwards. Effects start anew, and a just released body may collide with the tool.
   ///
   /// In      scene  gives the coupling and bounds with which tools are pulled from the start, as in LocalModelInput
-  void go_on_from(LocalModel& other, const HapticScene& scene) noexcept;
+  void continue_from(LocalModel& other, const HapticScene& scene) noexcept;
 
   bool has_started() const { return has_started_; }
   RigidState tool() const { return tool_state_.tool; }
@@ -145,7 +145,7 @@ class LocalModel {
   void drive_partners(const LocalModelInput& input, Duration played, Duration present, double period_s) noexcept;
   void bring_in(PartnerHere& here) noexcept;
   PartnerSurroundings surroundings_of(const PartnerHere& here, Duration played) noexcept;
-  void let_go(PartnerHere& here) noexcept;
+  void remove_partner(PartnerHere& here) noexcept;
   bool is_held_by_partner(BodyId body) const noexcept;
   void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;

@@ -88,7 +88,7 @@ struct AsioClientTransport::Connection {
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
-  bool has_said_all = false;
+  bool has_sent_all = false;
   std::optional<std::string> lost_because;  // end of stream, not yet reported
   std::array<std::byte, 64 * 1024> incoming{};
 };
@@ -362,7 +362,7 @@ void AsioClientTransport::close() {
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
-  if (!std::exchange(connection.has_said_all, true)) connection.tls.close(connection.unsent);
+  if (!std::exchange(connection.has_sent_all, true)) connection.tls.close(connection.unsent);
   error_code ignored;
   while (!ignored && !connection.unsent.empty()) {
     const std::size_t sent = connection.stream.write_some(asio::buffer(connection.unsent), ignored);

@@ -82,7 +82,7 @@ void ClientRecorder::write(const Record& record) {
   }
 }
 
-void ClientRecorder::tell(const std::string& news) {
+void ClientRecorder::report(const std::string& news) {
   on_news_(news);
   const std::scoped_lock lock(news_mutex_);
   newest_news_ = news;
@@ -100,10 +100,10 @@ void ClientRecorder::drain() {
     flushed_ns_ = newest_ns_;
     file_.flush(newest_ns_);
   }
-  if (const std::string news = file_.pop_news(); !news.empty()) tell(news);
+  if (const std::string news = file_.pop_news(); !news.empty()) report(news);
   if (has_reported_overflow_ || overflows_.load(std::memory_order_relaxed) == 0) return;
   has_reported_overflow_ = true;
-  tell("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
+  report("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
 }
 
 void ClientRecorder::finish() {

@@ -73,7 +73,7 @@ class ClientRecorder {
   void push(const Record& record) noexcept;
   void drain();
   void write(const Record& record);
-  void tell(const std::string& news);
+  void report(const std::string& news);
   std::uint64_t unix_ns(LocalTime time) const;
 
   ClientRecording settings_;

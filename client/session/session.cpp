@@ -167,7 +167,7 @@ void ClientSession::poll(LocalTime now) {
   if (impl_->status.state == SessionState::kActive) {
     impl_->send_newest(now);
     impl_->assets.check_store(now);
-    impl_->go_on_fetching();
+    impl_->continue_fetching();
     impl_->request_assets(now);
   }
   impl_->scene.check_when_due(now);

@@ -56,7 +56,7 @@ const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
 
 }  // namespace
 
-/// Starts the look-ups in the store. A store on a disk answers later (go_on_fetching()).
+/// Starts the look-ups in the store. A store on a disk answers later (continue_fetching()).
 void ClientSession::Impl::fetch(bool is_connected_anew) {
   if (is_connected_anew) assets.reconnect();
   if (scene.joined()->assets_size() > kMaxAssets) {
@@ -64,10 +64,10 @@ void ClientSession::Impl::fetch(bool is_connected_anew) {
   }
   assets.look_up(of_kinds(settings.asset_kinds, scene.joined()->assets()));
   fetch_step = FetchStep::kSelect;
-  go_on_fetching();
+  continue_fetching();
 }
 
-void ClientSession::Impl::go_on_fetching() {
+void ClientSession::Impl::continue_fetching() {
   while (fetch_step != FetchStep::kNone && assets.accept_found()) {
     switch (std::exchange(fetch_step, FetchStep::kNone)) {
       case FetchStep::kNone:
@@ -119,13 +119,13 @@ void ClientSession::Impl::fetch_drawn() {
 }
 
 void ClientSession::Impl::request_assets(LocalTime now) {
-  const auto may_ask = [this, now] {
-    if (!settings.fetches_one_at_a_time) return fetch_rate.may_ask(now);
+  const auto bytes_to_request = [this, now] {
+    if (!settings.fetches_one_at_a_time) return fetch_rate.bytes_to_request(now);
     return assets.is_awaiting() ? 0 : proto::kAssetChunkBytes;
   };
   // During planning the list may still hold assets of the previous scene.
   if (is_planning()) return;
-  while (const std::size_t bytes = may_ask()) {
+  while (const std::size_t bytes = bytes_to_request()) {
     const auto wanted = assets.next_request(last_request + 1, bytes);
     if (!wanted) return;
     wire::ClientControl message;

@@ -322,10 +322,10 @@ void ClientSession::Impl::receive_soft_shape(const wire::SoftShape& message) {
 void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
   news = "room " + printable(settings.room) + ": " + printable(why);
   log(news);
-  go_to_room(*std::exchange(room_left, std::nullopt), now);
+  enter_room(*std::exchange(room_left, std::nullopt), now);
 }
 
-void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
+void ClientSession::Impl::enter_room(const std::string& wanted, LocalTime now) {
   stop_state();
   if (status.state == SessionState::kJoining || status.state == SessionState::kActive) {
     wire::ClientControl message;
@@ -411,7 +411,7 @@ void ClientSession::change_room(const std::string& room, LocalTime now) {
     return;
   }
   impl_->room_left = impl_->room;
-  impl_->go_to_room(room, now);
+  impl_->enter_room(room, now);
 }
 
 void ClientSession::leave(LocalTime) {

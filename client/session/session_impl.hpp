@@ -68,12 +68,12 @@ struct ClientSession::Impl {
   void refuse_poses(const std::string& why);
   void receive_pointed(const wire::Pointed& message, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
-  void go_to_room(const std::string& wanted, LocalTime now);
+  void enter_room(const std::string& wanted, LocalTime now);
   void fetch(bool is_connected_anew);
   void plan_fetch();
   void fetch_drawn();
   AssetInfos drawings_by_size() const;
-  void go_on_fetching();
+  void continue_fetching();
   bool is_planning() const { return fetch_step == FetchStep::kSelect || fetch_step == FetchStep::kFetch; }
   void request_assets(LocalTime now);
   void announce_assets();

@@ -52,7 +52,7 @@ class PointerHand {
 
   WorkspaceMapping workspace_;
   devices::PointerTarget target_;
-  bool is_letting_go_ = false;  ///< the button is released at the next frame
+  bool is_releasing_ = false;  ///< the button is released at the next frame
   LocalTime grabbed_at_{};
   std::optional<LocalTime> missed_at_;
 };

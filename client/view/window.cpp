@@ -288,7 +288,7 @@ void Window::Impl::follow(const View* view) {
   if (hand_of != view->record.scene_generation) hand.press(kButtonGrab, false);
   hand_of = view->record.scene_generation;
   if (view->record.sample.is_valid) hand.stay_near(view->record.sample.X_DH);
-  if (switches.follows_tool) camera.look_at(scene->tool_pose().p);
+  if (switches.follows_tool) camera.focus_on(scene->tool_pose().p);
 }
 
 /// Points at the object under the mouse, otherwise at the user's own tool.

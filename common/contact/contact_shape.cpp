@@ -163,7 +163,7 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
       return field.distance_m(point.p_S.cast<double>()) > -kBuriedErrors * field.error_m();
     });
   }
-  return PointShell::of(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
+  return PointShell::make(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
 }
 
 /// Samples solids and the sheets beside them, each by its kind.
@@ -225,7 +225,7 @@ void ContactShape::complete() {
   std::ranges::copy_if(points, std::back_inserter(others),
                        [this](const ShellPoint& point) { return !is_inside_of_plane(*field, point); });
   if (others.size() == points.size()) return;
-  off_planes = PointShell::of(std::move(others), shells.surface.spacing_m);
+  off_planes = PointShell::make(std::move(others), shells.surface.spacing_m);
   drop_polygons_off(*field, *off_planes);
 }
 

@@ -22,7 +22,7 @@ constexpr std::uint32_t kWalkQueries = 4, kNewLevelQueries = 8, kFirstCutQueries
 // Motion of a part until it is checked again for halves to join, spread by share_of(), one part a step: small nodes
 // that have passed a groove may fit one large node above planes again. The motion doubles after a check without
 // success. It is the maximum where the queries were too many for a step and the part moves fast.
-constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
+constexpr double kHalvesCheckMotion_m = 4e-3, kMaxHalvesCheckMotion_m = 16e-3;
 // Largest motion in a step that counts as slow.
 constexpr double kSlow_m = 2e-5;
 // Conditions for join_far(): this many steps at a level, and more than this share of the room for the cut in use. It
@@ -45,14 +45,14 @@ double chord(const Quat& a, const Quat& b) {
 struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double moved_m = 0;              ///< accumulated motion: bounds the approach of each of its points
-  double step_motion_m = 0;        ///< share of the last step in moved_m
-  double query_again_at_m = 0;     ///< least value of its nodes
-  double looked_over_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
-  double looked_over_after_m = 0;  ///< motion between that check and the one after
-  bool has_open_question = false;  ///< some node was not queried for planes: the next check rebuilds its cut
-  bool waits_for_rest = false;     ///< that check waits until the part is slow or has moved far
-  bool has_sampled = false;        ///< there may be sampled nodes: eight points represent all
+  double moved_m = 0;               ///< accumulated motion: bounds the approach of each of its points
+  double step_motion_m = 0;         ///< share of the last step in moved_m
+  double query_again_at_m = 0;      ///< least value of its nodes
+  double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
+  double halves_check_after_m = 0;  ///< motion between that check and the one after
+  bool has_open_question = false;   ///< some node was not queried for planes: the next check rebuilds its cut
+  bool waits_for_rest = false;      ///< that check waits until the part is slow or has moved far
+  bool has_sampled = false;         ///< there may be sampled nodes: eight points represent all
 };
 
 /// Result of a level: the members that keep_found() stores.
@@ -143,8 +143,8 @@ void ShellCandidates::begin_cut() noexcept {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     part.count = 1;
     part.query_again_at_m = -std::numeric_limits<double>::infinity();
-    part.looked_over_after_m = kLookOver_m;
-    part.looked_over_at_m = part.moved_m + share_of(part.node) * kLookOver_m;
+    part.halves_check_after_m = kHalvesCheckMotion_m;
+    part.halves_check_at_m = part.moved_m + share_of(part.node) * kHalvesCheckMotion_m;
     part.has_open_question = part.waits_for_rest = false;
     cut_.push_back(unknown(part.node));
   }
@@ -189,18 +189,18 @@ void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   const auto is_near = [](const CutNode& a) {
     return a.is_leaf || a.planes != 0 || !(a.query_again_at_m > -std::numeric_limits<float>::infinity());
   };
-  const auto ask = [&](std::uint32_t node) {
+  const auto query = [&](std::uint32_t node) {
     entry = unknown(node);
     part.query_again_at_m = -std::numeric_limits<double>::infinity();
   };
-  if (entry.planes != 0 && nodes[entry.node].count <= std::min(most_points, kPlanesAbove)) ask(entry.node);
+  if (entry.planes != 0 && nodes[entry.node].count <= std::min(most_points, kPlanesAbove)) query(entry.node);
   while (cut_.size() > part.begin) {
     const CutNode& before = cut_.back();
     if (before.node <= part.node || nodes[before.node].next != entry.node || !(is_near(before) || is_near(entry)))
       break;
     const ShellNode& parent = nodes[before.node - 1];
     if (parent.is_leaf || parent.count > most_points || parent.next != nodes[entry.node].next) break;
-    ask(before.node - 1);
+    query(before.node - 1);
     cut_.pop_back();
   }
   cut_.push_back(entry);
@@ -310,7 +310,7 @@ void ShellCandidates::start_again_from_0(Part& part) noexcept {
     entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
   }
   part.query_again_at_m = -std::numeric_limits<double>::infinity();
-  part.looked_over_at_m -= part.moved_m;
+  part.halves_check_at_m -= part.moved_m;
   part.moved_m = 0;
 }
 
@@ -358,7 +358,7 @@ bool ShellCandidates::walk(double band_m) noexcept {
   candidates_.clear();
   contacts_ = more_contacts_ = 0;
   near_count_ = 0;
-  may_look_over_ = !field_->planes().empty();
+  may_check_halves_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;
   const std::uint32_t share = !has_walked_                     ? kFirstCutQueries
                               : is_try_ || steps_at_level_ > 1 ? kWalkQueries
@@ -388,12 +388,12 @@ class ShellCandidates::Ahead {
 
   /// Next distance; called once for each inner node that needs a query, in order.
   double next_nearest_m() noexcept {
-    if (at_ == count_) ask();
+    if (at_ == count_) query();
     return nearest_m_[at_++];
   }
 
  private:
-  void ask() noexcept {
+  void query() noexcept {
     std::array<const ShellNode*, kEight> nodes;
     EightPlaces places_F;
     at_ = count_ = 0;
@@ -433,7 +433,7 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
   const auto begin = static_cast<std::uint32_t>(cut_.size());
   const bool is_slow = part.step_motion_m < kSlow_m;
-  const bool is_due = may_look_over_ && (part.moved_m > part.looked_over_at_m || (part.waits_for_rest && is_slow));
+  const bool is_due = may_check_halves_ && (part.moved_m > part.halves_check_at_m || (part.waits_for_rest && is_slow));
   if (!is_due && !divides_part_ && part.moved_m + band_m < part.query_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
@@ -470,18 +470,19 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
       if (!has_room || (is_due && !join_above_planes(part.moved_m, band_m))) return false;
       was_queried = !is_known || is_divided;
     }
-    may_look_over_ = may_look_over_ && !is_due;
+    may_check_halves_ = may_check_halves_ && !is_due;
     if (is_question_open_ && steps_at_level_ <= 1) {
       part.has_open_question = true;
-      part.looked_over_at_m = part.moved_m;
+      part.halves_check_at_m = part.moved_m;
     } else if (is_due && is_question_open_) {
       // In slow motion, valid results accumulate from step to step; in fast motion the check would never complete.
       part.waits_for_rest = !is_slow;
-      part.looked_over_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
+      part.halves_check_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kMaxHalvesCheckMotion_m);
     } else if (is_due) {
       const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
-      part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
-      part.looked_over_at_m = part.moved_m + share_of(part.node) * part.looked_over_after_m;
+      part.halves_check_after_m =
+          was_worth_it ? kHalvesCheckMotion_m : std::min(2 * part.halves_check_after_m, kMaxHalvesCheckMotion_m);
+      part.halves_check_at_m = part.moved_m + share_of(part.node) * part.halves_check_after_m;
       part.has_open_question = part.waits_for_rest = false;
     }
     part.query_again_at_m = first_at_m_;

@@ -171,7 +171,7 @@ class ShellCandidates {
   bool divides_part_ = false;         ///< sampled nodes of the walked part are divided
   bool has_divided_ = false;          ///< nodes were divided at this level
   bool has_sampled_ = false;          ///< the walked part keeps a sampled node
-  bool may_look_over_ = false;        ///< a part may be checked for halves to join above planes
+  bool may_check_halves_ = false;     ///< a part may be checked for halves to join above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;

@@ -33,7 +33,7 @@ PointShells shells_of(const std::vector<Candidate>& candidates, double spacing_m
     all.push_back(candidate.point);
     if (candidate.is_feature) features.push_back(candidate.point);
   }
-  return {PointShell::of(std::move(all), spacing_m), PointShell::of(std::move(features), spacing_m)};
+  return {PointShell::make(std::move(all), spacing_m), PointShell::make(std::move(features), spacing_m)};
 }
 
 std::vector<Candidate> candidates_of(const SpreadSamples& spread) {

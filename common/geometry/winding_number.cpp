@@ -249,7 +249,7 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 
-double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noexcept {
+double WindingNumber::at(const Vec3& p_S, int excluded_triangle, bool* lies_on) const noexcept {
   double far = 0;
   bool is_on = false;
   AngleSum near;
@@ -264,7 +264,7 @@ double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noex
       ++i;
     } else {
       for (const auto& [corners, triangle] : std::span(pieces_).subspan(node.first, node.count)) {
-        if (static_cast<int>(triangle) != without) is_on |= add_angle(corners, p_S, near);
+        if (static_cast<int>(triangle) != excluded_triangle) is_on |= add_angle(corners, p_S, near);
       }
       i = node.next;
     }

@@ -31,7 +31,7 @@ bool FetchRate::has_room_for(std::size_t bytes) const noexcept {
   return static_cast<double>(in_flight_ + bytes) <= std::min(most, static_cast<double>(kMaxInFlight));
 }
 
-std::size_t FetchRate::may_ask(LocalTime now) noexcept {
+std::size_t FetchRate::bytes_to_request(LocalTime now) noexcept {
   const std::size_t bytes = piece();
   if (filled_ != LocalTime{}) {
     const double most = std::max(2.0 * static_cast<double>(bytes), rate_ * kMadeUp_s);

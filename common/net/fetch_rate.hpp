@@ -51,7 +51,7 @@ class FetchRate {
   static constexpr std::size_t kMaxInFlight = 512 * 1024;
 
   /// Bytes of the piece to request now; 0: not yet. The caller confirms a request with note_request().
-  std::size_t may_ask(LocalTime now) noexcept;
+  std::size_t bytes_to_request(LocalTime now) noexcept;
   void note_request(LocalTime now, std::size_t bytes);
   /// An answer arrived, possibly a refusal. It belongs to the oldest outstanding request.
   void answered(LocalTime now) noexcept;

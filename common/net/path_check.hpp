@@ -15,7 +15,7 @@ class PathCheck {
  public:
   /// Same limit as QUIC (RFC 9000 §8.1).
   static constexpr std::uint64_t kAmplification = 3;
-  static constexpr Duration kAskAgain = std::chrono::milliseconds(20);
+  static constexpr Duration kRetryPeriod = std::chrono::milliseconds(20);
 
   PathCheck() = default;
   /// In      number  the address must return it; drawn so that it cannot be guessed
@@ -33,9 +33,9 @@ class PathCheck {
     sent_ += bytes;
     return true;
   }
-  /// Returns whether to send the number now; if so, not again for kAskAgain.
+  /// Returns whether to send the number now; if so, not again for kRetryPeriod.
   bool is_due(LocalTime now) {
-    if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kAskAgain)) return false;
+    if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kRetryPeriod)) return false;
     sent_at_ = now;
     return true;
   }

@@ -66,11 +66,11 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   cap_.setZero();
   cap_rate_.setZero();
   has_moved_ = false;
-  if (absence_.is_time_to_look(now)) {
+  if (absence_.is_attempt_due(now)) {
     std::string_view reason;
     port_ = open_(reason);
     if (port_) light(true);
-    absence_.go_on(reason);
+    absence_.note_absence(reason);
   }
   return absence_.sample(now);
 }

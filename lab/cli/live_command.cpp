@@ -51,11 +51,11 @@ constexpr std::array kCompared{Compared{"free_drag_rms_n", "drag [N]", 0.05},
                                Compared{"felt_stiffness_ratio", "felt stiffness, ratio", 0}};
 
 struct Comparison {
-  const Compared* of = nullptr;
+  const Compared* compared = nullptr;
   double live = 0;
   double virtual_value = 0;
 
-  double allowed() const { return std::max(of->allowed, kAllowedShare * std::abs(virtual_value)); }
+  double allowed() const { return std::max(compared->allowed, kAllowedShare * std::abs(virtual_value)); }
   /// False where neither trial has a value to compare.
   bool is_possible() const { return !std::isnan(live) || !std::isnan(virtual_value); }
   bool agrees() const { return std::abs(live - virtual_value) <= allowed(); }
@@ -93,7 +93,7 @@ std::vector<Trial> trials_of_live(const LiveOptions& options) {
 class References {
  public:
   /// In      at_zero_delay  reference_of() or same_stage_of() of a trial
-  const SessionTrace& of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
+  const SessionTrace& trace_of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
     const std::string key = compact_json(experiment_json(at_zero_delay.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
     if (is_new) place->second = run_virtual_session(at_zero_delay.experiment, scene);
@@ -126,8 +126,8 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(trial.experiment, loading);
-  const SessionTrace& reference = references.of(reference_of(trial), scene);
-  const SessionTrace& same_stage = references.of(same_stage_of(trial), scene);
+  const SessionTrace& reference = references.trace_of(reference_of(trial), scene);
+  const SessionTrace& same_stage = references.trace_of(same_stage_of(trial), scene);
   const SessionTrace beside = run_virtual_session(trial.experiment, scene);
   LiveResult result;
   result.beside = result_of(trial, {trial.experiment, beside, &reference, &same_stage});
@@ -187,7 +187,7 @@ json::object timing_json(const LiveTiming& timing) {
 json::object comparison_json(const LiveResult& result) {
   json::array compared;
   for (const Comparison& each : result.comparisons) {
-    compared.push_back(json::object{{"metric", each.of->metric},
+    compared.push_back(json::object{{"metric", each.compared->metric},
                                     {"live", each.live},
                                     {"virtual", each.virtual_value},
                                     {"allowed_difference", each.allowed()},
@@ -222,7 +222,7 @@ void print_result(const LiveResult& result) {
             << std::left << std::setw(30) << "  compared" << std::right << std::setw(10) << "live" << std::setw(10)
             << "virtual" << std::setw(12) << "difference" << std::setw(9) << "allowed" << '\n';
   for (const Comparison& each : result.comparisons) {
-    std::cout << "  " << std::left << std::setw(28) << each.of->what << std::right << std::setw(10)
+    std::cout << "  " << std::left << std::setw(28) << each.compared->what << std::right << std::setw(10)
               << number_text(each.live) << std::setw(10) << number_text(each.virtual_value) << std::setw(12)
               << number_text(each.live - each.virtual_value) << std::setw(9)
               << number_text(std::isnan(each.virtual_value) ? each.virtual_value : each.allowed()) << verdict(each)

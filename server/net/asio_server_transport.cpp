@@ -161,7 +161,7 @@ void AsioServerTransport::stop_accepting() {
 
 void AsioServerTransport::begin_turn() {
   count_turn(clock_.now());
-  for (const auto& go_on : std::exchange(resting_, {})) go_on();
+  for (const auto& resume : std::exchange(resting_, {})) resume();
   has_unread_users_ = reads_in_turns_;
 }
 
@@ -460,7 +460,7 @@ void AsioServerTransport::note_path(const PeerPointer& peer, const AcceptedDatag
   check.note_received(bytes);
   if (datagram.path_answer) check.note_answer(*datagram.path_answer);
   if (tls_ == nullptr) check.trust();
-  if (!check.is_valid()) return ask(*peer);
+  if (!check.is_valid()) return challenge(*peer);
   if (peer->path != nullptr) peer->path->close();
   peer->path = std::exchange(peer->new_path, nullptr);
 }
@@ -488,7 +488,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   expect_of(*path, peer->handle, true, true);
 }
 
-void AsioServerTransport::ask(Peer& peer) {
+void AsioServerTransport::challenge(Peer& peer) {
   Path& path = *peer.new_path;
   const LocalTime now = clock_.now();
   if (!path.check.is_due(now)) return;

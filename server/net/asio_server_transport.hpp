@@ -91,7 +91,7 @@ class AsioServerTransport final : public ServerTransport {
   void flush(const PeerPointer& peer);
   void finish_sending(const PeerPointer& peer);
   void drop(const PeerPointer& peer);
-  void rest(std::function<void()> go_on) { resting_.push_back(std::move(go_on)); }
+  void rest(std::function<void()> resume) { resting_.push_back(std::move(resume)); }
   void make_room();
   bool must_wait(const Peer& peer, LocalTime now) const;
   bool read_some(const PeerPointer& peer);
@@ -106,7 +106,7 @@ class AsioServerTransport final : public ServerTransport {
   void note_path(const PeerPointer& peer, const AcceptedDatagram& datagram, std::size_t bytes,
                  const boost::asio::ip::udp::endpoint& from);
   void open_path(const PeerPointer& peer, const boost::asio::ip::udp::endpoint& to);
-  void ask(Peer& peer);
+  void challenge(Peer& peer);
   bool send_on(Path& path, std::span<const std::byte> datagram);
 
   boost::asio::io_context& io_;

@@ -16,15 +16,15 @@ namespace tandem::server {
 namespace {
 
 /// Period of checks for users in empty rooms.
-constexpr Duration kLookAgain = std::chrono::milliseconds(5);
+constexpr Duration kUserCheckPeriod = std::chrono::milliseconds(5);
 /// Approximate time to sleep and wake up. A thread continues at once instead of sleeping for less.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
 /// Limit of the mean answer time for waking io ahead: io then wakes up during the step and waits for its end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
 // Shares of a core: above the first, io is not notified after each short step until it falls below the second. New
-// states then wait for states of the next rooms, at most kTellWithin.
+// states then wait for states of the next rooms, at most kNotifyWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
-constexpr Duration kTellWithin = std::chrono::microseconds(60);
+constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery = std::chrono::milliseconds(100);
 constexpr double kWindowsOfAMean = 10;
@@ -125,7 +125,7 @@ struct RoomScheduler::Stepper {
   std::size_t index = 0;
   double place = 0;                     ///< 0 to 1: phase of its first room's deadlines in a period
   std::vector<Loop*> loops;             ///< in the order of their deadlines
-  LocalTime looked{};                   ///< last check for users of empty rooms
+  LocalTime users_checked{};            ///< last check for users of empty rooms
   LocalTime news_since{};               ///< time of the oldest states not announced; LocalTime{}: none
   std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
   std::counting_semaphore<> called{0};  ///< used to sleep until a call; trying it yields the processor several times
@@ -198,18 +198,18 @@ void RoomScheduler::run(Stepper& stepper) {
     // hand_over() may have consumed the call of stop(), which is not repeated.
     if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
-      tell(stepper);
+      notify(stepper);
       stepper.called.acquire();
       continue;
     }
     const LocalTime now = SteadyClock().now();
-    look_for_users(stepper, now);
+    check_for_users(stepper, now);
     Loop* next = nullptr;
     for (Loop* loop : stepper.loops) {
       if (loop->is_awake && (next == nullptr || loop->timer.due() < next->timer.due())) next = loop;
     }
     const Duration time = next != nullptr ? next->timer.due() - now : Duration::max();
-    if (time > kNotWorthASleep) tell(stepper);
+    if (time > kNotWorthASleep) notify(stepper);
     const auto answered = std::ranges::find_if(stepper.loops, &Loop::is_answered);
     if (answered != stepper.loops.end() &&
         time > std::max(kNotWorthASleep, (*answered)->mean_step - (*answered)->mean_turn)) {
@@ -217,7 +217,7 @@ void RoomScheduler::run(Stepper& stepper) {
     } else if (time <= kLongSleep) {
       answer(stepper, *next);
     } else {
-      stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kLookAgain));
+      stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kUserCheckPeriod));
     }
   }
   for (Loop* loop : stepper.loops) finish(stepper, *loop);
@@ -242,9 +242,9 @@ void RoomScheduler::hand_over(Stepper& stepper) {
   }
 }
 
-void RoomScheduler::look_for_users(Stepper& stepper, LocalTime now) {
-  if (now < stepper.looked + kLookAgain) return;
-  stepper.looked = now;
+void RoomScheduler::check_for_users(Stepper& stepper, LocalTime now) {
+  if (now < stepper.users_checked + kUserCheckPeriod) return;
+  stepper.users_checked = now;
   for (Loop* loop : stepper.loops) {
     if (loop->is_awake) continue;
     loop->went_round.store(now, std::memory_order_relaxed);
@@ -255,7 +255,7 @@ void RoomScheduler::look_for_users(Stepper& stepper, LocalTime now) {
   }
 }
 
-void RoomScheduler::tell(Stepper& stepper) {
+void RoomScheduler::notify(Stepper& stepper) {
   if (std::exchange(stepper.news_since, LocalTime{}) != LocalTime{}) on_news_();
 }
 
@@ -265,16 +265,16 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
   // A long answer justifies waking io for it alone.
   const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
-  const bool tells_at_once = cores_ > 1 && is_worth_it;
+  const bool notifies_at_once = cores_ > 1 && is_worth_it;
   // If every core is stepping, io would delay the end of a step.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
-  const bool wakes_io = tells_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
+  const bool wakes_io = notifies_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer);
   loop.room.answer(server_time_of_own_clock(begin));
   const LocalTime now = SteadyClock().now();
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
-  if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
+  if (notifies_at_once || now + loop.mean_answer - stepper.news_since >= kNotifyWithin) notify(stepper);
   // Without help, the next room's users wait for these sends. If every core is answering, io may have no core.
   const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
   if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);

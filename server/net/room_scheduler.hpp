@@ -76,8 +76,8 @@ class RoomScheduler {
   struct Stepper;
   void run(Stepper& stepper);
   void hand_over(Stepper& stepper);
-  void look_for_users(Stepper& stepper, LocalTime now);
-  void tell(Stepper& stepper);
+  void check_for_users(Stepper& stepper, LocalTime now);
+  void notify(Stepper& stepper);
   void answer(Stepper& stepper, Loop& loop);
   void finish(Stepper& stepper, Loop& loop);
   void keep_rate(Loop& loop, LocalTime now);

@@ -215,7 +215,7 @@ struct SoftWorld::Impl {
   std::vector<std::optional<Pose>> input;  ///< poses for the step in progress
   Result made;                             ///< result of the step in progress
   Result taken;                            ///< result that the room reads
-  int steps_to_go = 0;
+  int steps_left = 0;
   bool is_under_way = false;
   bool is_known_late = false;
   std::atomic<std::uint64_t> late{0};
@@ -232,15 +232,15 @@ SoftWorld::~SoftWorld() = default;
 TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcept {
   Impl& impl = *impl_;
   TickFaults faults = 0;
-  if (impl.steps_to_go > 0) --impl.steps_to_go;
-  if (impl.steps_to_go == 0) {
+  if (impl.steps_left > 0) --impl.steps_left;
+  if (impl.steps_left == 0) {
     if (impl.is_under_way && !impl.is_ready()) {
       faults = kFaultSoftLate;
     } else {
       if (impl.is_under_way) faults = impl.collect();
       impl.begin(X_WT);
       impl.is_under_way = true;
-      impl.steps_to_go = impl.period;
+      impl.steps_left = impl.period;
     }
   }
   // Clears the contact of a tool that has left, else its next user would feel it.

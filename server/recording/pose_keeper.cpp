@@ -45,7 +45,7 @@ struct PoseKeeper::Impl {
   realtime::Ring<PoseAnswer> answers{kMaxAnswers};
   // Used by the keeper's thread only.
   FairTurns turns{0};
-  std::deque<PoseAnswer> unsaid;
+  std::deque<PoseAnswer> unsent;
   // Used by the io thread only.
   std::uint64_t last_id = 0;
   // Last member, because its thread uses all of the above.
@@ -57,9 +57,9 @@ struct PoseKeeper::Impl {
   }
 
   /// Sends the answers; false: the ring is full.
-  bool say() {
-    while (!unsaid.empty() && answers.push(unsaid.front())) unsaid.pop_front();
-    return unsaid.empty();
+  bool flush_answers() {
+    while (!unsent.empty() && answers.push(unsent.front())) unsent.pop_front();
+    return unsent.empty();
   }
 };
 
@@ -105,13 +105,13 @@ bool PoseKeeper::work_slice() {
   if (impl.has_finished) return false;
   for (const auto& site : impl.sites) {
     site->watch();
-    if (impl.is_stopping) site->refuse_all(kStopping, impl.unsaid);
+    if (impl.is_stopping) site->refuse_all(kStopping, impl.unsent);
   }
-  if (!impl.say()) return false;
+  if (!impl.flush_answers()) return false;
   const auto next = impl.turns.next([&impl](std::size_t i) { return impl.sites[i]->has_work(); });
   if (!next) return false;
-  impl.turns.charge(*next, impl.sites[*next]->serve_slice(impl.unix_ms(), impl.unsaid));
-  impl.say();
+  impl.turns.charge(*next, impl.sites[*next]->serve_slice(impl.unix_ms(), impl.unsent));
+  impl.flush_answers();
   return true;
 }
 
@@ -125,8 +125,8 @@ const std::vector<wire::KeptPose>& PoseKeeper::kept(const Room& room) const {
   return site == nullptr ? kNone : site->kept;
 }
 
-std::string PoseKeeper::ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
-                            const wire::AskPose& message) {
+std::string PoseKeeper::submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
+                               const wire::AskPose& message) {
   PoseSite* const site = impl_->find(room);
   if (site == nullptr) return "this room has no two molecules";
   if (impl_->is_stopping) return kStopping;

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kFileName = "checkpoint.pb";
 constexpr Duration kCheckpointEvery = std::chrono::milliseconds(500), kMaxBackOff = std::chrono::seconds(8);
 constexpr double kCheckpointEvery_s = 0.1;
-constexpr Duration kLookEvery = std::chrono::milliseconds(20);
+constexpr Duration kCheckpointPeriod = std::chrono::milliseconds(20);
 /// Size limit: 64 rooms, each with the nodes of eight soft bodies, and all state of Admission.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
@@ -79,7 +79,7 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
 }
 
 void ServerCheckpoint::start() {
-  thread_ = std::make_unique<recording::RecorderThread>(kLookEvery, [this] { work(SteadyClock().now()); });
+  thread_ = std::make_unique<recording::RecorderThread>(kCheckpointPeriod, [this] { work(SteadyClock().now()); });
 }
 
 ServerCheckpoint::~ServerCheckpoint() {

@@ -14,7 +14,7 @@ constexpr double kSoftOffsets_hz = 20;
 
 }  // namespace
 
-proto::ServerUpdate RoomUpdate::of(std::size_t seat) const {
+proto::ServerUpdate RoomUpdate::for_seat(std::size_t seat) const {
   proto::ServerUpdate update;
   static_cast<proto::OwnUpdate&>(update) = own[seat];
   update.bodies = bodies;

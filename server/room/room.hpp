@@ -62,14 +62,14 @@ struct RoomEvent {
 /// State that a room publishes for its users after a step. Arrays are indexed by Seat::index.
 struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// all users with tools; of() leaves out the recipient
+  /// all users with tools; for_seat() leaves out the recipient
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
   std::array<UserId, proto::kMaxUsers> user;                      ///< user that the seat's entry is for; invalid: none
   std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the user so far
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
-  proto::ServerUpdate of(std::size_t seat) const;
+  proto::ServerUpdate for_seat(std::size_t seat) const;
 };
 
 /// Deformation of the scene's soft bodies, for windows: for each body the offsets of its proto::soft_lattice() points

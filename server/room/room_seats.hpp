@@ -55,7 +55,7 @@ class RoomSeats {
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, when the room's queue
   /// is full or kResetRate is exceeded: each reset causes an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
-  bool may_ask_pose(LocalTime now) { return poses_.has_some(now) && poses_.consume(1, now); }
+  bool may_request_pose(LocalTime now) { return poses_.has_some(now) && poses_.consume(1, now); }
   bool may_point(LocalTime now) { return points_.consume(1, now); }
   /// In      placing  without the seat
   /// Out     false: the room's queue is full

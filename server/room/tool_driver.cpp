@@ -96,12 +96,12 @@ class WaveDriver final : public ToolDriver {
 
 ToolDrivers make_tool_drivers(Duration period, ToolPort& port) {
   ToolDrivers drivers;
-  const auto of = [&drivers](proto::ClientMode mode) -> auto& {
+  const auto driver_of = [&drivers](proto::ClientMode mode) -> auto& {
     return drivers.at(static_cast<std::size_t>(mode));
   };
-  of(proto::ClientMode::kHandle) = std::make_unique<HandleDriver>(port);
-  of(proto::ClientMode::kLocalModel) = std::make_unique<PlayoutDriver>(period, port);
-  of(proto::ClientMode::kWave) = std::make_unique<WaveDriver>(period, port);
+  driver_of(proto::ClientMode::kHandle) = std::make_unique<HandleDriver>(port);
+  driver_of(proto::ClientMode::kLocalModel) = std::make_unique<PlayoutDriver>(period, port);
+  driver_of(proto::ClientMode::kWave) = std::make_unique<WaveDriver>(period, port);
   return drivers;
 }
 

@@ -352,7 +352,7 @@ void SessionHub::Impl::announce_presence(const Connection& whose, const wire::Se
     if (user.get() == &whose || !user->is_in(*whose.seats)) continue;
     if (!message.has_user_left() || std::erase_if(user->presence, is_his_coming) == 0)
       user->presence.push_back(message);
-    tell_news(*user);
+    send_news(*user);
   }
 }
 
@@ -448,7 +448,7 @@ void SessionHub::Impl::change_coupling(RoomSeats& seats, const std::function<voi
     if (!user->is_in(seats)) continue;
     if (user != but && law_before != seats.coupling().law) user->has_new_law = true;
     user->note_changes(coupling);
-    tell_news(*user);
+    send_news(*user);
   }
 }
 
@@ -476,7 +476,7 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
   for (const auto& [handle, user] : connections) {
     if (!user->is_in(*setter.seats) || user.get() == &setter) continue;
     user->changed_parameters.set(index);
-    tell_news(*user);
+    send_news(*user);
   }
   wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(setter.seat));
   answer.set_request(request);
@@ -484,7 +484,7 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
 }
 
 /// Sends merged news once the user has read the earlier bytes, so that many changes by others do not add up.
-void SessionHub::Impl::tell_news(Connection& connection) {
+void SessionHub::Impl::send_news(Connection& connection) {
   const bool has_news = !connection.presence.empty() || connection.has_new_law || connection.changed_parameters.any();
   if (!has_news || transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeNews) return;
   for (const wire::ServerControl& message : std::exchange(connection.presence, {})) send(connection, message);

@@ -170,12 +170,13 @@ void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& 
     wire::ServerControl announcement;
     announcement.mutable_pointed()->set_user(connection.seat.user.value);
     *announcement.mutable_pointed()->mutable_point() = point;
-    tell_room(connection.seats->room(), connection.seat.user, message.request(), announcement);
+    send_to_room(connection.seats->room(), connection.seat.user, message.request(), announcement);
   }
 }
 
 /// Sends a message to all in a room; the request's number goes only to the user who made the request.
-void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message) {
+void SessionHub::Impl::send_to_room(const Room& room, UserId asker, std::uint32_t request,
+                                    wire::ServerControl message) {
   for (const auto& [handle, connection] : connections) {
     if (connection->state != ConnectionState::kActive || &connection->seats->room() != &room) continue;
     message.set_request(connection->seat.user == asker ? request : 0);
@@ -184,19 +185,19 @@ void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t r
 }
 
 /// Sends the soft bodies' shapes to the users who requested them.
-void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
+void SessionHub::Impl::send_soft_shapes(RoomSeats& seats) {
   if (!seats.room().soft_offsets().poll()) return;
   const SoftOffsets& offsets = seats.room().soft_offsets().front();
   for (std::size_t body = 0; body < offsets.size(); ++body) {
     const wire::ServerControl message = soft_shape(body, offsets[body]);
     for (const auto& [handle, connection] : connections) {
-      if (connection->is_in(seats) && connection->wants_soft_shapes) tell_soft_shape(*connection, message);
+      if (connection->is_in(seats) && connection->wants_soft_shapes) send_soft_shape(*connection, message);
     }
   }
 }
 
 /// Shapes never queue: a shape is skipped while any byte is queued, or if it is unchanged.
-void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::ServerControl& message) {
+void SessionHub::Impl::send_soft_shape(Connection& connection, const wire::ServerControl& message) {
   std::string& last_sent = connection.sent_soft_shapes[message.soft_shape().soft_body()];
   if (last_sent == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
   last_sent = message.soft_shape().offsets();
@@ -315,7 +316,7 @@ void SessionHub::Impl::sweep() {
   });
 }
 
-void SessionHub::Impl::tell_admission() {
+void SessionHub::Impl::report_admission() {
   if (!admission || !owner.on_admission || admission->changes() == reported_admission) return;
   reported_admission = admission->changes();
   owner.on_admission(admission->state(called_at));
@@ -379,18 +380,18 @@ void SessionHub::poll(const Clock& clock) {
   for (std::size_t room = 0; room < impl_->rooms.size(); ++room) impl_->send_updates(room, clock);
   for (const auto& seats : impl_->rooms) {
     impl_->deliver_events(*seats);
-    impl_->tell_soft_shapes(*seats);
+    impl_->send_soft_shapes(*seats);
   }
-  impl_->tell_poses();
+  impl_->send_pose_answers();
   if (impl_->admission) impl_->admission->poll(now);
   for (const auto& [handle, connection] : impl_->connections) {
     if (connection->held_join) impl_->settle(*connection);
-    if (connection->state == ConnectionState::kActive) impl_->tell_news(*connection);
+    if (connection->state == ConnectionState::kActive) impl_->send_news(*connection);
     if (connection->state != ConnectionState::kClosed) impl_->end_overdue(*connection, now);
   }
   impl_->serve_waiting(now);
   impl_->sweep();
-  impl_->tell_admission();
+  impl_->report_admission();
 }
 
 void SessionHub::begin_stop() {
@@ -408,7 +409,7 @@ void SessionHub::stop(LocalTime now) {
     impl_->end(*connection, wire::DISCONNECT_SERVER_STOPPING, "the server is stopping");
   }
   impl_->sweep();
-  impl_->tell_admission();
+  impl_->report_admission();
 }
 
 bool SessionHub::is_behind(ConnectionHandle connection) const {

@@ -115,12 +115,12 @@ struct SessionHub::Impl {
   void cancel_minimising(Connection& connection, std::uint32_t request);
   void refuse_unanswered_poses();
   void point(Connection& connection, const wire::ClientControl& message);
-  void tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message);
+  void send_to_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message);
   void set_law(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
   void change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but = nullptr);
   void announce_presence(const Connection& whose, const wire::ServerControl& message);
-  void tell_news(Connection& connection);
+  void send_news(Connection& connection);
 
   // session_hub.cpp
   void make_room(Connection& newcomer);
@@ -136,9 +136,9 @@ struct SessionHub::Impl {
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime));
   void deliver_events(RoomSeats& seats);
-  void tell_poses();
-  void tell_soft_shapes(RoomSeats& seats);
-  void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
+  void send_pose_answers();
+  void send_soft_shapes(RoomSeats& seats);
+  void send_soft_shape(Connection& connection, const wire::ServerControl& message);
   void apply_room_update(Connection& connection, const RoomUpdate& update);
   void end_overdue(Connection& connection, LocalTime now);
 
@@ -150,7 +150,7 @@ struct SessionHub::Impl {
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
   void sweep();
   void end_other_device(const Admission::Id& credential, wire::DisconnectReason reason);
-  void tell_admission();
+  void report_admission();
   Connection* find(ConnectionHandle handle);
   void log(std::string_view kind, const std::string& line) const {
     if (owner.on_log) owner.on_log(kind, line);

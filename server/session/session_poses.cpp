@@ -16,7 +16,7 @@ std::string rate_text(const net::Rate& rate) {
 
 }  // namespace
 
-/// Starts a request; tell_poses() sends the answer.
+/// Starts a request; send_pose_answers() sends the answer.
 void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientControl& message) {
   const Room& room = connection.seats->room();
   const wire::AskPose& request = message.ask_pose();
@@ -35,11 +35,11 @@ void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientContro
     refuse_with(wire::ERROR_NOT_ALLOWED, problem);
   } else if (!connection.poses.has_some(called_at) || !connection.poses.consume(1, called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "a user asks for at most " + rate_text(kUserPoseRate) + "; wait a second");
-  } else if (!connection.seats->may_ask_pose(called_at)) {
+  } else if (!connection.seats->may_request_pose(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED,
                 "the users of a room ask for at most " + rate_text(kPoseRate) + " together; wait a second");
   } else if (const std::string why =
-                 settings.poses->ask(room, connection.seat.user, connection.user_name, message.request(), request);
+                 settings.poses->submit(room, connection.seat.user, connection.user_name, message.request(), request);
              !why.empty()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, why);
   }
@@ -80,7 +80,7 @@ void SessionHub::Impl::cancel_minimising(Connection& connection, std::uint32_t r
 /// Refuses open requests at a stop, so that a hung disk or a long evaluation does not delay it.
 void SessionHub::Impl::refuse_unanswered_poses() {
   if (settings.poses == nullptr) return;
-  tell_poses();
+  send_pose_answers();
   settings.poses->refuse_unanswered([this](const Room& room, UserId user, std::uint32_t request) {
     for (const auto& [handle, connection] : connections) {
       const bool is_asker = connection->state == ConnectionState::kActive && &connection->seats->room() == &room &&
@@ -94,7 +94,7 @@ void SessionHub::Impl::refuse_unanswered_poses() {
   });
 }
 
-void SessionHub::Impl::tell_poses() {
+void SessionHub::Impl::send_pose_answers() {
   if (settings.poses == nullptr) return;
   settings.poses->deliver(
       [this](const Room& room, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
@@ -112,7 +112,7 @@ void SessionHub::Impl::tell_poses() {
         if (answer.has_error()) {
           send(*asker->second, answer);
         } else {
-          tell_room(room, user, answer.request(), answer);
+          send_to_room(room, user, answer.request(), answer);
         }
         return true;
       });

@@ -16,8 +16,8 @@ constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    to.received_drops.add(reason, more.received_drops.of(reason));
-    to.sent_drops.add(reason, more.sent_drops.of(reason));
+    to.received_drops.add(reason, more.received_drops.count(reason));
+    to.sent_drops.add(reason, more.sent_drops.count(reason));
   }
   to.datagrams_received += more.datagrams_received;
   to.datagrams_sent += more.datagrams_sent;

@@ -68,10 +68,10 @@ class ClientBench {
     welcome.mutable_welcome()->set_connection_id(7);
     welcome.mutable_welcome()->set_epoch(5);
     welcome.mutable_welcome()->set_datagram_port(4711);
-    say(welcome);
+    send(welcome);
     wire::ServerControl answer;
     *answer.mutable_joined() = joined;
-    say(answer);
+    send(answer);
     sequence_ = 0;
   }
   void join_again(const wire::Joined& joined) {
@@ -108,7 +108,7 @@ class ClientBench {
   std::vector<std::string> log;
 
  private:
-  void say(const wire::ServerControl& message) {
+  void send(const wire::ServerControl& message) {
     proto::Bytes frame;
     proto::append_frame(message, frame);
     client.session().on_control_bytes(frame, now);

@@ -96,7 +96,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   void close() override {}
 
  private:
-  using Said = std::vector<std::pair<bool, proto::Bytes>>;  ///< true: on the control stream
+  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< true: on the control stream
 
   static std::vector<std::unique_ptr<server::Room>> one_room(const std::shared_ptr<const server::LoadedScene>& scene) {
     std::vector<std::unique_ptr<server::Room>> rooms;
@@ -141,7 +141,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   }
 
   LocalTime now_{std::chrono::seconds(10)};
-  Said up_, down_;
+  Messages up_, down_;
   proto::FrameReader reader_;
   std::vector<std::byte> script_;
   std::size_t datagrams_ = 0;

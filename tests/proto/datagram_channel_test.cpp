@@ -140,17 +140,17 @@ TEST_F(DatagramChannelTest, EachEndStampsWhatItSendsAndEchoesTheNewestThatItHear
 
 TEST_F(DatagramChannelTest, CountsWhatTheLoopOverwroteAndWhatTheNetworkDidNotTake) {
   for (const std::uint64_t number : {5U, 6U, 9U}) client_.count_overwritten(number);
-  EXPECT_EQ(client_counters_.sent_drops.of(DropReason::kOverwritten), 2U);
+  EXPECT_EQ(client_counters_.sent_drops.count(DropReason::kOverwritten), 2U);
   ClientUpdate update;
   client_.send(update, now_, false, append_client_update, [](auto) { return false; });
-  EXPECT_EQ(client_counters_.sent_drops.of(DropReason::kSendFailed), 1U);
+  EXPECT_EQ(client_counters_.sent_drops.count(DropReason::kSendFailed), 1U);
   EXPECT_EQ(client_counters_.datagrams_sent, 0U);
 }
 
 TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
   ClientUpdate update;
   client_.send(update, now_, true, append_client_update, [](auto) { return true; });
-  EXPECT_EQ(client_counters_.sent_drops.of(DropReason::kOverwritten), 1U);
+  EXPECT_EQ(client_counters_.sent_drops.count(DropReason::kOverwritten), 1U);
   DatagramHeader header;
   ASSERT_EQ(parse_header(from_client(), header), DropReason::kNone);
   EXPECT_EQ(header.sequence, 1U);
@@ -186,16 +186,16 @@ class SuppressingChannelTest : public DatagramChannelTest {
 
 TEST_F(SuppressingChannelTest, SuppressesWhatHasNotChangedButNeverForLongerThanTheFloor) {
   from_client();
-  const auto asks = [](bool has_changed, Duration expected) {
+  const auto expects = [](bool has_changed, Duration expected) {
     return [=](const net::Deadband&, Duration since) {
       EXPECT_EQ(since, expected);
       return has_changed;
     };
   };
-  EXPECT_FALSE(client_.admits(now_ + kMs, true, asks(false, kMs)));
+  EXPECT_FALSE(client_.admits(now_ + kMs, true, expects(false, kMs)));
   EXPECT_EQ(client_counters_.updates_suppressed, 1U);
-  EXPECT_TRUE(client_.admits(now_ + kMs, true, asks(true, kMs)));
-  EXPECT_TRUE(client_.admits(now_ + net::kDeadbandFloor, true, asks(false, net::kDeadbandFloor)));
+  EXPECT_TRUE(client_.admits(now_ + kMs, true, expects(true, kMs)));
+  EXPECT_TRUE(client_.admits(now_ + net::kDeadbandFloor, true, expects(false, net::kDeadbandFloor)));
   EXPECT_EQ(client_counters_.updates_suppressed, 1U);
 }
 

@@ -173,11 +173,11 @@ TEST_F(SealedChannel, AnAddressIsAskedAndSaysTheNumberBackOnce) {
   EXPECT_EQ(number, kNumber);
   EXPECT_EQ(client.receive_path(header, challenge, number), DropReason::kDuplicate);
   const auto answer = client.path_message(number, now);
-  const Bytes said(answer.begin(), answer.end());
+  const Bytes reply(answer.begin(), answer.end());
   EXPECT_EQ(to_server(from_client()), DropReason::kNone);
   number = 0;
-  ASSERT_EQ(read_header(said, DatagramType::kClientUpdate, header), DropReason::kNone);
-  EXPECT_EQ(server.receive_path(header, said, number), DropReason::kNone) << "although newer state is here";
+  ASSERT_EQ(read_header(reply, DatagramType::kClientUpdate, header), DropReason::kNone);
+  EXPECT_EQ(server.receive_path(header, reply, number), DropReason::kNone) << "although newer state is here";
   EXPECT_EQ(number, kNumber);
 }
 

@@ -119,7 +119,7 @@ class NodeContacts {
   /// Selects the planes that matter in this box; the nearest to its middle comes first.
   ///
   /// Out     least and largest depth
-  std::pair<double, double> look_at(const OrientedBox& box) {
+  std::pair<double, double> depth_range(const OrientedBox& box) {
     planes_ = all_;
     const auto first = std::ranges::max_element(planes_, std::less{},
                                                 [&](const Below& below) { return below.distance_m(box.centre); });
@@ -369,7 +369,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
   for (std::uint32_t i = root; i < end;) {
     const ShellNode& node = shell.nodes[i];
     const FlatNode& flat = shell.flat_nodes[node.flat];
-    const auto [low, high] = node_contacts.look_at(flat.box_S());
+    const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
     // This node may use all room except that reserved for later nodes; they may also use the room that it leaves.

@@ -81,13 +81,13 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
   nearest_m_ = distances.minCoeff();
   farthest_m_ = distances.maxCoeff();
   if (node.count > size_) area_scale_ = area_scale();
-  if (nearest_m_ < 0 && field.error_m() > 0) look_from_outside(R_FP, p_FP, rigid_depth_m);
+  if (nearest_m_ < 0 && field.error_m() > 0) sample_from_outside(R_FP, p_FP, rigid_depth_m);
 }
 
 // Corrects points in a wall that is hardly thicker than a cell. In its middle, interpolation is too shallow and the
 // slope has no definite side. A point belongs to the side that it faces away from. Its depth is extrapolated from a
 // sample outside of that side, and limited to the depth that stops it.
-void LeafSamples::look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
+void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {
     auto sample = samples_.row(static_cast<Eigen::Index>(k));

@@ -80,7 +80,7 @@ class LeafSamples {
   std::uint32_t first_of(std::size_t k) const { return first_of(node_, size_, k); }
   ShellCandidate candidate_of(std::size_t k) const;
   double area_scale() const;
-  void look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept;
+  void sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept;
 
   const PointShell& shell_;
   const ShellNode& node_;
@@ -91,7 +91,7 @@ class LeafSamples {
   double nearest_m_;
   double farthest_m_;
   EightSamples samples_;  ///< an infinite distance marks a point that was not sampled
-  bool is_held_ = false;  ///< look_from_outside() corrected a point in a thin wall
+  bool is_held_ = false;  ///< sample_from_outside() corrected a point in a thin wall
 };
 
 }  // namespace tandem::contact

@@ -70,17 +70,17 @@ bool ShellCandidates::is_as_fine(int level) const {
 // room.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_postponed = false;
-  const auto go_coarser = [&] {
+  const auto switch_to_coarser = [&] {
     if (!std::exchange(is_postponed, true)) postpone_finer();
     begin_coarser();
   };
   if (dense_steps_ > kMaxDenseSteps) {
-    go_coarser();
+    switch_to_coarser();
   } else if (may_be_finer()) {
     if (has_room_finer(band_m)) return;
     is_postponed = true;
   }
-  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) go_coarser();
+  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) switch_to_coarser();
   note_density();
 }
 

@@ -31,7 +31,7 @@ class RunningSquare {
 struct ForecastBounds {
   double low = 0;
   double high = 0;
-  double of(double value) const noexcept { return value < low ? low : value > high ? high : value; }
+  double clamp(double value) const noexcept { return value < low ? low : value > high ? high : value; }
 };
 
 /// Forecast of one axis: weighted mixture of the candidates, displayed as a smooth curve.

@@ -129,10 +129,10 @@ json::object far_part(const DockingPair& pair, docking::MolecularField& field, c
     const LocalTime begin = clock.now();
     const docking::FieldResult exact = all.evaluate(X);
     of_all.record(clock.now() - begin);
-    const docking::FieldResult with = field.evaluate(X), without = near.evaluate(X);
-    energy += std::pow(exact.energy_kj_per_mol() - without.energy_kj_per_mol(), 2);
+    const docking::FieldResult with = field.evaluate(X), near_only = near.evaluate(X);
+    energy += std::pow(exact.energy_kj_per_mol() - near_only.energy_kj_per_mol(), 2);
     energy_error += std::pow(exact.energy_kj_per_mol() - with.energy_kj_per_mol(), 2);
-    force += (exact.force_on_b - without.force_on_b).squaredNorm();
+    force += (exact.force_on_b - near_only.force_on_b).squaredNorm();
     force_error += (exact.force_on_b - with.force_on_b).squaredNorm();
   }
   return {{"energy_kj_mol", std::sqrt(energy / kPoses)},

@@ -152,7 +152,7 @@ struct HeldMolecule {
 /// Direct rendering: each molecule is fixed to its hand. The hands receive the field's force and torque at their
 /// poses, with the same scale, a zero-order hold of a millisecond and a round trip of delay. There is no body,
 /// coupling, zero area or knee. The device limits clip the wrench.
-ShownDocking without(const PublishedPair& pair, const Condition& condition) {
+ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
   const physics::WorldDescription& world = scene->world;
@@ -211,7 +211,7 @@ struct Comparison {
 
 Comparison compared(const PublishedPair& pair, Condition condition) {
   Comparison made{std::move(condition), {}, {}};
-  made.direct = without(pair, made.condition);
+  made.direct = with_direct_rendering(pair, made.condition);
   made.stable = with_stable_method(pair, made.condition);
   return made;
 }

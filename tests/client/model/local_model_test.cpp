@@ -131,9 +131,9 @@ class Across {
     return (next_ ? *next_ : model).step(input);
   }
   /// From now on another model of the same scene continues from the state of this one.
-  void go_over(const std::shared_ptr<const physics::WorldDescription>& world) {
+  void switch_world(const std::shared_ptr<const physics::WorldDescription>& world) {
     next_.emplace(world, 0, LocalModelSettings{});
-    next_->go_on_from(model, scene_);
+    next_->continue_from(model, scene_);
   }
   LocalModel& newest_model() { return next_ ? *next_ : model; }
 
@@ -223,20 +223,20 @@ class LocalModelDelay : public testing::TestWithParam<int> {};
 TEST_P(LocalModelDelay, AStaticThingIsFeltAsWithoutADelay) {
   const Vec3 start{-0.04, 0, 0.02}, pressed{-0.1, 0, -0.01};
   Across near(scene(), 1), far(scene(), GetParam());
-  const auto without = felt(near, start, pressed), with = felt(far, start, pressed);
-  EXPECT_GT(without.back().f.norm(), 3);
+  const auto without_far = felt(near, start, pressed), with = felt(far, start, pressed);
+  EXPECT_GT(without_far.back().f.norm(), 3);
   // The world receives the same inputs in the same order.
-  EXPECT_LT(largest_difference_n(without, with), 1e-3);
+  EXPECT_LT(largest_difference_n(without_far, with), 1e-3);
 }
 
 TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
   const Vec3 start{-0.04, 0, 0.02}, pushed{0.06, 0, 0.02};
   Across near(scene(), 1), far(scene(), GetParam());
-  const auto without = felt(near, start, pushed), with = felt(far, start, pushed);
+  const auto without_far = felt(near, start, pushed), with = felt(far, start, pushed);
   double most = 0;
-  for (const Wrench& wrench : without) most = std::max(most, wrench.f.norm());
+  for (const Wrench& wrench : without_far) most = std::max(most, wrench.f.norm());
   EXPECT_GT(most, 0.4);
-  EXPECT_LT(largest_difference_n(without, with), 0.05);
+  EXPECT_LT(largest_difference_n(without_far, with), 0.05);
   // Model and server agree once the block is at rest and the answers have arrived.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
 }
@@ -461,7 +461,7 @@ TEST(LocalModel, GoesOnInAnotherModelOfItsSceneAsIfItWereTheSame) {
   Across one(world, 30), other(world, 30);
   double apart_n = 0, apart_m = 0, force_n = 0;
   for (int tick = 0; tick < 1200; ++tick) {
-    if (tick == 350) other.go_over(world);  // in the middle of the push
+    if (tick == 350) other.switch_world(world);  // in the middle of the push
     const Wrench felt = one.tick(pushing(tick));
     const Wrench felt_by_other = other.tick(pushing(tick));
     apart_n = std::max(apart_n, (felt.f - felt_by_other.f).norm());
@@ -479,7 +479,7 @@ TEST(LocalModel, GoesOnInAnotherModelWithWhatItHolds) {
   for (int tick = 0; tick < 300; ++tick) across.tick(at({-0.025, 0, 0.02}), tick > 100 ? kButtonGrab : 0U);
   ASSERT_EQ(across.model.held(), kBlock);
   const Vec3 before = across.model.body(kBlock).X.p;
-  across.go_over(world);
+  across.switch_world(world);
   for (int tick = 0; tick < 50; ++tick) across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
   EXPECT_EQ(across.newest_model().held(), kBlock);
   EXPECT_LT((across.newest_model().body(kBlock).X.p - before).norm(), 1e-3);
@@ -492,7 +492,7 @@ TEST(LocalModel, DoesNotGoOnFromAModelOfAnotherScene) {
   for (int tick = 0; tick < 100; ++tick) across.tick(at({-0.06, 0, 0.02}));
   auto smaller = scene();
   smaller->bodies.pop_back();
-  across.go_over(smaller);
+  across.switch_world(smaller);
   EXPECT_FALSE(across.newest_model().has_started());
 }
 

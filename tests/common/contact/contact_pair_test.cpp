@@ -21,7 +21,7 @@ namespace {
 constexpr double kBand_m = 2e-4;
 
 ContactShape sphere_shape(double radius_m = 0.01, int count = 6000) {
-  return hand_made_shape(sphere_field(radius_m), PointShell::of(sphere_points(radius_m, count), 4.5e-4));
+  return hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, count), 4.5e-4));
 }
 
 std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {

@@ -111,7 +111,7 @@ TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
     }
   }
   const ContactShape squares =
-      hand_made_shape(box_field(Vec3::Constant(1e-3)), PointShell::of(std::move(points), 4.5e-4));
+      hand_made_shape(box_field(Vec3::Constant(1e-3)), PointShell::make(std::move(points), 4.5e-4));
   const ContactShape table = box_shape(table_m, 4e-3);
   ContactPair pair(460);
   pair.bind(&squares, &table);
@@ -179,7 +179,7 @@ TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
 }
 
 TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
-  const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::of(sphere_points(0.01, 6000), 4.5e-4));
+  const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::make(sphere_points(0.01, 6000), 4.5e-4));
   const ContactShape table = without_flat_parts(box_shape(Vec3(0.1, 0.1, 0.02), 4e-3));
   ContactPair kept(8192), fresh(8192);
   kept.bind(&ball, &table);

@@ -27,10 +27,10 @@ TEST(PathCheck, GivesAnAddressNoMoreThanThreeTimesWhatCameUntilItSaysTheNumberBa
 TEST(PathCheck, AsksAgainUntilItIsAnswered) {
   PathCheck check(42);
   EXPECT_TRUE(check.is_due(kStart));
-  EXPECT_FALSE(check.is_due(kStart + PathCheck::kAskAgain / 2));
-  EXPECT_TRUE(check.is_due(kStart + PathCheck::kAskAgain));
+  EXPECT_FALSE(check.is_due(kStart + PathCheck::kRetryPeriod / 2));
+  EXPECT_TRUE(check.is_due(kStart + PathCheck::kRetryPeriod));
   check.note_answer(42);
-  EXPECT_FALSE(check.is_due(kStart + 10 * PathCheck::kAskAgain));
+  EXPECT_FALSE(check.is_due(kStart + 10 * PathCheck::kRetryPeriod));
 }
 
 }  // namespace

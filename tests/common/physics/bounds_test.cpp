@@ -57,11 +57,11 @@ TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
     }
     return force_n;
   };
-  World without = client_world(description);
-  without.remove_body(kA);
-  without.activate_tool(0);
-  EXPECT_EQ(push(without), 0) << "a body that nobody has told of is no ghost at its start";
-  EXPECT_EQ(without.grab(0, kA), GrabResult::kOutOfReach);
+  World without_body = client_world(description);
+  without_body.remove_body(kA);
+  without_body.activate_tool(0);
+  EXPECT_EQ(push(without_body), 0) << "a body that nobody has told of is no ghost at its start";
+  EXPECT_EQ(without_body.grab(0, kA), GrabResult::kOutOfReach);
   World with = client_world(description);
   with.remove_body(kA);
   with.set_body(kA, at({0, 0, 0}));

@@ -60,14 +60,14 @@ TEST(AgonesPlan, AllocatesItselfForItsFirstUserAndReturnsWhenItWasLeft) {
   sidecar.seen.is_ready = true;
   sidecar.calls_in(seconds(1));
   sidecar.seen.users = 1;
-  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kLook, Call::kAllocate}));
+  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kGameServer, Call::kAllocate}));
   sidecar.seen.users = 2;
   EXPECT_TRUE(sidecar.calls_in(seconds(100)).empty());
   sidecar.seen.users = 0;
   EXPECT_TRUE(sidecar.calls_in(seconds(59)).empty()) << "a connection may be lost for a while";
   EXPECT_EQ(sidecar.calls_in(seconds(200)), std::vector{Call::kReady});
   sidecar.seen.users = 1;
-  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kLook, Call::kAllocate}));
+  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kGameServer, Call::kAllocate}));
 }
 
 TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
@@ -75,7 +75,7 @@ TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
   sidecar.seen.is_ready = sidecar.is_allocated = true;
   sidecar.calls_in(seconds(200));  // no user has joined yet: the server is not shut down
   sidecar.seen.users = 1;
-  EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kLook});
+  EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kGameServer});
 }
 
 TEST(AgonesPlan, TriesLessAndLessOftenWhereNobodyAnswers) {

@@ -89,7 +89,7 @@ struct Asker {
   Asker(std::uint16_t port, const std::string& room, const std::string& name) : connection(port) {
     EXPECT_TRUE(connection.join(room, name, wire::ROLE_MANIPULATOR)) << name;
   }
-  std::uint32_t ask(wire::AskPose::Kind kind, std::uint32_t number = 0) {
+  std::uint32_t send_request(wire::AskPose::Kind kind, std::uint32_t number = 0) {
     wire::ClientControl message;
     message.set_request(++last_request);
     message.mutable_ask_pose()->set_kind(kind);
@@ -329,13 +329,14 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
   Asker ada(server.port(), "docking", user), ben(server.port(), "docking too", user);
   const bool is_busy = test::eventually([&server] { return server.is_busy(); });
   ASSERT_TRUE(is_busy) << server.figures();
-  const wire::ServerControl kept = ada.answer_to(ada.ask(wire::AskPose::KEEP));
+  const wire::ServerControl kept = ada.answer_to(ada.send_request(wire::AskPose::KEEP));
   ASSERT_TRUE(kept.has_kept_pose()) << kept.ShortDebugString();
-  std::vector<std::uint32_t> of_ada{ada.ask(wire::AskPose::MINIMISE)}, of_ben{ben.ask(wire::AskPose::MINIMISE)};
+  std::vector<std::uint32_t> of_ada{ada.send_request(wire::AskPose::MINIMISE)},
+      of_ben{ben.send_request(wire::AskPose::MINIMISE)};
   ASSERT_TRUE(ada.sees_progress() && ben.sees_progress()) << "both are being minimised";
-  of_ada.push_back(ada.ask(wire::AskPose::KEEP));
-  of_ada.push_back(ada.ask(wire::AskPose::DELETE, kept.kept_pose().number()));
-  of_ben.push_back(ben.ask(wire::AskPose::KEEP));
+  of_ada.push_back(ada.send_request(wire::AskPose::KEEP));
+  of_ada.push_back(ada.send_request(wire::AskPose::DELETE, kept.kept_pose().number()));
+  of_ben.push_back(ben.send_request(wire::AskPose::KEEP));
   ASSERT_TRUE(ada.is_answered() && ben.is_answered());
   EXPECT_TRUE(server.is_fetching());
   server.begin_to_end(ending);

@@ -80,12 +80,12 @@ class PoseKeeperTest : public ::testing::Test {
 
   /// Sends a request and executes the resulting placement in the room. Returns the answer, to all users or to the
   /// requester.
-  wire::ServerControl ask(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
+  wire::ServerControl answer_to(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
     wire::AskPose request;
     request.set_kind(kind);
     request.set_number(number);
     request.set_name(name);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, user_name_, 31, request), "");
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, user_name_, 31, request), "");
     keeper_->work();
     return serve();
   }

@@ -22,7 +22,7 @@ class PoseSequences {
   void run(int acts) {
     for (int i = 0; i < acts && !::testing::Test::HasFailure(); ++i) {
       const std::uint64_t act = below(20);
-      if (act < 9) ask();
+      if (act < 9) submit_any();
       if (act >= 9 && act < 15) serve(below(12));
       if (act == 15) keeper_->cancel(room(), below(2) == 0 ? std::nullopt : std::optional(user()), "cancelled");
       if (act == 16) keeper_->forget(room(), user());
@@ -49,7 +49,7 @@ class PoseSequences {
     }
   }
 
-  void ask() {
+  void submit_any() {
     const Room& of = room();
     const UserId by = user();
     wire::AskPose request;
@@ -58,7 +58,7 @@ class PoseSequences {
     if (request.kind() == wire::AskPose::CANCEL) return;
     request.set_number(static_cast<std::uint32_t>(below(12)));
     request.set_name("name " + std::to_string(below(1000)));
-    if (keeper_->ask(of, by, "user " + std::to_string(by.value), ++last_request_, request).empty())
+    if (keeper_->submit(of, by, "user " + std::to_string(by.value), ++last_request_, request).empty())
       open_[last_request_] = {of.name(), by};
   }
 

@@ -32,7 +32,7 @@ class RoomBridge : public ::testing::Test {
     proto::ServerUpdate step(std::uint8_t seat = 0) {
       room.step(ServerTime(room.period() * static_cast<Duration::rep>(room.steps_done().value + 1)));
       room.output().poll();
-      return room.output().front().of(seat);
+      return room.output().front().for_seat(seat);
     }
 
     Room room;

@@ -57,7 +57,7 @@ class RoomTest : public ::testing::Test {
     const RoomUpdate& received = room_.output().front();
     if (!received.user[seat].is_valid() || received.own[seat].step == received_[seat]) return std::nullopt;
     received_[seat] = received.own[seat].step;
-    return received.of(seat);
+    return received.for_seat(seat);
   }
   std::optional<RoomEvent> event() {
     RoomEvent event;

@@ -167,7 +167,7 @@ class Site {
     claims.set_expires_ms(claims.issued_ms() + static_cast<std::uint64_t>(milliseconds(life)));
     return {proto::sign_token(claims, issuer_), wall_ms(), wall_ms() + milliseconds(life), role == wire::ROLE_OPERATOR};
   }
-  test::BenchClient ask(const Invitation& invitation) {
+  test::BenchClient join_with(const Invitation& invitation) {
     test::BenchClient client = bench->connect();
     bench->greet(client);
     wire::ClientControl join = test::HubBench::join_message("ada", wire::ROLE_UNSPECIFIED);
@@ -177,7 +177,7 @@ class Site {
     bench->send(client, join);
     return client;
   }
-  test::BenchClient ask_to_resume(const std::string& credential) {
+  test::BenchClient resume_with(const std::string& credential) {
     test::BenchClient client = bench->connect();
     bench->greet(client);
     wire::ClientControl join = test::HubBench::join_message("ada", wire::ROLE_UNSPECIFIED);

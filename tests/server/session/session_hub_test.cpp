@@ -211,7 +211,7 @@ TEST(SessionHub, AnObserverSeesEverythingAndMovesNothing) {
   proto::ClientUpdate pushy = bench.resting_input(eve);
   pushy.handle_valid = true;
   EXPECT_EQ(bench.deliver(bench.datagram_of(eve, pushy)), 0U);
-  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.count(proto::DropReason::kNotAllowed), 1U);
   for (const auto& forbidden :
        {message_of([](auto& m) { m.mutable_grab(); }), message_of([](auto& m) { m.mutable_release(); }),
         message_of([](auto& m) { m.mutable_set_parameter()->set_name("coupling.force_limit_n"); })}) {

@@ -63,8 +63,8 @@ class SessionPosesTest : public ::testing::Test {
                  }));
   }
   /// Answer to the requester.
-  wire::ServerControl ask(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
-                          const std::string& name = "") {
+  wire::ServerControl request(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
+                              const std::string& name = "") {
     step(300);  // refills the user's token bucket
     for (const test::BenchClient* each : {&ada_, &ben_}) bench_->drain(*each);
     send(client, kind, number, name);
@@ -83,19 +83,19 @@ class SessionPosesTest : public ::testing::Test {
 };
 
 TEST_F(SessionPosesTest, APoseIsItsKeepersAndTheOperatorsAndEverybodysOnceTheKeeperHasLeft) {
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(ask(ada_, wire::AskPose::KEEP).has_kept_pose());
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(request(ada_, wire::AskPose::KEEP).has_kept_pose());
   for (const auto kind : {wire::AskPose::DELETE, wire::AskPose::RENAME}) {
-    EXPECT_THAT(ask(ben_, kind, 1, "mine").error().text(), HasSubstr("ada kept that pose and is here"));
+    EXPECT_THAT(request(ben_, kind, 1, "mine").error().text(), HasSubstr("ada kept that pose and is here"));
   }
   test::BenchClient olga = bench_->join("olga", wire::ROLE_OPERATOR);
-  EXPECT_EQ(ask(olga, wire::AskPose::DELETE, 1).pose_deleted().number(), 1U);
-  EXPECT_EQ(ask(ada_, wire::AskPose::RENAME, 2, "bound").kept_pose().name(), "bound");
+  EXPECT_EQ(request(olga, wire::AskPose::DELETE, 1).pose_deleted().number(), 1U);
+  EXPECT_EQ(request(ada_, wire::AskPose::RENAME, 2, "bound").kept_pose().name(), "bound");
   EXPECT_EQ(test::described(bench_->drain(ben_)), "kept_pose");
-  EXPECT_EQ(ask(ada_, wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
+  EXPECT_EQ(request(ada_, wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
   EXPECT_EQ(test::described(bench_->drain(ben_)), "pose_deleted");
   bench_->hub->on_disconnected(ada_.handle, bench_->now);
-  EXPECT_EQ(ask(ben_, wire::AskPose::DELETE, 2).pose_deleted().number(), 2U);
-  EXPECT_EQ(ask(ben_, wire::AskPose::RENAME, 4, "").error().code(), wire::ERROR_BAD_NAME);
+  EXPECT_EQ(request(ben_, wire::AskPose::DELETE, 2).pose_deleted().number(), 2U);
+  EXPECT_EQ(request(ben_, wire::AskPose::RENAME, 4, "").error().code(), wire::ERROR_BAD_NAME);
   const test::BenchClient newcomer = bench_->join("cleo", wire::ROLE_OBSERVER);
   std::vector<std::uint32_t> numbers;
   for (const wire::KeptPose& pose : keeper_->kept(*bench_->rooms.front())) numbers.push_back(pose.number());
@@ -113,7 +113,7 @@ TEST_F(SessionPosesTest, OnlyTheUserWhoAskedAndTheOperatorCancelAMinimisation) {
     bench_->drain(ada_);
   };
   begin();
-  EXPECT_THAT(ask(ben_, wire::AskPose::CANCEL).error().text(), HasSubstr("no minimisation of yours is under way"));
+  EXPECT_THAT(request(ben_, wire::AskPose::CANCEL).error().text(), HasSubstr("no minimisation of yours is under way"));
   const auto ended = [&] {
     keeper_->work();
     step(1);
@@ -121,7 +121,7 @@ TEST_F(SessionPosesTest, OnlyTheUserWhoAskedAndTheOperatorCancelAMinimisation) {
     for (const wire::ServerControl& message : bench_->drain(ada_)) text += message.error().text();
     return text;
   };
-  EXPECT_TRUE(ask(olga, wire::AskPose::CANCEL).pose_progress().is_over());
+  EXPECT_TRUE(request(olga, wire::AskPose::CANCEL).pose_progress().is_over());
   EXPECT_THAT(ended(), HasSubstr("cancelled"));
   begin();
   bench_->send(olga, test::message_of([](auto& message) { message.mutable_reset_room(); }));

@@ -92,7 +92,7 @@ TEST(StateStream, DropsEachBadDatagramForItsOwnReason) {
     EXPECT_EQ(bench.hub->on_datagram(datagram, bench.now, may).connection, 0U);
     for (int i = 1; i < static_cast<int>(proto::DropReason::kCount); ++i) {
       const auto reason = static_cast<proto::DropReason>(i);
-      if (bench.hub->counters().received_drops.of(reason) > before.of(reason)) return reason;
+      if (bench.hub->counters().received_drops.count(reason) > before.count(reason)) return reason;
     }
     return proto::DropReason::kNone;
   };
@@ -142,7 +142,7 @@ TEST(StateStream, AnotherConnectionsStateCannotBeForgedOverTcp) {
   const proto::Bytes forged = bench.datagram_of(ada, bench.resting_input(ada));
   bench.send(mallory,
              message_of([&forged](auto& message) { message.set_state_datagram(forged.data(), forged.size()); }));
-  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.count(proto::DropReason::kNotAllowed), 1U);
 }
 
 TEST(StateStream, StateOverTcpIsSkippedWhileControlBytesWait) {
@@ -154,7 +154,7 @@ TEST(StateStream, StateOverTcpIsSkippedWhileControlBytesWait) {
   bench.transport.queued = 1;
   bench.step(5);
   EXPECT_TRUE(bench.drain(ada).empty());
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 5U);
+  EXPECT_EQ(bench.hub->counters().sent_drops.count(proto::DropReason::kOverwritten), 5U);
   bench.transport.queued = 0;
   bench.step();
   EXPECT_EQ(test::described(bench.drain(ada)), "state_datagram");
@@ -167,18 +167,18 @@ TEST(StateStream, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
   bench.step();
   bench.transport.takes_datagrams = false;
   bench.step(3);
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kSendFailed), 3U);
+  EXPECT_EQ(bench.hub->counters().sent_drops.count(proto::DropReason::kSendFailed), 3U);
   bench.transport.takes_datagrams = true;
   for (int i = 0; i < 4; ++i) {
     bench.now += std::chrono::milliseconds(1);
     bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   }
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 3U)
+  EXPECT_EQ(bench.hub->counters().sent_drops.count(proto::DropReason::kOverwritten), 3U)
       << "of four steps the newest was sent";
   bench.send_state(ada);
   bench.send_state(ada);
-  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kOverwritten), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.count(proto::DropReason::kOverwritten), 1U);
 }
 
 TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {

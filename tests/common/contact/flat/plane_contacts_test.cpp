@@ -325,7 +325,7 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
                         Eigen::Vector3f::UnitZ(), 1e-9F});
     }
   }
-  const PointShell shell = PointShell::of(std::move(points), 5e-4);
+  const PointShell shell = PointShell::make(std::move(points), 5e-4);
   ASSERT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
   const auto field = box_field(Vec3(0.004, 0.1, 0.02));
   std::vector<ContactPoint> contacts;
@@ -361,7 +361,7 @@ TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
       points.push_back({Eigen::Vector3f(x_m, 2e-4F * static_cast<float>(i), 0), Eigen::Vector3f::UnitZ(), 1e-9F});
     }
   }
-  const PointShell shell = PointShell::of(std::move(points), 5e-4);
+  const PointShell shell = PointShell::make(std::move(points), 5e-4);
   ASSERT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
   const auto field = box_field(Vec3(1, 1, 0.02));
   std::vector<ContactPoint> contacts;
