@@ -30,19 +30,19 @@ bool Absence::is_attempt_due(LocalTime now) noexcept {
 }
 
 void Absence::begin(LocalTime now, std::string_view reason) noexcept {
-  was_there_ = true;
+  was_connected_ = true;
   reason_ = reason;
   next_attempt_ = now + kRetryPeriod;
 }
 
 void Absence::note_absence(std::string_view reason) noexcept {
-  if (!was_there_) reason_ = reason;
+  if (!was_connected_) reason_ = reason;
 }
 
 DeviceSample Absence::sample(LocalTime now) const noexcept {
   DeviceSample sample;
   sample.taken = now;
-  sample.state = was_there_ ? DeviceState::kLost : DeviceState::kOpening;
+  sample.state = was_connected_ ? DeviceState::kLost : DeviceState::kOpening;
   sample.reason = reason_;
   return sample;
 }

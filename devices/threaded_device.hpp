@@ -44,20 +44,20 @@ class Absence {
   /// Returns true at first, and once a second after a loss or an attempt.
   bool is_attempt_due(LocalTime now) noexcept;
   /// The device is connected; its next disconnection is a loss.
-  void end() noexcept { was_there_ = true; }
+  void end() noexcept { was_connected_ = true; }
   /// The device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;
   /// The device is still disconnected.
   void note_absence(std::string_view reason) noexcept;
   /// In      reason  a literal; it applies whether the device was connected before or not
   void set_reason(std::string_view reason) noexcept { reason_ = reason; }
-  bool was_there() const noexcept { return was_there_; }
+  bool was_connected() const noexcept { return was_connected_; }
   DeviceSample sample(LocalTime now) const noexcept;
 
  private:
   LocalTime next_attempt_{};
   std::string_view reason_;
-  bool was_there_ = false;
+  bool was_connected_ = false;
 };
 
 /// Runs a driver on a thread of its own.

@@ -66,7 +66,7 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       mailboxes_(mailboxes),
       coupling_(settings.coupling_bounds),
       blend_(kRenderingBlend_per_s),
-      wants_passivity_(settings.stage.passivity),
+      has_passivity_(settings.stage.passivity),
       passivity_share_(settings.stage.passivity ? 1 : 0),
       watches_passivity_(settings.stage.passivity || settings.feeds_view),
       workspace_(device.spec(), settings.has_border),
@@ -369,7 +369,7 @@ Wrench HapticCore::through_passivity_controller(const Wrench& stage_wrench_on_ha
 }
 
 void HapticCore::fade_passivity() noexcept {
-  const bool is_on = wants_passivity_.load(std::memory_order_relaxed);
+  const bool is_on = has_passivity_.load(std::memory_order_relaxed);
   watches_passivity_ = watches_passivity_ || is_on;
   passivity_share_ = std::clamp(passivity_share_ + (is_on ? 1 : -1) * period_s_ / kPassivityFade_s, 0.0, 1.0);
 }

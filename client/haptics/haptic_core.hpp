@@ -85,7 +85,7 @@ class HapticCore {
   std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
   /// Switches the passivity controller from the next tick on, faded over 0.3 s.
   /// Thread  any
-  void control_passivity(bool is_on) noexcept { wants_passivity_.store(is_on, std::memory_order_relaxed); }
+  void control_passivity(bool is_on) noexcept { has_passivity_.store(is_on, std::memory_order_relaxed); }
 
   /// Time at which the hand begins to follow its path: the first tick, or the common start of the room's hands. It lies
   /// in the future until then; LocalTime::max() while unknown. Once in the past it does not change.
@@ -155,7 +155,7 @@ class HapticCore {
   Stage* newest_stage_ = nullptr;  ///< io thread: stage of the last offered rendering
   ForceBlend blend_;               ///< fades from one rendering to the next
   StageOutput stage_output_;       ///< output of the last tick at which a stage ran
-  std::atomic<bool> wants_passivity_;
+  std::atomic<bool> has_passivity_;
   double passivity_share_;  ///< weight of the passivity controller's wrench, 0 to 1
   /// Once on, the energy account is kept even while the controller is faded out, so that it is correct when it returns.
   bool watches_passivity_;

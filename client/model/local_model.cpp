@@ -290,8 +290,8 @@ void LocalModel::drive_partners(const LocalModelInput& input, Duration played, D
     const bool is_tool = here.partner.tool() < tools_ && here.partner.tool() != tool_;
     if (!here.partner.has_handle() || !is_tool) continue;
     PartnerSurroundings around = surroundings_of(here, played);
-    around.is_foreseen = input.foresees_partners;
-    const RigidState handle = here.partner.foresee(played, to_seconds(present - played), around, period_s);
+    around.is_predicted = input.predicts_partners;
+    const RigidState handle = here.partner.predict(played, to_seconds(present - played), around, period_s);
     bring_in(here);
     world_.set_handle(here.tool, handle);
   }

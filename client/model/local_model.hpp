@@ -59,7 +59,7 @@ struct LocalModelInput {
   std::uint32_t buttons = 0;
   const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first
   bool is_new = false;
-  bool foresees_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
+  bool predicts_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
   const HapticScene* scene = nullptr;  ///< the scene's coupling, and its bounds by the users' devices
 };
 

@@ -155,7 +155,7 @@ Vec3 Partner::across(const Vec3& way) const noexcept {
   return share > 1e-6 ? Vec3(way - pressing_W_.dot(way) / share * pressing_W_) : way;
 }
 
-RigidState Partner::foresee(Duration played, double since_s, const PartnerSurroundings& around,
+RigidState Partner::predict(Duration played, double since_s, const PartnerSurroundings& around,
                             double period_s) noexcept {
   const RigidState sampled = handle_.at(played);
   const double late_s = since_s + to_seconds(handle_age_);
@@ -178,7 +178,7 @@ RigidState Partner::foresee(Duration played, double since_s, const PartnerSurrou
   q_before_ = sampled.X.q;
   auto intent = intent_.step(sampled.X.p - shown_.p(), late_s, along, coupled_share_, period_s);
   auto turn_intent = turn_intent_.step(turned_ - shown_.theta(), late_s, turn_along, coupled_share_, period_s);
-  if (!around.is_foreseen) intent = turn_intent = {};
+  if (!around.is_predicted) intent = turn_intent = {};
 
   RigidState now;
   now.X.p = sampled.X.p + modelled_.p() - shown_.p() + intent.way;

@@ -81,7 +81,7 @@ class HandEstimate {
 /// State of the local model around a partner in one step.
 struct PartnerSurroundings {
   Wrench on_hand_W;              ///< wrench of the model on the partner's hand
-  bool is_foreseen = true;       ///< predicts the partner's voluntary motion; false: it stays at the last received pose
+  bool is_predicted = true;      ///< predicts the partner's voluntary motion; false: it stays at the last received pose
   bool is_coupled = false;       ///< the partner's bodies touch this user's, possibly through others
   bool has_common_body = false;  ///< partner and this user both have a hand on the same body
   RigidState body;               ///< that body, current state in the model
@@ -111,7 +111,7 @@ class Partner {
   /// Predicted current handle; only while has_handle().
   /// In      played   server time of the playout
   ///         since_s  time since then [s]
-  RigidState foresee(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
+  RigidState predict(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
 
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }

@@ -34,10 +34,10 @@ void JoinedScene::set_workspace(const WorkspaceSettings& workspace) {
 }
 
 std::string JoinedScene::name_of(BodyId body) const {
-  const bool is_there =
+  const bool is_in_scene =
       joined_ != nullptr && body.is_valid() && body.value <= std::size_t(joined_->scene().bodies_size());
-  return is_there ? joined_->scene().bodies(static_cast<int>(body.value) - 1).name()
-                  : "body " + std::to_string(body.value);
+  return is_in_scene ? joined_->scene().bodies(static_cast<int>(body.value) - 1).name()
+                     : "body " + std::to_string(body.value);
 }
 
 void JoinedScene::hide() {

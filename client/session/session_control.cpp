@@ -187,8 +187,8 @@ void ClientSession::Impl::receive_pose_progress(const wire::PoseProgress& messag
 void ClientSession::Impl::receive_pointed(const wire::Pointed& message, LocalTime now) {
   const wire::Point& point = message.point();
   const bool is_own = message.user() == scene.joined()->user();
-  const auto who = std::ranges::find(users, message.user(), &wire::UserJoined::user);
-  if ((!is_own && who == users.end()) || !proto::is_place(point.place()) || !proto::is_place(point.place_w()) ||
+  const auto user = std::ranges::find(users, message.user(), &wire::UserJoined::user);
+  if ((!is_own && user == users.end()) || !proto::is_place(point.place()) || !proto::is_place(point.place_w()) ||
       point.body() > std::size_t(scene.joined()->scene().bodies_size())) {
     return;
   }
@@ -198,7 +198,7 @@ void ClientSession::Impl::receive_pointed(const wire::Pointed& message, LocalTim
   pointed.emplace_back(now, message);
   if (is_own) return;
   const std::string at = point.body() == 0 ? "a place" : scene.name_of(BodyId{point.body()});
-  news = printable(who->name()) + " points at " + at;
+  news = printable(user->name()) + " points at " + at;
   log(news);
   scene.show({point.place_w(0), point.place_w(1), point.place_w(2)}, now);
 }

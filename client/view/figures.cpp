@@ -99,8 +99,9 @@ void Figures::add_molecules(const DrawnScene& scene, const View* view, const Cli
 void Figures::add_transit(const View& view, LocalTime now) {
   forget_old(transits_ms_, now);
   if (view.newest.update.step != transit_of_) {
-    const Duration here = view.newest.received.time_since_epoch(), there = view.newest.update.sent.time_since_epoch();
-    transits_ms_.emplace_back(now, in_ms(here - there));
+    const Duration received = view.newest.received.time_since_epoch(),
+                   sent = view.newest.update.sent.time_since_epoch();
+    transits_ms_.emplace_back(now, in_ms(received - sent));
   }
   transit_of_ = view.newest.update.step;
   if (transits_ms_.empty()) return;

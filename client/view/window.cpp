@@ -135,7 +135,7 @@ struct Window::Impl {
   LocalTime clicked_at{};           ///< time and place of the last click
   Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
   bool is_holding = false;
-  bool wants_to_point = false;
+  bool is_pointing_requested = false;
   bool is_recording = false;
   std::string recording_state;
   bool is_record_pressed = false;
@@ -219,7 +219,7 @@ void Window::Impl::handle_keys() {
   if (pressed(GLFW_KEY_M)) style.shape = next_of(MoleculeStyle::kShapeNames, style.shape);
   if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
   if (pressed(GLFW_KEY_F)) fit();
-  if (pressed(GLFW_KEY_V)) wants_to_point = true;
+  if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
   if (figures.has_molecules) {
     if (pressed(GLFW_KEY_K)) keep_pose(settings.client, switches);
     if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);
@@ -293,7 +293,7 @@ void Window::Impl::follow(const View* view) {
 
 /// Points at the object under the mouse, otherwise at the user's own tool.
 void Window::Impl::point(const View* view) {
-  if (!std::exchange(wants_to_point, false) || settings.client == nullptr) return;
+  if (!std::exchange(is_pointing_requested, false) || settings.client == nullptr) return;
   const ImGuiIO& io = ImGui::GetIO();
   const auto [from_W, along_W] = camera.ray_at(io.MousePos.x / std::max(1.0F, io.DisplaySize.x),
                                                io.MousePos.y / std::max(1.0F, io.DisplaySize.y), aspect());

@@ -233,7 +233,8 @@ void Inverse3Driver::receive(std::string_view text) {
 }
 
 void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
-  const Vec3 force_n = is_finite(wrench_on_hand_D.f) && absence_.was_there() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
+  const Vec3 force_n =
+      is_finite(wrench_on_hand_D.f) && absence_.was_connected() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
   const auto link = link_;
   may_be_on_ = may_be_on() || !force_n.isZero(0);
   shown_n_ = force_n;

@@ -76,7 +76,7 @@ struct LiveOptions {
   std::optional<std::uint64_t> seeds;
   int realtime_priority = 0;
   bool is_single = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 std::vector<Trial> trials_of_live(const LiveOptions& options) {
@@ -275,10 +275,10 @@ int run_live(const LiveOptions& options) {
     for (const std::string& line : results.front().timing.realtime_not_granted) {
       if (results.size() == 1) std::cerr << line << '\n';
     }
-    if (!options.wants_json) print_result(results.back());
+    if (!options.prints_json) print_result(results.back());
     write_files(folder, results, to_seconds(wall.now() - begin));  // after each trial, because the next may fail
   }
-  if (options.wants_json) std::cout << pretty_json(comparisons_json(results));
+  if (options.prints_json) std::cout << pretty_json(comparisons_json(results));
   const bool is_good = std::all_of(results.begin(), results.end(), [](const LiveResult& result) {
     return agrees(result) && text_in(result.live.row, "outcome") != "lost";
   });
@@ -311,7 +311,7 @@ void add_live_command(CLI::App& app, int& exit_code) {
                    "SCHED_FIFO priority of the haptic threads and the room, 1 to 99; 0: normal scheduler")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print comparison.json instead of a table");
+  command->add_flag("--json", options->prints_json, "print comparison.json instead of a table");
   command->footer(
       "Exit code: 0 all agree, 1 a trial does not agree, has nothing to compare, or lost a user, 2 bad input or "
       "set-up.");

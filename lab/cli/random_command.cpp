@@ -66,8 +66,8 @@ std::vector<Trial> trials_of(const std::vector<NumberedTrial>& selected) {
 std::vector<TrialResult> run_trials(std::vector<Trial> trials, const RandomOptions& options) {
   RunSettings settings;
   settings.out = options.out;
-  settings.wants_samples = !options.only.empty();
-  if (settings.wants_samples) {
+  settings.keeps_samples = !options.only.empty();
+  if (settings.keeps_samples) {
     for (Trial& trial : trials) trial.experiment.sample_period = std::chrono::milliseconds(1);
   }
   settings.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());

@@ -133,8 +133,8 @@ class Tables {
 
   std::string body_name(std::uint32_t id) const {
     const int index = static_cast<int>(id) - 1;
-    const bool is_there = index >= 0 && index < room_.scene().bodies_size();
-    return is_there ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
+    const bool is_in_scene = index >= 0 && index < room_.scene().bodies_size();
+    return is_in_scene ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
   }
 
   /// Uses the client's own trace writer, so that the columns are those of --trace.

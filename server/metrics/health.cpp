@@ -7,9 +7,9 @@ namespace tandem::server {
 
 std::string standstill(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now) {
   std::ostringstream text;
-  const auto check = [&](const std::string& who, LocalTime went_round) {
+  const auto check = [&](const std::string& name, LocalTime went_round) {
     if (now - went_round <= kGoesRoundWithin) return;
-    text << (text.tellp() > 0 ? "; " : "") << who << " has stood still for " << std::fixed << std::setprecision(1)
+    text << (text.tellp() > 0 ? "; " : "") << name << " has stood still for " << std::fixed << std::setprecision(1)
          << to_seconds(now - went_round) << " s";
   };
   if (!pulse.is_serving) return "";

@@ -54,8 +54,8 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
   // If the loads are only uneven, moving more than half of the difference would reverse it.
-  const double room_there = kMaxAcceptedLoad - sums[idlest];
-  const double most = has_too_much ? room_there : std::min(room_there, difference / 2);
+  const double room_left = kMaxAcceptedLoad - sums[idlest];
+  const double most = has_too_much ? room_left : std::min(room_left, difference / 2);
   const auto one = largest_of(busiest, most, loads, workers);
   if (one && loads[*one] > 0) {
     workers[*one] = idlest;

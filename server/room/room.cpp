@@ -257,18 +257,18 @@ void Room::keep_left_things() noexcept {
 }
 
 void Room::resume(const RoomState& state) {
-  const auto is_there = [](const RigidState& of) {
+  const auto is_in_range = [](const RigidState& of) {
     return is_finite(of) && of.X.p.norm() <= proto::kMaxPositionM && of.V.v.norm() <= proto::kMaxSpeedMPerS &&
            of.V.w.norm() <= proto::kMaxTurnRadPerS;
   };
   for (const proto::BodyState& body : state.bodies) {
-    if (!moves(body.id) || !is_there(body.state)) continue;
+    if (!moves(body.id) || !is_in_range(body.state)) continue;
     world_.set_body(body.id, body.state);
     is_as_at_start_ = false;
   }
   for (const RoomState::Tool& tool : state.tools) {
     const bool holds = moves(tool.held);
-    if (tool.tool >= scene_->world.tools.size() || !is_there(tool.state) || !is_finite(tool.X_BT)) continue;
+    if (tool.tool >= scene_->world.tools.size() || !is_in_range(tool.state) || !is_finite(tool.X_BT)) continue;
     left_[tool.tool] = tool;
     if (!holds) left_[tool.tool]->held = BodyId{};
     is_as_at_start_ = false;
@@ -279,8 +279,8 @@ void Room::resume(const RoomState& state) {
 void Room::resume_soft_bodies(std::span<const Vec3> nodes_W) {
   std::size_t count = 0;
   for (const SoftModel& body : scene_->soft_bodies) count += body.nodes_W.size();
-  const auto is_there = [](const Vec3& p) { return p.allFinite() && p.norm() <= proto::kMaxPositionM; };
-  if (nodes_W.empty() || nodes_W.size() != count || !std::ranges::all_of(nodes_W, is_there)) return;
+  const auto is_in_range = [](const Vec3& p) { return p.allFinite() && p.norm() <= proto::kMaxPositionM; };
+  if (nodes_W.empty() || nodes_W.size() != count || !std::ranges::all_of(nodes_W, is_in_range)) return;
   for (std::size_t i = 0; i < scene_->soft_bodies.size(); ++i) {
     const std::size_t nodes = scene_->soft_bodies[i].nodes_W.size();
     world_.set_soft_nodes(i, nodes_W.first(nodes));
@@ -384,7 +384,7 @@ TickFaults Room::receive_input(User& user) noexcept {
     receive_newest(user);
   }
   const UserInput& input = user.input;
-  if (!input.is_there) return 0;
+  if (!input.has_arrived) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
     // Pending inputs are dropped, so a released button must act now.
@@ -403,9 +403,9 @@ void Room::receive_newest(User& user) noexcept {
   const Tick tick_before = input.newest.input_tick;
   input.newest = user.inbox.front();
   input.since_last = time_done() - std::exchange(input.arrived, time_done());
-  const bool has_left_a_gap = input.is_there && input.newest.input_tick.value > tick_before.value + 1;
+  const bool has_left_a_gap = input.has_arrived && input.newest.input_tick.value > tick_before.value + 1;
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
-  input.is_there = true;
+  input.has_arrived = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
   // A release acts at once even without a valid handle, so that a lost hand can open.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
@@ -481,7 +481,7 @@ void Room::describe_tool(const User& user, proto::OwnUpdate& update) const noexc
   update.energy_into_world_j = tool.energy_into_world_j;
   update.energy_from_world_j = tool.energy_from_world_j;
   update.soft_contact = world_.soft_contact(user.seat.tool);
-  if (user.input.is_there) user.driver->describe(update);
+  if (user.input.has_arrived) user.driver->describe(update);
 }
 
 Tick Room::answered(std::size_t tool) const {

@@ -16,14 +16,14 @@ namespace tandem::server {
 /// Newest input of a user, and the one in use.
 struct UserInput {
   proto::ClientUpdate newest;
-  Duration arrived{0};     ///< time of arrival, in the room's steps
-  Duration since_last{0};  ///< since the previous arrival
-  bool is_there = false;   ///< an input has arrived
-  bool has_gaps = false;   ///< the handle is extrapolated between inputs
-  Tick answered;           ///< tick of the handle in use
-  Wrench on_hand_W;        ///< wrench displayed to the hand at that tick, if the client reports it
+  Duration arrived{0};       ///< time of arrival, in the room's steps
+  Duration since_last{0};    ///< since the previous arrival
+  bool has_arrived = false;  ///< an input has arrived
+  bool has_gaps = false;     ///< the handle is extrapolated between inputs
+  Tick answered;             ///< tick of the handle in use
+  Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 
-  bool has_handle() const { return is_there && newest.handle_valid; }
+  bool has_handle() const { return has_arrived && newest.handle_valid; }
   /// Approximate age of the handle in use: half of the round trip; 0: unknown.
   Duration handle_age() const { return newest.round_trip / 2; }
 };

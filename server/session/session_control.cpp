@@ -344,13 +344,13 @@ void SessionHub::Impl::introduce(Connection& newcomer) {
 }
 
 /// If a user leaves before others were notified of the join, they get neither message.
-void SessionHub::Impl::announce_presence(const Connection& whose, const wire::ServerControl& message) {
-  const auto is_his_coming = [&whose](const wire::ServerControl& pending) {
-    return pending.has_user_joined() && pending.user_joined().user() == whose.seat.user.value;
+void SessionHub::Impl::announce_presence(const Connection& subject, const wire::ServerControl& message) {
+  const auto is_join_of_subject = [&subject](const wire::ServerControl& pending) {
+    return pending.has_user_joined() && pending.user_joined().user() == subject.seat.user.value;
   };
   for (const auto& [handle, user] : connections) {
-    if (user.get() == &whose || !user->is_in(*whose.seats)) continue;
-    if (!message.has_user_left() || std::erase_if(user->presence, is_his_coming) == 0)
+    if (user.get() == &subject || !user->is_in(*subject.seats)) continue;
+    if (!message.has_user_left() || std::erase_if(user->presence, is_join_of_subject) == 0)
       user->presence.push_back(message);
     send_news(*user);
   }

@@ -324,8 +324,8 @@ void SessionHub::Impl::report_admission() {
 
 Connection* SessionHub::Impl::find(ConnectionHandle handle) {
   const auto found = connections.find(handle);
-  const bool is_there = found != connections.end() && found->second->state != ConnectionState::kClosed;
-  return is_there ? found->second.get() : nullptr;
+  const bool is_open = found != connections.end() && found->second->state != ConnectionState::kClosed;
+  return is_open ? found->second.get() : nullptr;
 }
 
 SessionHub::SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport)

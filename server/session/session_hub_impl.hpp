@@ -119,7 +119,7 @@ struct SessionHub::Impl {
   void set_law(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
   void change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but = nullptr);
-  void announce_presence(const Connection& whose, const wire::ServerControl& message);
+  void announce_presence(const Connection& subject, const wire::ServerControl& message);
   void send_news(Connection& connection);
 
   // session_hub.cpp

@@ -63,8 +63,8 @@ std::string SessionHub::Impl::pose_edit_problem(const Connection& connection, co
 
 void SessionHub::Impl::cancel_minimising(Connection& connection, std::uint32_t request) {
   const bool is_operator = connection.seat.role == UserRole::kOperator;
-  const auto whose = is_operator ? std::nullopt : std::optional(connection.seat.user);
-  if (!settings.poses->cancel(connection.seats->room(), whose, kMinimisingCancelled)) {
+  const auto requester = is_operator ? std::nullopt : std::optional(connection.seat.user);
+  if (!settings.poses->cancel(connection.seats->room(), requester, kMinimisingCancelled)) {
     return send(connection, error_answer(request, wire::ERROR_NOT_ALLOWED,
                                          is_operator ? "no minimisation is under way here"
                                                      : "no minimisation of yours is under way; only the user who asked "

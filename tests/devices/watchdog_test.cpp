@@ -55,8 +55,8 @@ void keep_only(int descriptor) {
 struct Shared {
   std::atomic<bool> is_busy{false};  ///< the line accepts no more bytes
   std::atomic<std::uint32_t> releases{0};
-  std::atomic<bool> wants_zero{false};  ///< request to the owner to release the force itself
-  std::atomic<bool> is_off{false};      ///< the owner has released it
+  std::atomic<bool> zero_requested{false};  ///< request to the owner to release the force itself
+  std::atomic<bool> is_off{false};          ///< the owner has released it
   std::atomic<bool> should_end{false};
 };
 
@@ -97,7 +97,7 @@ class Owner {
     for (int failed = 0; !shared->should_end; std::this_thread::sleep_for(milliseconds(2))) {
       if (watchdog.has_released_force()) shared->releases = ++releases;
       watchdog.begin_command();
-      const bool is_zero = shared->wants_zero;
+      const bool is_zero = shared->zero_requested;
       watchdog.beat(clock.now(), may_be_on);
       const auto frame = frame_of(is_zero ? kOwnZero : kForce, releases);
       bool is_out = false;
@@ -368,7 +368,7 @@ bool an_owners_zero_waits(LineKind kind) {
   Owner owner(kind, line.writing);
   Reader reader(line.reading);
   EXPECT_TRUE(wait_for([&owner] { return owner.shared->is_busy.load(); }));
-  owner.shared->wants_zero = true;
+  owner.shared->zero_requested = true;
   std::this_thread::sleep_for(milliseconds(100));
   const bool was_off = owner.shared->is_off;
   const bool is_off_now = reader.until([&] { return owner.shared->is_off.load(); });

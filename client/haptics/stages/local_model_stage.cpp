@@ -143,7 +143,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     output = late_pose(input);
   } else {
     LocalModelInput for_model = model_input(input);
-    for_model.foresees_partners = is_predicting();
+    for_model.predicts_partners = is_predicting();
     output.local_wrench_on_hand_W = model->step(for_model);
     const std::uint64_t samples_before = samples();
     const Wrench residual = predicted_residual(input);

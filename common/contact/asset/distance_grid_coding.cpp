@@ -37,7 +37,9 @@ class CornerPredictor {
 
   std::int64_t predict(const std::vector<std::int32_t>& corners, std::size_t at) const {
     const bool has_x = at % row_ > 0, has_y = at % plane_ >= row_, has_z = at >= plane_;
-    const auto before = [&](bool is_there, std::size_t by) { return is_there ? std::int64_t{corners[at - by]} : 0; };
+    const auto before = [&](bool is_present, std::size_t by) {
+      return is_present ? std::int64_t{corners[at - by]} : 0;
+    };
     return before(has_x, 1) + before(has_y, row_) + before(has_z, plane_) - before(has_x && has_y, 1 + row_) -
            before(has_x && has_z, 1 + plane_) - before(has_y && has_z, row_ + plane_) +
            before(has_x && has_y && has_z, 1 + row_ + plane_);

@@ -56,7 +56,7 @@ void AxisForecast::forget_model() noexcept {
   scored_.has_model = false;
 }
 
-void AxisForecast::foresee(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept {
+void AxisForecast::predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept {
   now_.newest = lags[0];
   now_.slope = lags[0] - lags[1];
   now_.before = {lags[1], lags[2]};

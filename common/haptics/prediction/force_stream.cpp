@@ -206,7 +206,7 @@ struct ForceStream::Impl {
     extend_series(sampled_at, value);
     history.add(sampled_at, value);
     range.add(value, settings.window);
-    foresee();
+    predict();
     request_fit();
   }
 
@@ -261,7 +261,7 @@ struct ForceStream::Impl {
     }
   }
 
-  void foresee() noexcept {
+  void predict() noexcept {
     std::array<Vec6, kMaxArOrder> past;
     const std::size_t count = settings.order + 2;
     for (std::size_t i = 0; i < count; ++i) {
@@ -272,7 +272,7 @@ struct ForceStream::Impl {
       std::array<double, kMaxArOrder> lags;
       for (std::size_t i = 0; i < count; ++i) lags[i] = past[i][axis];
       const ArModel* model = has_models && is_modelled() ? &models[a] : nullptr;
-      axes[a].foresee(std::span(lags).first(count), model, widened(range.bounds_of(axis), settings.range_factor));
+      axes[a].predict(std::span(lags).first(count), model, widened(range.bounds_of(axis), settings.range_factor));
       figures.model_weight[a] = axes[a].model_weight();
       if (is_scoring) axes[a].remember();
     }

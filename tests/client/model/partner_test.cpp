@@ -36,7 +36,7 @@ class PartnerBench {
                      .handle_age = Duration{0},
                      .on_hand_W = shown_W},
                     update);
-    return partner.foresee(update.stepped.time_since_epoch(), kLate_s, around, kPeriod_s);
+    return partner.predict(update.stepped.time_since_epoch(), kLate_s, around, kPeriod_s);
   }
 
   Partner partner{UserId{2}};
@@ -130,15 +130,15 @@ TEST(Partner, IsForeseenWhereHeGoesLessWhereTheTwoTouchAndNotAtAllIfNotAskedFor)
     }
     return (handle.X.p - received_handle.X.p).x();
   };
-  PartnerSurroundings coupled, unforeseen;
+  PartnerSurroundings coupled, unpredicted;
   coupled.is_coupled = true;
-  unforeseen.is_foreseen = false;
+  unpredicted.is_predicted = false;
   const double free_m = ahead_m({}), coupled_m = ahead_m(coupled);
   EXPECT_GT(free_m, 0.7 * kSpeed_m_per_s * kLate_s);
   EXPECT_LT(free_m, kSpeed_m_per_s * kLate_s);
   EXPECT_GT(coupled_m, 0);
   EXPECT_LT(coupled_m, 0.9 * free_m);
-  EXPECT_EQ(ahead_m(unforeseen), 0);
+  EXPECT_EQ(ahead_m(unpredicted), 0);
 }
 
 TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
@@ -183,10 +183,10 @@ TEST(Partner, IsFiniteForFiniteInput) {
   for (int k = 0; k < 3000; ++k) {
     PartnerSurroundings around = pushed_by(any(1e4));
     if (k % 3 == 0) {
-      const Pose X_there{any(1e3), quaternion_of(any(3))};
+      const Pose X_then{any(1e3), quaternion_of(any(3))};
       around.has_common_body = true;
       around.body = moving_at(any(1e3), any(1e3));
-      around.X_WB_then = X_there;
+      around.X_WB_then = X_then;
       around.pressing_W = any(1).normalized();
       around.is_held = k % 2 == 0;
     }

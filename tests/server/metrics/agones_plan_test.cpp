@@ -23,13 +23,13 @@ class Sidecar {
       if (call == Call::kHealth) ++health_calls;
       if (call != Call::kHealth) calls.push_back(call);
       ++tries;
-      plan_.note_answer(call, is_there, now_, is_allocated);
+      plan_.note_answer(call, is_reachable, now_, is_allocated);
     }
     return calls;
   }
 
   AgonesPlan::Seen seen{.is_healthy = true};
-  bool is_there = true;
+  bool is_reachable = true;
   bool is_allocated = false;  ///< allocated by the cluster, not by the server
   int health_calls = 0;
   int tries = 0;
@@ -81,11 +81,11 @@ TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
 TEST(AgonesPlan, TriesLessAndLessOftenWhereNobodyAnswers) {
   Sidecar sidecar;
   sidecar.seen.is_ready = true;
-  sidecar.is_there = false;
+  sidecar.is_reachable = false;
   sidecar.calls_in(seconds(60));
   EXPECT_GE(sidecar.tries, 60 / 4);
   EXPECT_LE(sidecar.tries, 60 / 4 + 4);
-  sidecar.is_there = true;
+  sidecar.is_reachable = true;
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kReady}) << "as soon as it answers";
 }
 

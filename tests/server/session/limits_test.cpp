@@ -28,7 +28,7 @@ test::BenchClient connect_from(test::HubBench& bench, const std::string& address
   return client;
 }
 
-bool is_there(const test::HubBench& bench, const test::BenchClient& client) {
+bool is_connected(const test::HubBench& bench, const test::BenchClient& client) {
   return bench.hub->state_of(client.handle) != ConnectionState::kClosed;
 }
 
@@ -38,7 +38,7 @@ TEST(Limits, SilentConnectionsKeepNobodyOut) {
   for (int i = 0; i < 200; ++i) bench.connect();
   EXPECT_LE(bench.hub->connection_count(), 1 + kMaxHalfOpen);
   EXPECT_EQ(bench.join("ben").joined.user(), 2U) << "at once, not when they have timed out";
-  EXPECT_TRUE(is_there(bench, ada));
+  EXPECT_TRUE(is_connected(bench, ada));
 }
 
 TEST(Limits, OfManyAddressesTheOneWithMostHalfOpenConnectionsMakesRoom) {
@@ -46,7 +46,7 @@ TEST(Limits, OfManyAddressesTheOneWithMostHalfOpenConnectionsMakesRoom) {
   const test::BenchClient quiet = connect_from(bench, "quiet");
   for (std::size_t i = 0; i < 8 * kMaxHalfOpen; ++i) connect_from(bench, "crowd " + std::to_string(i % 8));
   EXPECT_EQ(bench.hub->connection_count(), HubSettings{}.max_connections);
-  EXPECT_TRUE(is_there(bench, quiet)) << "the oldest of all, but alone at its address";
+  EXPECT_TRUE(is_connected(bench, quiet)) << "the oldest of all, but alone at its address";
   bench.now += std::chrono::milliseconds(2001);
   bench.hub->poll(VirtualClock(bench.now));
   EXPECT_EQ(bench.hub->connection_count(), 0U) << "no hello within 2 s";
@@ -59,7 +59,7 @@ TEST(Limits, OfAddressesWithAsManyTheOneThatCameFirstMakesRoom) {
       connect_from(bench, "one of many " + std::to_string(i));
     const test::BenchClient newcomer = connect_from(bench, name);
     for (int i = 0; i < 30; ++i) connect_from(bench, "another " + std::to_string(i));
-    EXPECT_TRUE(is_there(bench, newcomer)) << name << ": older ones are there";
+    EXPECT_TRUE(is_connected(bench, newcomer)) << name << ": older ones are there";
   }
 }
 
@@ -78,7 +78,7 @@ TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
     }
     bench.step();
   }
-  EXPECT_TRUE(is_there(bench, crowd.front()));
+  EXPECT_TRUE(is_connected(bench, crowd.front()));
   EXPECT_EQ(bench.join("a newcomer").joined.user(), 13U);
 }
 
@@ -92,7 +92,7 @@ TEST(Limits, ARoomIsResetOnceASecond) {
     bench.send(ada, message_of([](auto& message) { message.mutable_reset_room(); }));
     bench.step(20);
   }
-  EXPECT_TRUE(is_there(bench, ada));
+  EXPECT_TRUE(is_connected(bench, ada));
   int resets = 0;
   for (const auto& message : bench.drain(ben)) resets += message.has_room_reset() ? 1 : 0;
   EXPECT_GE(resets, 4);
@@ -108,7 +108,7 @@ TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
   EXPECT_LE(static_cast<double>(bench.drain(eve).size()), kConnectionTurn.at_once);
   EXPECT_TRUE(bench.hub->is_behind(eve.handle)) << "the transport reads no more of it";
   bench.step(20);
-  EXPECT_FALSE(is_there(bench, eve));
+  EXPECT_FALSE(is_connected(bench, eve));
   EXPECT_FALSE(bench.hub->is_behind(eve.handle));
 }
 
@@ -199,13 +199,13 @@ TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {
   test::HubBench bench;
   test::BenchClient eve = bench.join("eve"), ben = bench.join("ben");
   for (int ms = 0; ms < 1500; ++ms) {
-    for (int i = 0; i < 20 && is_there(bench, eve); ++i) bench.send_state(eve);
+    for (int i = 0; i < 20 && is_connected(bench, eve); ++i) bench.send_state(eve);
     bench.send_state(ben);
     bench.step();
   }
-  EXPECT_FALSE(is_there(bench, eve));
+  EXPECT_FALSE(is_connected(bench, eve));
   EXPECT_THAT(bench.drain(eve).back().goodbye().text(), HasSubstr("at most 4000 a second"));
-  EXPECT_TRUE(is_there(bench, ben));
+  EXPECT_TRUE(is_connected(bench, ben));
 }
 
 TEST(Limits, AClientsMessageIsShort) {

@@ -393,10 +393,10 @@ std::string soft_scene() {
                           "placement": {"position_m": [-0.02, 0, -0.05]}, "anchored": ["-z"]}], "coupling")");
 }
 
-test::BenchClient join_with_shapes(test::HubBench& bench, const std::string& name, bool wants) {
+test::BenchClient join_with_shapes(test::HubBench& bench, const std::string& name, bool has_shapes) {
   test::BenchClient client = bench.connect();
   wire::ClientControl join = test::HubBench::join_message(name);
-  join.mutable_join()->set_wants_soft_shapes(wants);
+  join.mutable_join()->set_wants_soft_shapes(has_shapes);
   bench.greet(client);
   bench.send(client, join);
   return client;
