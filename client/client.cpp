@@ -74,7 +74,7 @@ std::string Client::problem_of_stage(const wire::Joined& joined) const {
 void Client::poll(LocalTime now) {
   note_join(now);
   begin_when_possible();
-  take_made();
+  accept_made();
   hand_over();
   note_local(now);
   session_.poll(now);
@@ -146,11 +146,11 @@ void Client::begin_rendering() {
   making_ = std::async(settings_.makes_models_aside ? std::launch::async : std::launch::deferred, make);
   if (settings_.makes_models_aside) return;
   making_.wait();
-  take_made();
+  accept_made();
   hand_over();
 }
 
-void Client::take_made() {
+void Client::accept_made() {
   // A build for a previous scene is cancelled.
   if (making_.valid() && making_generation_ != session_.scene_generation()) call_off_making_.request_stop();
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;

@@ -92,7 +92,7 @@ class Client {
   void begin_rendering();
   void begin_when_possible();
   std::string problem_of_stage(const wire::Joined& joined) const;
-  void take_made();
+  void accept_made();
   void note_problem();
   void hand_over();
   void note_join(LocalTime now);

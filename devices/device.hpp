@@ -86,7 +86,7 @@ class Device {
   virtual void begin_path_at(LocalTime /*start*/) noexcept {}
   /// True if the force was zero since the last call despite write(): a watchdog wrote zero while this program was
   /// stopped.
-  virtual bool has_let_go() noexcept { return false; }
+  virtual bool has_released_force() noexcept { return false; }
   /// The device may still show a force although write() accepted zero: zero is in transit, or could not be delivered.
   virtual bool may_be_on() const noexcept { return false; }
 };

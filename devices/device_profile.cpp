@@ -121,9 +121,9 @@ struct FittedCubic {
 /// Refuses a pair that is negative or huge anywhere in the range; later code uses it unchecked.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
-  constexpr int kLooks = haptics::kFitLooks;
-  for (int i = 0; i <= kLooks; ++i) {
-    const double k = stiffness.cubic(range.first + (range.second - range.first) * i / kLooks);
+  constexpr int kStiffnessSamples = haptics::kFitSamples;
+  for (int i = 0; i <= kStiffnessSamples; ++i) {
+    const double k = stiffness.cubic(range.first + (range.second - range.first) * i / kStiffnessSamples);
     if (!(k > 0 && k <= stiffness.most)) {
       fit.fail(stiffness.name,
                "it must give a stiffness above 0, at most " + text_of(stiffness.most) + ", over the whole range");

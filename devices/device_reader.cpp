@@ -27,13 +27,13 @@ DeviceSample DeviceReader::read(LocalTime now) noexcept {
   DeviceSample sample = device_.read(now);
   sample.buttons &= device_.spec().buttons;
   sample.is_valid = sample.is_valid && sample.state == DeviceState::kReady;
-  const bool is_judged = sample.is_valid;
-  if (is_judged) {
+  const bool is_checked = sample.is_valid;
+  if (is_checked) {
     const std::string_view fault = find_fault(now, sample);
     sample.is_valid = fault.empty();
     if (!fault.empty()) sample.reason = fault;
   }
-  has_before_ = is_judged && is_finite(sample.X_DH);
+  has_before_ = is_checked && is_finite(sample.X_DH);
   if (has_before_) before_ = sample;
   return sample;
 }

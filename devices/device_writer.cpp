@@ -70,7 +70,7 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   // A device without force or torque shows none: that is no clamp worth reporting.
   was_clamped_ =
       !is_good || (force_limit_n_ > 0 && command.f != wanted.f) || (torque_limit_n_m_ > 0 && command.t != wanted.t);
-  if (device_.has_let_go()) {
+  if (device_.has_released_force()) {
     device_.write(now, Wrench{});
     written_ = {};
     return false;

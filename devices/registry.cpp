@@ -46,14 +46,14 @@ const DeviceKind& find_device_kind(std::string_view name) {
   throw std::invalid_argument(quoted + " is not known; use one of: " + known);
 }
 
-std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& tell,
+std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& log,
                           const std::vector<DeviceKind>& kinds) {
   for (const DeviceKind& kind : kinds) {
     if (!may_be_real || kind.find == nullptr) continue;
     for (const FoundDevice& found : kind.find()) {
       const std::string where = std::string(kind.name) + " (" + found.where + ")";
-      tell("device " + where +
-           (found.problem.empty() ? " is used; --device sim for none" : " is not used: " + found.problem));
+      log("device " + where +
+          (found.problem.empty() ? " is used; --device sim for none" : " is not used: " + found.problem));
       if (found.problem.empty()) return std::string(kind.name);
     }
   }

@@ -70,8 +70,8 @@ const DeviceKind& find_device_kind(std::string_view name);
 
 /// Resolves "auto": the name of the first real device that can be opened, else "sim". With `may_be_real` false: "sim",
 /// without a search.
-/// In      tell  receives readable lines: the device in use, and why earlier ones are not
-std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& tell,
+/// In      log  receives readable lines: the device in use, and why earlier ones are not
+std::string choose_device(bool may_be_real, const std::function<void(const std::string&)>& log,
                           const std::vector<DeviceKind>& kinds = device_kinds());
 
 /// Opens the device of `options.name`.

@@ -12,7 +12,7 @@ namespace {
 constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // same limit as a late tick (SafetyChain)
 // Zero is sent this often at the end, because the device may lose packets with its last data.
 constexpr int kLastZeros = 3;
-constexpr Duration kLookAgain = std::chrono::seconds(1);
+constexpr Duration kRetryPeriod = std::chrono::seconds(1);
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
 // Minimum step time, so that a fast device does not occupy a core at the priority of the haptic thread.
 constexpr Duration kMinStep = std::chrono::microseconds(500);
@@ -23,26 +23,26 @@ bool is_zero(const Wrench& wrench) {
 
 }  // namespace
 
-bool Absence::is_time_to_look(LocalTime now) noexcept {
-  if (now < next_look_) return false;
-  next_look_ = now + kLookAgain;
+bool Absence::is_attempt_due(LocalTime now) noexcept {
+  if (now < next_attempt_) return false;
+  next_attempt_ = now + kRetryPeriod;
   return true;
 }
 
 void Absence::begin(LocalTime now, std::string_view reason) noexcept {
-  was_there_ = true;
+  was_connected_ = true;
   reason_ = reason;
-  next_look_ = now + kLookAgain;
+  next_attempt_ = now + kRetryPeriod;
 }
 
-void Absence::go_on(std::string_view reason) noexcept {
-  if (!was_there_) reason_ = reason;
+void Absence::note_absence(std::string_view reason) noexcept {
+  if (!was_connected_) reason_ = reason;
 }
 
 DeviceSample Absence::sample(LocalTime now) const noexcept {
   DeviceSample sample;
   sample.taken = now;
-  sample.state = was_there_ ? DeviceState::kLost : DeviceState::kOpening;
+  sample.state = was_connected_ ? DeviceState::kLost : DeviceState::kOpening;
   sample.reason = reason_;
   return sample;
 }
@@ -69,9 +69,9 @@ bool ThreadedDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexce
   return true;
 }
 
-bool ThreadedDevice::has_let_go() noexcept {
+bool ThreadedDevice::has_released_force() noexcept {
   const bool by_thread = gave_zero_.exchange(false, std::memory_order_acq_rel);
-  return (watchdog_ && watchdog_->has_let_go()) || by_thread;
+  return (watchdog_ && watchdog_->has_released_force()) || by_thread;
 }
 
 void ThreadedDevice::run(int realtime_priority) {

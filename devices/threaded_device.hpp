@@ -4,7 +4,7 @@
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most about 10 ms
 //
 // 1. A command older than 20 ms means that the loop hangs: the driver receives zero instead. This lasts until the loop
-//    has called has_let_go(), so that it restarts its force from zero.
+//    has called has_released_force(), so that it restarts its force from zero.
 // 2. A driver that hangs returns no newer sample: its time stamp grows old, which DeviceReader treats as a fault.
 // 3. A program that is stopped or killed sends nothing: a watchdog, if there is one, writes zero in its place. Zero
 //    also replaces a command that was chosen before the loop was informed of that zero.
@@ -42,22 +42,22 @@ class DeviceDriver {
 class Absence {
  public:
   /// Returns true at first, and once a second after a loss or an attempt.
-  bool is_time_to_look(LocalTime now) noexcept;
+  bool is_attempt_due(LocalTime now) noexcept;
   /// The device is connected; its next disconnection is a loss.
-  void end() noexcept { was_there_ = true; }
+  void end() noexcept { was_connected_ = true; }
   /// The device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;
   /// The device is still disconnected.
-  void go_on(std::string_view reason) noexcept;
+  void note_absence(std::string_view reason) noexcept;
   /// In      reason  a literal; it applies whether the device was connected before or not
-  void say(std::string_view reason) noexcept { reason_ = reason; }
-  bool was_there() const noexcept { return was_there_; }
+  void set_reason(std::string_view reason) noexcept { reason_ = reason; }
+  bool was_connected() const noexcept { return was_connected_; }
   DeviceSample sample(LocalTime now) const noexcept;
 
  private:
-  LocalTime next_look_{};
+  LocalTime next_attempt_{};
   std::string_view reason_;
-  bool was_there_ = false;
+  bool was_connected_ = false;
 };
 
 /// Runs a driver on a thread of its own.
@@ -75,7 +75,7 @@ class ThreadedDevice final : public Device {
   DeviceSample read(LocalTime now) noexcept override;
   /// Stores the command for the driver's next step, a few milliseconds later at most.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
-  bool has_let_go() noexcept override;
+  bool has_released_force() noexcept override;
   bool may_be_on() const noexcept override { return may_be_on_.load(std::memory_order_acquire); }
 
  private:

@@ -49,7 +49,7 @@ class Inherited {
   }
   Inherited(const Inherited&) = delete;
   Inherited& operator=(const Inherited&) = delete;
-  bool give(int descriptor, int as) {
+  bool add(int descriptor, int as) {
     const int copy = fcntl(descriptor, F_DUPFD_CLOEXEC, watchdog_program::kFirstFree);
     if (copy < 0) return false;
     copies_.push_back(copy);
@@ -79,7 +79,7 @@ class FreshAttributes {
 
 }  // namespace
 
-bool say_zero(const ZeroCommand& zero) noexcept {
+bool send_zero(const ZeroCommand& zero) noexcept {
   if (!zero.usb_endpoint) {
     const std::size_t size = zero.bytes.size();
     ssize_t count = ::send(zero.descriptor, zero.bytes.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -131,9 +131,9 @@ bool Watchdog::watch_over(const ZeroCommand& zero) {
   zero_ = zero;
   beat_->is_in_frame.store(false, std::memory_order_relaxed);
   Inherited inherited;
-  const bool are_given = inherited.give(zero.descriptor, watchdog_program::kDevice) &&
-                         inherited.give(memory_, watchdog_program::kMemory) &&
-                         inherited.give(ends[0], watchdog_program::kOwner);
+  const bool are_given = inherited.add(zero.descriptor, watchdog_program::kDevice) &&
+                         inherited.add(memory_, watchdog_program::kMemory) &&
+                         inherited.add(ends[0], watchdog_program::kOwner);
   close(ends[0]);
   posix_spawn_file_actions_addclosefrom_np(&inherited.actions, watchdog_program::kFirstFree);
   const FreshAttributes fresh;
@@ -166,7 +166,7 @@ void Watchdog::await_end() {
   // A killed watchdog has written nothing. Within a frame, a zero from here would corrupt the stream.
   const bool was_killed = ended > 0 && WIFSIGNALED(status);
   const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);
-  if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) say_zero(zero_);
+  if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) send_zero(zero_);
 }
 
 void Watchdog::forget_ended() {
@@ -178,9 +178,9 @@ void Watchdog::beat(LocalTime now, bool is_force_on) noexcept {
   beat_->is_force_on.store(is_force_on, std::memory_order_release);
 }
 
-bool Watchdog::has_let_go() noexcept {
-  const std::uint32_t let_go = beat_->let_go.load(std::memory_order_acquire);
-  return seen_.exchange(let_go, std::memory_order_acq_rel) != let_go;
+bool Watchdog::has_released_force() noexcept {
+  const std::uint32_t releases = beat_->releases.load(std::memory_order_acquire);
+  return seen_.exchange(releases, std::memory_order_acq_rel) != releases;
 }
 
 bool Watchdog::send_packet(const WatchdogFrameHead& head, std::span<const std::uint8_t> frame) noexcept {
@@ -194,7 +194,7 @@ bool Watchdog::send_packet(const WatchdogFrameHead& head, std::span<const std::u
 
 bool Watchdog::send(std::span<const std::uint8_t> frame, bool is_force_on) noexcept {
   sent_ = std::max(sent_ + 1, 1U);
-  return send_packet({.number = sent_, .let_go_known = let_go_known_, .is_force_on = is_force_on ? 1U : 0U}, frame);
+  return send_packet({.number = sent_, .known_releases = known_releases_, .is_force_on = is_force_on ? 1U : 0U}, frame);
 }
 
 bool Watchdog::send_reply(std::span<const std::uint8_t> frame) noexcept {

@@ -3,7 +3,7 @@
 //   this process                          tandem-watchdog, one per device
 //   ────────────                          ──────────────────────────────────────
 //   beat() each step ──shared memory──▶   each 5 ms: last beat with a force older than 50 ms?  then zero, five times
-//   has_let_go()    ◀──shared memory──                     has this process ended?             then zero, and exit
+//   has_released_force() ◀─shared memory─                  has this process ended?             then zero, and exit
 //   send()          ──packets───────▶     for a byte stream: the only writer; writes each frame whole
 //                                         owns only the device's descriptor and the bytes of its zero
 //
@@ -19,7 +19,7 @@
 //    the owner writes those itself. On a TCP stream a write may be partial, and an owner that is killed or stopped
 //    during it leaves an unknown part of its frame. There all frames pass through the watchdog (send()), which
 //    completes each before the next. A force sent before the owner was informed of a zero is replaced by zero (fencing
-//    token: let_go).
+//    token: releases).
 #pragma once
 
 #include <sys/types.h>
@@ -46,21 +46,21 @@ struct ZeroCommand {
   std::vector<std::uint8_t> bytes;             ///< 1 to kMaxFrameBytes
 };
 /// Writes zero; waits at most 20 ms. False: the device did not accept all of it.
-bool say_zero(const ZeroCommand& zero) noexcept;
+bool send_zero(const ZeroCommand& zero) noexcept;
 
 /// Memory shared by both processes.
 struct WatchdogBeat {
   std::atomic<std::int64_t> at_ns{0};  ///< LocalTime of the last beat
   std::atomic<bool> is_force_on{false};
-  std::atomic<std::uint32_t> let_go{0};   ///< number of silences in which the device accepted a zero
-  std::atomic<std::uint32_t> written{0};  ///< number of the last written command of send()
-  std::atomic<bool> is_in_frame{false};   ///< a frame may be partly written
+  std::atomic<std::uint32_t> releases{0};  ///< number of silences in which the device accepted a zero
+  std::atomic<std::uint32_t> written{0};   ///< number of the last written command of send()
+  std::atomic<bool> is_in_frame{false};    ///< a frame may be partly written
 };
 
 /// Header of each packet of send(); the frame's bytes follow.
 struct WatchdogFrameHead {
-  std::uint32_t number = 0;        ///< number of the command; 0: a reply of the protocol
-  std::uint32_t let_go_known = 0;  ///< WatchdogBeat::let_go as known to the owner when it chose the force
+  std::uint32_t number = 0;          ///< number of the command; 0: a reply of the protocol
+  std::uint32_t known_releases = 0;  ///< WatchdogBeat::releases as known to the owner when it chose the force
   std::uint32_t is_force_on = 0;
 };
 
@@ -89,14 +89,16 @@ class Watchdog {
   /// Call it before choosing a command. A later let-go, of which the choice took no account, makes the command
   /// obsolete.
   /// Thread  the thread of the commands
-  void begin_command() noexcept { let_go_known_ = seen_.load(std::memory_order_acquire); }
-  bool is_command_obsolete() const noexcept { return beat_->let_go.load(std::memory_order_acquire) != let_go_known_; }
+  void begin_command() noexcept { known_releases_ = seen_.load(std::memory_order_acquire); }
+  bool is_command_obsolete() const noexcept {
+    return beat_->releases.load(std::memory_order_acquire) != known_releases_;
+  }
   /// Call it before each command and after its delivery: at most 20 ms apart while a force may be on.
   /// Thread  the thread of the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
   /// The device has accepted a zero of the watchdog since the last call.
   /// Thread  one
-  bool has_let_go() noexcept;
+  bool has_released_force() noexcept;
 
   /// Sends a frame of a command for the device's stream. While the stream is blocked the newest command replaces a
   /// waiting one. Zero replaces an obsolete force.
@@ -120,8 +122,8 @@ class Watchdog {
   int memory_ = -1;
   WatchdogBeat* beat_ = nullptr;
   ZeroCommand zero_;
-  std::atomic<std::uint32_t> seen_{0};  ///< value of WatchdogBeat::let_go at the last has_let_go()
-  std::uint32_t let_go_known_ = 0;
+  std::atomic<std::uint32_t> seen_{0};  ///< value of WatchdogBeat::releases at the last has_released_force()
+  std::uint32_t known_releases_ = 0;
   std::uint32_t sent_ = 0;  ///< number of the last command of send()
   int lifeline_ = -1;       ///< packets to the watchdog, which detects its closing
   pid_t process_ = -1;

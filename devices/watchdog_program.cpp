@@ -31,8 +31,8 @@ using namespace tandem::devices::watchdog_program;
 
 namespace {
 
-constexpr int kLook_ms = 5;
-constexpr Duration kLook = std::chrono::milliseconds(kLook_ms);
+constexpr int kCheckPeriod_ms = 5;
+constexpr Duration kCheckPeriod = std::chrono::milliseconds(kCheckPeriod_ms);
 // The device may lose some with data still in transit; more would cause answers that nobody reads.
 constexpr int kZeros = 5;
 // Time after the owner's end until a device that accepts nothing counts as lost; ours.
@@ -90,7 +90,7 @@ class Line {
 ssize_t Line::write_some() const noexcept {
   const std::uint8_t* const bytes = frame_.data() + out_;
   const std::size_t size = frame_.size() - out_;
-  if (zero_.usb_endpoint) return say_zero(zero_) ? static_cast<ssize_t>(size) : -1;
+  if (zero_.usb_endpoint) return send_zero(zero_) ? static_cast<ssize_t>(size) : -1;
   if (is_socket_) return send(zero_.descriptor, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL);
   pollfd room{zero_.descriptor, POLLOUT, 0};
   const bool may_block = (fcntl(zero_.descriptor, F_GETFL) & O_NONBLOCK) == 0;
@@ -141,9 +141,9 @@ class Watch {
 
   /// Receives the owner's packets. False: the owner has ended.
   bool receive();
-  void look(LocalTime now);
-  void owner_is_gone(const Clock& clock);
-  /// Sleeps until the device may accept bytes or the owner sends, at most for kLook.
+  void check(LocalTime now);
+  void on_owner_exit(const Clock& clock);
+  /// Sleeps until the device may accept bytes or the owner sends, at most for kCheckPeriod.
   void wait() const noexcept;
 
  private:
@@ -163,7 +163,7 @@ class Watch {
   std::optional<Waiting> command_, reply_;
   bool is_writer_ = false;  ///< this process writes all frames
   bool is_silent_ = false;  ///< silent with a force on
-  bool is_owner_gone_ = false;
+  bool has_owner_exited_ = false;
   LocalTime silent_since_{};
   int zeros_ = 0;  ///< zeros that the device accepted in this silence
   LocalTime next_zero_{};
@@ -185,17 +185,17 @@ bool Watch::receive() {
   }
 }
 
-void Watch::look(LocalTime now) {
+void Watch::check(LocalTime now) {
   const bool is_force_on = beat_.is_force_on.load(std::memory_order_acquire);
-  const LocalTime heard{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
+  const LocalTime beat_at{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
   const bool was_silent = is_silent_;
-  is_silent_ = now - heard > Watchdog::kMaxSilence && (is_force_on || was_silent);
+  is_silent_ = now - beat_at > Watchdog::kMaxSilence && (is_force_on || was_silent);
   // The owner may have resumed and stopped again since the last check: that is another silence.
-  if (is_silent_ && (!was_silent || heard != silent_since_)) {
+  if (is_silent_ && (!was_silent || beat_at != silent_since_)) {
     zeros_ = 0;
     next_zero_ = now;
   }
-  silent_since_ = heard;
+  silent_since_ = beat_at;
   // The owner may have been stopped while writing a command. This cannot happen where all frames pass through here.
   if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
   write_all(now);
@@ -230,7 +230,7 @@ void Watch::set_next(Kind kind, const Bytes& frame) {
 }
 
 void Watch::choose_command() {
-  const bool is_obsolete = command_->head.let_go_known != beat_.let_go.load(std::memory_order_relaxed);
+  const bool is_obsolete = command_->head.known_releases != beat_.releases.load(std::memory_order_relaxed);
   number_ = command_->head.number;
   set_next(Kind::kCommand, is_obsolete && command_->head.is_force_on != 0 ? line_.zero() : command_->frame);
 }
@@ -242,20 +242,20 @@ void Watch::note_begun() {
 
 void Watch::note_written(LocalTime now) {
   if (kind_ == Kind::kAnswer) answer_until_ = {};
-  if (kind_ == Kind::kCommand && !is_owner_gone_) beat_.written.store(number_, std::memory_order_release);
+  if (kind_ == Kind::kCommand && !has_owner_exited_) beat_.written.store(number_, std::memory_order_release);
   if (kind_ != Kind::kZero) return;
-  if (zeros_++ == 0 && !is_owner_gone_) beat_.let_go.fetch_add(1, std::memory_order_release);
-  next_zero_ = now + kLook;
+  if (zeros_++ == 0 && !has_owner_exited_) beat_.releases.fetch_add(1, std::memory_order_release);
+  next_zero_ = now + kCheckPeriod;
 }
 
 /// Not after the owner's end: another watchdog may use its memory by then.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
-  if (!is_owner_gone_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
+  if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }
 
-void Watch::owner_is_gone(const Clock& clock) {
+void Watch::on_owner_exit(const Clock& clock) {
   const bool is_force_on = beat_.is_force_on.load(std::memory_order_acquire);
-  is_owner_gone_ = is_silent_ = true;
+  has_owner_exited_ = is_silent_ = true;
   zeros_ = is_force_on ? 0 : kZeros;
   next_zero_ = clock.now();
   command_.reset();
@@ -274,10 +274,10 @@ void Watch::owner_is_gone(const Clock& clock) {
 }
 
 void Watch::wait() const noexcept {
-  const int owner = is_owner_gone_ ? -1 : kOwner;
+  const int owner = has_owner_exited_ ? -1 : kOwner;
   const int device = line_.has_frame() && line_.is_full() ? kDevice : -1;
   std::array<pollfd, 2> wakes{pollfd{owner, POLLIN, 0}, pollfd{device, POLLOUT, 0}};
-  poll(wakes.data(), wakes.size(), kLook_ms);
+  poll(wakes.data(), wakes.size(), kCheckPeriod_ms);
 }
 
 }  // namespace
@@ -293,8 +293,8 @@ int main(int count, char** arguments) {
   const SteadyClock clock;
   Watch watch(zero_from(arguments[2], arguments[3]), *static_cast<WatchdogBeat*>(shared));
   while (watch.receive()) {
-    watch.look(clock.now());
+    watch.check(clock.now());
     watch.wait();
   }
-  watch.owner_is_gone(clock);
+  watch.on_owner_exit(clock);
 }

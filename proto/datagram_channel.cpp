@@ -16,7 +16,7 @@ DatagramChannel::DatagramChannel(const Settings& settings, ChannelCounters& coun
       opener_(settings.secret, DatagramSeal::Use::kOpen, settings.sends != DatagramType::kClientUpdate, settings.epoch),
       deadband_(settings.deadband),
       send_rate_(net::kDeadbandFloor, settings.max_rate_hz),
-      last_heard_(settings.opened),
+      last_received_(settings.opened),
       last_sent_(settings.opened) {
   settings_.secret.reset();  // wiped, because the seals have derived their keys
 }
@@ -55,24 +55,24 @@ void DatagramChannel::begin_header(DatagramType type, LocalTime now) {
   append_header({type, seal_.epoch(), settings_.connection, ++sequence_}, datagram_);
 }
 
-void DatagramChannel::note_heard(Duration sent_by_peer, LocalTime now) {
-  has_heard_ = true;
-  heard_stamp_ = sent_by_peer;
-  last_heard_ = now;
+void DatagramChannel::note_received(Duration sent_by_peer, LocalTime now) {
+  has_received_ = true;
+  received_stamp_ = sent_by_peer;
+  last_received_ = now;
 }
 
 // Measures the transit time of a sent update: from the own stamp that is echoed to the peer's stamp of its arrival, on
 // two clocks. A server update has both; a client update has the time for which the client held the acknowledged one.
-void DatagramChannel::take_stamps(const ClientUpdate& update, LocalTime now) {
-  note_heard(update.sent.time_since_epoch(), now);
+void DatagramChannel::note_stamps(const ClientUpdate& update, LocalTime now) {
+  note_received(update.sent.time_since_epoch(), now);
   if (update.acknowledged_sent == ServerTime{}) return;
   const Duration sent = update.acknowledged_sent.time_since_epoch();
   send_rate_.delivered(sent, update.sent.time_since_epoch() - update.acknowledged_held - sent);
 }
 
-void DatagramChannel::take_stamps(const ServerUpdate& update, LocalTime now) {
-  note_heard(update.sent.time_since_epoch(), now);
-  heard_step_ = update.step;
+void DatagramChannel::note_stamps(const ServerUpdate& update, LocalTime now) {
+  note_received(update.sent.time_since_epoch(), now);
+  received_step_ = update.step;
   if (update.echoed_sent == LocalTime{}) return;
   const Duration sent = update.echoed_sent.time_since_epoch();
   send_rate_.delivered(sent, update.received.time_since_epoch() - sent);
@@ -80,14 +80,14 @@ void DatagramChannel::take_stamps(const ServerUpdate& update, LocalTime now) {
 
 void DatagramChannel::stamp(ClientUpdate& update, LocalTime now) const {
   update.sent = now;
-  update.acknowledged_step = heard_step_;
-  update.acknowledged_sent = ServerTime(heard_stamp_);
-  update.acknowledged_held = has_heard_ ? now - last_heard_ : Duration{0};
+  update.acknowledged_step = received_step_;
+  update.acknowledged_sent = ServerTime(received_stamp_);
+  update.acknowledged_held = has_received_ ? now - last_received_ : Duration{0};
 }
 
 void DatagramChannel::stamp(OwnUpdate& update, LocalTime now) const {
-  update.echoed_sent = LocalTime(heard_stamp_);
-  update.received = has_heard_ ? server_time_of_own_clock(last_heard_) : ServerTime{};
+  update.echoed_sent = LocalTime(received_stamp_);
+  update.received = has_received_ ? server_time_of_own_clock(last_received_) : ServerTime{};
   update.sent = server_time_of_own_clock(now);
 }
 

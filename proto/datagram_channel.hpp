@@ -119,13 +119,13 @@ class DatagramChannel {
     if (const DropReason reason = read(payload, update); reason != DropReason::kNone) return reason;
     window_.accept(header.sequence);
     newest_ = header.sequence;
-    take_stamps(update, now);
+    note_stamps(update, now);
     return DropReason::kNone;
   }
   /// Receives a path message, which may be older than the newest state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
-  bool has_heard() const { return has_heard_; }
-  LocalTime last_heard() const { return last_heard_; }
+  bool has_received() const { return has_received_; }
+  LocalTime last_received() const { return last_received_; }
   LocalTime last_sent() const { return last_sent_; }
 
   /// Counts overwritten updates: the loop numbers its updates, and those between the last number and this one were
@@ -170,9 +170,9 @@ class DatagramChannel {
   DropReason open(const DatagramHeader& header, std::span<const std::byte> datagram,
                   std::span<const std::byte>& payload);
   void begin_header(DatagramType type, LocalTime now);
-  void take_stamps(const ClientUpdate& update, LocalTime now);
-  void take_stamps(const ServerUpdate& update, LocalTime now);
-  void note_heard(Duration sent_by_peer, LocalTime now);
+  void note_stamps(const ClientUpdate& update, LocalTime now);
+  void note_stamps(const ServerUpdate& update, LocalTime now);
+  void note_received(Duration sent_by_peer, LocalTime now);
   void stamp(ClientUpdate& update, LocalTime now) const;
   void stamp(OwnUpdate& update, LocalTime now) const;
   bool begin_datagram(LocalTime now, bool is_blocked);
@@ -188,10 +188,10 @@ class DatagramChannel {
   std::uint64_t newest_ = 0;    ///< newest sequence of received state
   std::uint64_t sequence_ = 0;  ///< last sequence sent
   std::uint64_t number_ = 0;    ///< number of the loop's last update
-  bool has_heard_ = false;
-  Step heard_step_;          ///< step of the newest server update
-  Duration heard_stamp_{0};  ///< peer's time stamp of its newest datagram
-  LocalTime last_heard_{};
+  bool has_received_ = false;
+  Step received_step_;          ///< step of the newest server update
+  Duration received_stamp_{0};  ///< peer's time stamp of its newest datagram
+  LocalTime last_received_{};
   LocalTime last_sent_{};
   Bytes datagram_;
 };

@@ -54,7 +54,7 @@ void expand(const secure::Secret& secret, std::string_view label, std::span<std:
 
 /// Cipher context of one epoch's key.
 struct EpochKey {
-  void take(secure::Aead aead, const secure::Secret& chain, bool is_for_opening) {
+  void derive(secure::Aead aead, const secure::Secret& chain, bool is_for_opening) {
     secure::Secret key;
     expand(chain, "key", key.bytes());
     expand(chain, "iv", iv);
@@ -82,13 +82,13 @@ struct EpochKey {
 struct DatagramSeal::Keys {
   Keys(const secure::Exported& exported, bool opens, bool goes_up) : aead(exported.aead), is_for_opening(opens) {
     expand(exported.secret, goes_up ? "up" : "down", chain.bytes());
-    current.take(aead, chain, is_for_opening);
+    current.derive(aead, chain, is_for_opening);
     if (is_for_opening) prepare_next();
   }
   ~Keys() { secure::wipe(opened); }
   void prepare_next() {
     ratchet();
-    next.take(aead, chain, is_for_opening);
+    next.derive(aead, chain, is_for_opening);
   }
   void ratchet() {
     secure::Secret following;
@@ -127,7 +127,7 @@ void DatagramSeal::advance() {
     keys_->prepare_next();
   } else {
     keys_->ratchet();
-    keys_->current.take(keys_->aead, keys_->chain, false);
+    keys_->current.derive(keys_->aead, keys_->chain, false);
   }
   epoch_ = static_cast<std::uint8_t>((epoch_ + 1U) & kMaxEpoch);
   sealed_ = 0;

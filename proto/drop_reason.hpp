@@ -35,7 +35,7 @@ std::string_view name_of(DropReason reason);
 class DropCounters {
  public:
   void add(DropReason reason, std::uint64_t n = 1) { counts_[static_cast<std::size_t>(reason)] += n; }
-  std::uint64_t of(DropReason reason) const { return counts_[static_cast<std::size_t>(reason)]; }
+  std::uint64_t count(DropReason reason) const { return counts_[static_cast<std::size_t>(reason)]; }
 
  private:
   std::array<std::uint64_t, static_cast<std::size_t>(DropReason::kCount)> counts_{};

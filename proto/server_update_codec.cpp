@@ -54,7 +54,7 @@ class FieldWriter {
     static_assert(sizeof numbers < kMaxOneByte);
     tag(field, WireType::kLength);
     *end_++ = sizeof numbers;
-    put(numbers);
+    append(numbers);
   }
   template <class Write>
   void message(int field, const Write& write) {
@@ -79,14 +79,14 @@ class FieldWriter {
     end_ = CodedOutputStream::WriteVarint32ToArray(tag, end_);
   }
   template <class Value>
-  void put(const Value& value) {
+  void append(const Value& value) {
     std::memcpy(end_, &value, sizeof value);
     end_ += sizeof value;
   }
   template <class Value>
   void fixed(int field, Value value) {
     tag(field, WireType::kFixed64);
-    put(value);
+    append(value);
   }
 
   std::array<std::uint8_t, kMaxBytes> bytes_;
@@ -96,13 +96,14 @@ static_assert(std::endian::native == std::endian::little);
 
 template <class Number>
 std::array<Number, kPoseNumbers> numbers_of(const Pose& X) {
-  const auto of = [](double number) { return static_cast<Number>(number); };
-  return {of(X.p.x()), of(X.p.y()), of(X.p.z()), of(X.q.w()), of(X.q.x()), of(X.q.y()), of(X.q.z())};
+  const auto converted = [](double number) { return static_cast<Number>(number); };
+  return {converted(X.p.x()), converted(X.p.y()), converted(X.p.z()), converted(X.q.w()),
+          converted(X.q.x()), converted(X.q.y()), converted(X.q.z())};
 }
 template <class Number>
 std::array<Number, kWrenchNumbers> numbers_of(const Vec3& a, const Vec3& b) {
-  const auto of = [](double number) { return static_cast<Number>(number); };
-  return {of(a.x()), of(a.y()), of(a.z()), of(b.x()), of(b.y()), of(b.z())};
+  const auto converted = [](double number) { return static_cast<Number>(number); };
+  return {converted(a.x()), converted(a.y()), converted(a.z()), converted(b.x()), converted(b.y()), converted(b.z())};
 }
 
 void write_soft_contact(const SoftContact& contact, FieldWriter& out) {

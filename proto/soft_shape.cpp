@@ -134,16 +134,16 @@ void write_soft_shape(std::size_t soft_body, std::span<const Vec3> offsets_W, wi
   out.set_offsets(std::move(bytes));
 }
 
-std::optional<std::vector<Vec3>> read_soft_shape(const wire::SoftShape& told) {
-  const std::string& bytes = told.offsets();
-  const bool is_sound = told.quantum_m() >= kMinQuantum_m && told.quantum_m() <= kMaxQuantum_m &&
+std::optional<std::vector<Vec3>> read_soft_shape(const wire::SoftShape& message) {
+  const std::string& bytes = message.offsets();
+  const bool is_sound = message.quantum_m() >= kMinQuantum_m && message.quantum_m() <= kMaxQuantum_m &&
                         bytes.size() == kSoftLatticePoints * kOffsetBytes;
   if (!is_sound) return std::nullopt;
   std::vector<Vec3> offsets(kSoftLatticePoints);
   for (std::size_t i = 0; i < bytes.size() / 2; ++i) {
     const auto low = static_cast<std::uint8_t>(bytes[2 * i]), high = static_cast<std::uint8_t>(bytes[2 * i + 1]);
     const auto count = static_cast<std::int16_t>(static_cast<std::uint16_t>(low | (high << 8U)));
-    offsets[i / 3][static_cast<Eigen::Index>(i % 3)] = count * told.quantum_m();
+    offsets[i / 3][static_cast<Eigen::Index>(i % 3)] = count * message.quantum_m();
   }
   return offsets;
 }

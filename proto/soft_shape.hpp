@@ -32,6 +32,6 @@ std::vector<NearPlaces> soft_lattice_nodes(std::span<const Vec3> nodes);
 /// In      offsets_W  offset of each point [m]; a non-finite one counts as zero
 void write_soft_shape(std::size_t soft_body, std::span<const Vec3> offsets_W, wire::SoftShape& out);
 /// Returns nothing for a wrong number of offsets or a quantum out of range.
-std::optional<std::vector<Vec3>> read_soft_shape(const wire::SoftShape& told);
+std::optional<std::vector<Vec3>> read_soft_shape(const wire::SoftShape& message);
 
 }  // namespace tandem::proto

@@ -46,7 +46,7 @@ std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
 
 /// Ramps the force down at exit: when its display is lost, the window library calls exit() in the middle of a frame.
-void let_go_at_exit() {
+void release_at_exit() {
   HapticLoop* const loop = loop_to_stop.exchange(nullptr);
   if (loop == nullptr) return;
   SecondHand* const second = second_to_stop.exchange(nullptr);
@@ -82,7 +82,7 @@ class ClientRun {
   void start_loop();
   void keep_going();
   void drain_records();
-  void take_record(const TickRecord& record);
+  void on_record(const TickRecord& record);
   void begin_recording(const std::filesystem::path& file);
   void end_recording();
   void switch_recording();
@@ -99,7 +99,7 @@ class ClientRun {
   std::vector<std::string> problems_at_end(const ClientIoSnapshot& io);
   int finish();
 
-  void say(const std::string& line) { output_.err("tandem-client: " + line + "\n"); }
+  void log(const std::string& line) { output_.err("tandem-client: " + line + "\n"); }
 
   ClientOptions options_;
   realtime::Output& output_;
@@ -179,14 +179,14 @@ void ClientRun::switch_recording() {
   recording_problem_.clear();
   if (is_recording_) {
     end_recording();
-    return say(recording_state());
+    return log(recording_state());
   }
   try {
     begin_recording(next_recording_file(options_, std::chrono::system_clock::now()));
-    say(recording_state());
+    log(recording_state());
   } catch (const std::exception& error) {
     recording_problem_ = error.what();
-    say(recording_problem_);
+    log(recording_problem_);
   }
 }
 
@@ -219,7 +219,7 @@ void ClientRun::open_second() {
   if (!options_.second_device) return;
   const ClientOptions options = SecondHand::options_of(options_);
   second_ = std::make_unique<SecondHand>(options, io_settings(options, safety_),
-                                         [this](const std::string& line) { say(line); });
+                                         [this](const std::string& line) { log(line); });
 }
 
 void ClientRun::open_window() {
@@ -242,7 +242,7 @@ void ClientRun::open_window() {
   // A screenshot does not depend on remembered settings.
   settings.remembers = options_.window.screenshot.empty();
   window_.emplace(std::move(settings));
-  std::atexit(let_go_at_exit);
+  std::atexit(release_at_exit);
 }
 
 /// Pauses until main's next poll; with a window, draws a frame.
@@ -250,7 +250,7 @@ void ClientRun::pause() {
   if (window_) {
     window_->show_recording(is_recording_, recording_state());
     window_->draw(io_.haptics().newest_view(), io_.snapshot(), last_coupling_lines_);
-    if (window_->take_record_press()) switch_recording();
+    if (window_->pop_record_press()) switch_recording();
   } else {
     std::this_thread::sleep_for(kMainPeriod);
   }
@@ -279,10 +279,10 @@ bool ClientRun::join() {
     const ClientIoSnapshot io = io_.snapshot();
     take_events();
     if (io.status.state == SessionState::kActive && io.joined) {
-      say(joined_line(*io.joined));
-      for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
+      log(joined_line(*io.joined));
+      for (const std::string& note : shown_notes(*io.joined)) log("scene: " + note);
       const std::string missing = missing_of(device_->spec());
-      if (has_tool(io.joined->role()) && !missing.empty()) say(missing);
+      if (has_tool(io.joined->role()) && !missing.empty()) log(missing);
       watch_body(io.joined);
       return true;
     }
@@ -290,7 +290,7 @@ bool ClientRun::join() {
     if (clock.now() > give_up) throw std::runtime_error("not joined within 20 s: " + io.status.why);
     pause();
     if (stop_signals_.is_requested() || (window_ && window_->is_closed())) {
-      say("stopped before the room was joined");
+      log("stopped before the room was joined");
       return false;
     }
   }
@@ -317,8 +317,8 @@ void ClientRun::start_loop() {
   if (options_.insists_on_realtime && !realtime_not_granted_.empty()) {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
-  for (const std::string& line : realtime_not_granted_) say(line);
-  if (loop_->keeps_awake()) say("keeping a processor awake for the haptic thread; --keep-awake off spares it");
+  for (const std::string& line : realtime_not_granted_) log(line);
+  if (loop_->keeps_awake()) log("keeping a processor awake for the haptic thread; --keep-awake off spares it");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
   // With a window its mouse moves the hand, not the commands.
@@ -382,18 +382,18 @@ void ClientRun::set_what_is_due() {
 
 void ClientRun::drain_records() {
   TickRecord record;
-  while (loop_->pop(record)) take_record(record);
+  while (loop_->pop(record)) on_record(record);
 }
 
-void ClientRun::take_record(const TickRecord& record) {
+void ClientRun::on_record(const TickRecord& record) {
   const int phase = hand_path_.phase_at(record.sample.path_time);
   has_begun_ = has_begun_ || record.has_begun;
   report_.add(record, phase);
   if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
   if (is_recording_) recorder_->add(record, phase);
-  const std::string news = report_.take_device_news();
-  if (!news.empty()) say("device " + options_.device.name + " is " + news);
+  const std::string news = report_.pop_device_news();
+  if (!news.empty()) log("device " + options_.device.name + " is " + news);
   newest_ = record;
 }
 
@@ -402,10 +402,10 @@ void ClientRun::take_events() {
   while (const std::optional<Event> event = io_.next()) {
     if (const auto* const news = std::get_if<event::News>(&*event)) {
       news_ = news->text;
-      say(news_);
+      log(news_);
       if (window_) window_->show_news(news_);
     } else if (const std::string line = log_line(*event); options_.is_verbose && !line.empty()) {
-      say(line);
+      log(line);
     }
     if (commands_) commands_->receive(*event);
   }
@@ -417,11 +417,11 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   if (report_.is_silent()) {
     report_.explain_silence(status.why.empty() ? "no state came, though the connection stands" : status.why);
   }
-  if (status.why != last_why_ && !status.why.empty()) say(status.why);
+  if (status.why != last_why_ && !status.why.empty()) log(status.why);
   last_why_ = status.why;
-  if (stage_line(io.stage) != stage_line(options_.stage)) say(stage_line(io.stage));
+  if (stage_line(io.stage) != stage_line(options_.stage)) log(stage_line(io.stage));
   options_.stage = io.stage;
-  if (io.stage_note != last_stage_note_ && !io.stage_note.empty()) say(io.stage_note);
+  if (io.stage_note != last_stage_note_ && !io.stage_note.empty()) log(io.stage_note);
   last_stage_note_ = io.stage_note;
   explain_coupling(io.coupling_check);
   end_by_itself(io);
@@ -476,7 +476,7 @@ int ClientRun::finish() {
   end_recording();
   if (options_.prints_json) print_json(io);
   const std::vector<std::string> problems = problems_at_end(io);
-  for (const std::string& problem : problems) say(problem);
+  for (const std::string& problem : problems) log(problem);
   return problems.empty() ? 0 : 1;
 }
 

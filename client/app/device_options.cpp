@@ -103,8 +103,8 @@ void complete_device(devices::DeviceOptions& device, const std::string& profile,
   const char* option = "--device: ";
   try {
     if (device.name == "auto") {
-      const auto tell = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
-      device.name = devices::choose_device(!has_hand && profile.empty(), tell);
+      const auto log = [](const std::string& note) { std::cerr << "tandem-client: " + note + "\n"; };
+      device.name = devices::choose_device(!has_hand && profile.empty(), log);
       if (device.name == "sim" && has_pointer && !has_hand) device.name = "mouse";
     }
     const devices::DeviceKind& kind = devices::find_device_kind(device.name);
@@ -116,7 +116,7 @@ void complete_device(devices::DeviceOptions& device, const std::string& profile,
 }
 
 /// Replaces "replay:FILE" by the device "replay" with the recorded hand of the file.
-void take_recorded(devices::DeviceOptions& device) {
+void apply_recorded(devices::DeviceOptions& device) {
   constexpr std::string_view kReplay = "replay:";
   if (!device.name.starts_with(kReplay)) return;
   std::string why;
@@ -135,10 +135,10 @@ void DeviceCommandLine::declare(CLI::App& app, devices::DeviceOptions& first) {
 
 std::optional<devices::DeviceOptions> DeviceCommandLine::complete(const CLI::App& app, devices::DeviceOptions& first,
                                                                   bool has_pointer) {
-  take_recorded(first);
+  apply_recorded(first);
   complete_device(first, profile_, app.count("--hand") > 0, has_pointer);
   try {
-    take_recorded(second_);
+    apply_recorded(second_);
     if (second_.name.empty()) return std::nullopt;
     return second_device(first, second_);
   } catch (const std::exception& error) {

@@ -28,7 +28,7 @@ constexpr Duration kNearlyLate = std::chrono::microseconds(500);
 constexpr Duration kLongRoundTrip = milliseconds(100), kUnknownRoundTrip = milliseconds(300);
 constexpr Duration kSwing = milliseconds(30), kGap = milliseconds(50);
 constexpr Duration kMaxJoin = std::chrono::seconds(10);
-constexpr Duration kLook = milliseconds(2);
+constexpr Duration kDoctorPollPeriod = milliseconds(2);
 
 std::string ms_text(Duration duration) {
   std::array<char, 32> text{};
@@ -62,7 +62,7 @@ bool wait_for_join(const ClientIo& io) {
   ClientIoSnapshot now = io.snapshot();
   while (now.status.state != SessionState::kActive && now.status.state != SessionState::kEnded &&
          clock.now() < give_up) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kDoctorPollPeriod);
     now = io.snapshot();
   }
   return now.status.state == SessionState::kActive;
@@ -86,7 +86,7 @@ LinkSample sample_link(const ClientIo& io, Duration length) {
       link.round_trip_max = has_clock ? std::max(link.round_trip_max, seen.round_trip) : seen.round_trip;
       has_clock = true;
     }
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kDoctorPollPeriod);
   }
   link.states = received - before;
   return link;
@@ -122,8 +122,8 @@ std::vector<Finding> find_devices(const std::vector<devices::DeviceKind>& kinds)
 }
 
 std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, int priority) {
-  const std::string asked = "priority " + std::to_string(priority) + " and locked memory";
-  if (not_granted.empty()) return {{"priority", Verdict::kGood, asked + " are granted", "", {}}};
+  const std::string requested = "priority " + std::to_string(priority) + " and locked memory";
+  if (not_granted.empty()) return {{"priority", Verdict::kGood, requested + " are granted", "", {}}};
   std::vector<Finding> findings;
   for (const std::string& line : not_granted) {
     const std::size_t colon = line.find(": ");

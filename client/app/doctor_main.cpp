@@ -63,7 +63,7 @@ int run(const DoctorOptions& options) {
   const Duration duration = parse_duration(options.duration, "s");
   if (duration <= Duration{0}) throw std::invalid_argument("--duration: '" + options.duration + "' must be above 0");
   ClientIoSettings io;
-  if (!options.server.empty()) take_server(options.server, io);
+  if (!options.server.empty()) apply_server(options.server, io);
   // Always an observer, even if the token allows another role.
   io.client.session.role = wire::ROLE_OBSERVER;
   if (options.watches_link()) apply_security(options.security, true, io);

@@ -7,12 +7,12 @@
 namespace tandem::client {
 
 void add_text(CLI::App& app, const std::string& name, const std::string& help, const std::string& type,
-              const std::function<void(const std::string&)>& take) {
+              const std::function<void(const std::string&)>& store) {
   app.add_option_function<std::string>(
          name,
-         [name, take](const std::string& text) {
+         [name, store](const std::string& text) {
            try {
-             take(text);
+             store(text);
            } catch (const std::invalid_argument& error) {
              throw CLI::ValidationError(name, error.what());
            }

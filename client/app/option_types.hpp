@@ -12,9 +12,9 @@ class App;
 
 namespace tandem::client {
 
-/// Registers a text option that `take` turns into a setting; the error that `take` throws names the option.
+/// Registers a text option that `store` turns into a setting; the error that `store` throws names the option.
 void add_text(CLI::App& app, const std::string& name, const std::string& help, const std::string& type,
-              const std::function<void(const std::string&)>& take);
+              const std::function<void(const std::string&)>& store);
 /// Registers a number from `least` to `largest`; the error for another value names both limits.
 void add_number(CLI::App& app, const std::string& name, double& value, double least, double largest,
                 const std::string& help, const std::string& type);

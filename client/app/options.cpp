@@ -49,7 +49,7 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
       app, "--server",
       "server to join, by name or address, an IPv6 address in brackets [127.0.0.1:47800]; with --ca by its name in the "
       "certificate",
-      "ADDRESS:PORT", [&io](const std::string& text) { take_server(text, io); });
+      "ADDRESS:PORT", [&io](const std::string& text) { apply_server(text, io); });
   app.add_option("--room", io.client.session.room, "room to join; default: the server's only room");
   app.add_option("--name", io.client.session.user_name, "your name in the room")->capture_default_str();
   add_text(app, "--role", "what you may do; one operator a room may also set its parameters [manipulator]",
@@ -147,10 +147,10 @@ void add_set_option(CLI::App& app, std::vector<std::pair<Duration, wire::SetPara
 /// Adds the options of `link`, which is used for both directions; sets `is_used` if any of them is given.
 void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
   const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
-                                    std::function<void(const std::string&)> take) {
-    add_text(app, name, help, type, [&is_used, take = std::move(take)](const std::string& text) {
+                                    std::function<void(const std::string&)> store) {
+    add_text(app, name, help, type, [&is_used, store = std::move(store)](const std::string& text) {
       is_used = true;
-      take(text);
+      store(text);
     });
   };
   const std::string each = " in each direction";
@@ -186,7 +186,7 @@ constexpr const char* kHeadlessHelp = "without a window";
 constexpr const char* kHeadlessHelp = "without a window; required, for this program was built without one";
 #endif
 
-void take_size(const std::string& text, WindowOptions& window) {
+void parse_size(const std::string& text, WindowOptions& window) {
   const auto number = [&text](std::size_t from, std::size_t to) {
     int value = 0;
     const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
@@ -205,7 +205,7 @@ void add_window_options(CLI::App& app, WindowOptions& window, bool& is_headless)
   add_text(app, "--after", "when, after joining [3s]", "TIME",
            [&window](const std::string& text) { window.after = parse_duration(text, "s"); });
   add_text(app, "--window-size", "of the window [1280x800 pixels]", "WxH",
-           [&window](const std::string& text) { take_size(text, window); });
+           [&window](const std::string& text) { parse_size(text, window); });
   app.add_option("--molecules", window.molecules, "drawn as, also by M in the window [as last time, balls at first]")
       ->check(CLI::IsMember(MoleculeStyle::kShapeNames).description(""))
       ->type_name("balls|sticks|surface|ribbon");
@@ -303,7 +303,7 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
-void take_server(const std::string& text, ClientIoSettings& io) {
+void apply_server(const std::string& text, ClientIoSettings& io) {
   const net::HostPort server = net::host_port_of(text);
   io.host = server.host;
   if (server.port) io.port = *server.port;

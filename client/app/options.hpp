@@ -52,7 +52,7 @@ struct ClientOptions {
 
 /// Parses "127.0.0.1:47800", or a host without the port.
 /// Fails   std::invalid_argument: no address, or no port after the colon
-void take_server(const std::string& text, ClientIoSettings& io);
+void apply_server(const std::string& text, ClientIoSettings& io);
 
 /// Parses the command line. Empty after --help or --version, which are answered on stdout.
 ///

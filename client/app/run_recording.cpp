@@ -52,7 +52,7 @@ LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now) {
                       .reconnects = io.counters.reconnects};
   for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    figures.dropped += io.counters.received_drops.of(reason) + io.counters.sent_drops.of(reason);
+    figures.dropped += io.counters.received_drops.count(reason) + io.counters.sent_drops.count(reason);
   }
   return figures;
 }

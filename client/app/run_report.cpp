@@ -43,8 +43,8 @@ double StretchStatistics::torque_mean_vector_n_m() const {
 }
 
 RunReport::RunReport(const std::vector<std::string>& phases, Duration silence_zero) : silence_zero_(silence_zero) {
-  told_.state = devices::DeviceState::kReady;  // the expected state is not reported
-  told_.is_valid = true;
+  reported_.state = devices::DeviceState::kReady;  // the expected state is not reported
+  reported_.is_valid = true;
   for (const std::string& name : phases) phases_.push_back({name, Duration{0}, {}, {}});
 }
 
@@ -59,11 +59,12 @@ void RunReport::add(const TickRecord& record, int phase) {
   follow_body(record);
 }
 
-std::string RunReport::take_device_news() {
-  const bool is_same = sample_.is_valid == told_.is_valid && sample_.reason == told_.reason;
-  if (sample_.state == told_.state && (is_same || (told_at_ && newest_ - *told_at_ < kDeviceNews))) return {};
-  told_ = sample_;
-  told_at_ = newest_;
+std::string RunReport::pop_device_news() {
+  const bool is_same = sample_.is_valid == reported_.is_valid && sample_.reason == reported_.reason;
+  if (sample_.state == reported_.state && (is_same || (reported_at_ && newest_ - *reported_at_ < kDeviceNews)))
+    return {};
+  reported_ = sample_;
+  reported_at_ = newest_;
   return describe(sample_);
 }
 

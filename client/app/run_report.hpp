@@ -76,7 +76,7 @@ class RunReport {
   /// Text of describe() if the device's state has changed since the last report; otherwise empty. While the state stays
   /// the same, validity and reason are reported at most once a second, so that a loose contact does not fill the
   /// terminal.
-  std::string take_device_news();
+  std::string pop_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }
   const std::vector<Silence>& silences() const { return silences_; }
@@ -103,8 +103,8 @@ class RunReport {
   std::optional<LocalTime> zero_since_;
   std::vector<Silence> silences_;
   devices::DeviceSample sample_;
-  devices::DeviceSample told_;  ///< sample of the last report
-  std::optional<LocalTime> told_at_;
+  devices::DeviceSample reported_;  ///< sample of the last report
+  std::optional<LocalTime> reported_at_;
   std::uint32_t server_tick_faults_seen_ = 0;
   bool has_seen_body_ = false;
   Pose first_body_pose_;

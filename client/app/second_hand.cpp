@@ -37,9 +37,9 @@ ClientOptions SecondHand::options_of(const ClientOptions& first) {
   return options;
 }
 
-SecondHand::SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> say)
+SecondHand::SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> log)
     : options_(std::move(options)),
-      say_(std::move(say)),
+      log_(std::move(log)),
       device_(devices::open_device(options_.device)),
       io_(std::move(io), *device_),
       report_({}, haptics::SafetySettings{}.silence_zero),
@@ -59,8 +59,8 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
   if (!has_started_ && last_.status.state == SessionState::kEnded) {
     throw std::runtime_error("second device: " + last_.status.why);
   }
-  if (has_started_) take_news();
-  if (last_.status.why != last_why_ && !last_.status.why.empty()) say_("second device: " + last_.status.why);
+  if (has_started_) pop_news();
+  if (last_.status.why != last_why_ && !last_.status.why.empty()) log_("second device: " + last_.status.why);
   last_why_ = last_.status.why;
 }
 
@@ -73,17 +73,17 @@ void SecondHand::follow(const std::string& room) {
 void SecondHand::start_loop() {
   has_started_ = true;
   realtime_not_granted_ = loop_.start();
-  say_("second device: " + joined_line(*last_.joined));
+  log_("second device: " + joined_line(*last_.joined));
   const std::string missing = missing_of(device_->spec());
-  if (!missing.empty()) say_(missing);
+  if (!missing.empty()) log_(missing);
 }
 
-void SecondHand::take_news() {
+void SecondHand::pop_news() {
   TickRecord record;
   while (loop_.pop(record)) {
     report_.add(record, -1);
-    const std::string news = report_.take_device_news();
-    if (!news.empty()) say_("second device " + options_.device.name + " is " + news);
+    const std::string news = report_.pop_device_news();
+    if (!news.empty()) log_("second device " + options_.device.name + " is " + news);
   }
 }
 
@@ -93,7 +93,7 @@ void SecondHand::request_stop() noexcept {
 
 void SecondHand::stop() {
   loop_.stop();
-  if (has_started_) take_news();
+  if (has_started_) pop_news();
   last_ = io_.snapshot();
   io_.stop();
 }

@@ -27,9 +27,9 @@ class SecondHand {
   /// Opens the device.
   /// In      options  from options_of()
   ///         io       made from these options
-  ///         say      receives a line for the user
+  ///         log      receives a line for the user
   /// Fails   see devices::open_device() and ClientIo
-  SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> say);
+  SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> log);
 
   /// Starts to join the room of `first`, which has joined; poll() continues the join.
   void start(const ClientIoSnapshot& first);
@@ -48,10 +48,10 @@ class SecondHand {
  private:
   void follow(const std::string& room);
   void start_loop();
-  void take_news();
+  void pop_news();
 
   ClientOptions options_;
-  std::function<void(const std::string&)> say_;
+  std::function<void(const std::string&)> log_;
   std::unique_ptr<devices::Device> device_;
   ClientIo io_;
   RunReport report_;

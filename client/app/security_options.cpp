@@ -21,7 +21,7 @@ secure::KeyId key_of(const std::string& text) {
   return key;
 }
 
-void take_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& io) {
+void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& io) {
   const auto claims = proto::peek_token(token);
   if (!claims) throw std::invalid_argument("--token: no join token; copy all of what tandem-token prints");
   io.client.session.token = token;
@@ -39,9 +39,9 @@ void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings
   const auto invitation = proto::invitation_of(or_from_stdin(text));
   // The error does not repeat the text: the fault may be one character, and the rest is a secret.
   if (!invitation) throw std::invalid_argument("--join: no invitation; copy all of what tandem-server --invite prints");
-  take_server(invitation->server, io);
+  apply_server(invitation->server, io);
   io.trust = secure::Trust{.pin = invitation->key};
-  take_token(invitation->token, keeps_role, io);
+  apply_token(invitation->token, keeps_role, io);
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host.substr(0, io.host.find('%'))};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
   const auto token = secure::bytes_of_text(or_from_stdin(options.token));
-  take_token(token.value_or(proto::Bytes{}), keeps_role, io);
+  apply_token(token.value_or(proto::Bytes{}), keeps_role, io);
 }
 
 }  // namespace tandem::client

@@ -14,7 +14,7 @@ namespace tandem::client {
 namespace {
 
 // Maximum delay of the program's end caused by this thread.
-constexpr Duration kLookPeriod{std::chrono::milliseconds(50)};
+constexpr Duration kSignalPollPeriod{std::chrono::milliseconds(50)};
 // Far longer than the force takes to ramp down (haptic_loop.cpp), short for a user who presses Ctrl-C again.
 constexpr Duration kSecondSignalAfter{std::chrono::seconds(1)};
 
@@ -58,11 +58,11 @@ void StopSignals::when_requested(std::function<void()> on_stop) {
 void StopSignals::watch() {
   const sigset_t signals = stop_signals();
   const SteadyClock clock;
-  timespec look{};
-  look.tv_nsec = kLookPeriod.count();
+  timespec poll_period{};
+  poll_period.tv_nsec = kSignalPollPeriod.count();
   std::optional<LocalTime> first;
   while (!is_closing_.load(std::memory_order_relaxed)) {
-    if (sigtimedwait(&signals, nullptr, &look) <= 0) continue;
+    if (sigtimedwait(&signals, nullptr, &poll_period) <= 0) continue;
     if (first && clock.now() - *first >= kSecondSignalAfter) _exit(1);
     if (first) continue;
     first = clock.now();

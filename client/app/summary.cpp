@@ -31,7 +31,7 @@ json::object drops_of(const proto::DropCounters& counters) {
   json::object result;
   for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    if (counters.of(reason) > 0) result[proto::name_of(reason)] = counters.of(reason);
+    if (counters.count(reason) > 0) result[proto::name_of(reason)] = counters.count(reason);
   }
   return result;
 }

@@ -112,7 +112,7 @@ std::string_view without_rim(std::string_view line) {
 }
 
 /// Removes a quoted field from the front of `line`, which begins with the quote, and returns it.
-std::string take_quoted(std::string_view& line) {
+std::string pop_quoted(std::string_view& line) {
   std::string word;
   for (std::size_t i = 1; i < line.size(); ++i) {
     if (line[i] == '"') {
@@ -132,7 +132,7 @@ std::vector<std::string> words_of(std::string_view line) {
   std::vector<std::string> words;
   for (line = without_rim(line); !line.empty(); line = without_rim(line)) {
     if (line.front() == '"') {
-      words.push_back(take_quoted(line));
+      words.push_back(pop_quoted(line));
       continue;
     }
     const auto end = static_cast<std::size_t>(std::ranges::find_if(line, is_blank) - line.begin());

@@ -30,7 +30,7 @@ constexpr std::size_t kMaxWriteBytes = 512;
 }  // namespace
 
 struct CommandPipe::Impl {
-  enum class Turn : std::uint8_t { kRead, kTake, kAnswer, kWrite };
+  enum class Turn : std::uint8_t { kRead, kPop, kAnswer, kWrite };
 
   Impl(int lines_in, int answers_out) : lines(lines_in), answers(answers_out), wake(eventfd(0, EFD_CLOEXEC)) {
     if (wake < 0) throw std::system_error(errno, std::generic_category(), "cannot open an eventfd");
@@ -69,7 +69,7 @@ struct CommandPipe::Impl {
 void CommandPipe::Impl::run() {
   while (read_line()) {
     std::unique_lock lock(mutex);
-    turn = Turn::kTake;
+    turn = Turn::kPop;
     changed.wait(lock, [this] { return turn == Turn::kWrite || should_stop; });
     if (turn != Turn::kWrite) break;
     lock.unlock();
@@ -165,9 +165,9 @@ CommandPipe::~CommandPipe() {
   finish();
 }
 
-std::optional<std::string> CommandPipe::take() {
+std::optional<std::string> CommandPipe::pop_line() {
   const std::lock_guard lock(impl_->mutex);
-  if (impl_->turn != Impl::Turn::kTake) return std::nullopt;
+  if (impl_->turn != Impl::Turn::kPop) return std::nullopt;
   impl_->turn = Impl::Turn::kAnswer;
   return std::exchange(impl_->text, {});
 }

@@ -2,7 +2,7 @@
 // that the main thread never does.
 //
 //   thread of this file: read a line ──▶ wait for its answer ──▶ write the answer ──▶ read the next line
-//   main thread:            take() ──────▶ … ──────▶ answer()
+//   main thread:            pop_line() ──────▶ … ──────▶ answer()
 #pragma once
 
 #include <memory>
@@ -27,7 +27,7 @@ class CommandPipe {
 
   /// Returns the next line once, without its end. A longer line is cut to kMaxCommandBytes + 1 bytes. Nothing: none
   /// yet.
-  std::optional<std::string> take();
+  std::optional<std::string> pop_line();
   /// Answers the last taken line.
   /// In      answer  one line, without its end
   void answer(const std::string& answer);

@@ -120,7 +120,7 @@ struct CommandRun::Impl {
   }
 
   void begin_next();
-  void go_on();
+  void continue_step();
   bool await_room();
   void answer(json::object fields);
   void fail(const std::string& why);
@@ -140,7 +140,7 @@ struct CommandRun::Impl {
   Step minimise(const CommandLine& command);
   Step energy() const;
   Step state() const;
-  Step go_to(const Pose& X_WH);
+  Step move_to(const Pose& X_WH);
   Step turn(const CommandLine& command);
   Step grab();
   Step release();
@@ -178,7 +178,7 @@ bool CommandRun::Impl::await_room() {
 
 void CommandRun::Impl::begin_next() {
   if (!await_room()) return;
-  const std::optional<std::string> line = pipe.take();
+  const std::optional<std::string> line = pipe.pop_line();
   if (!line) return;
   ++lines_taken;
   word = command_word(*line);
@@ -189,7 +189,7 @@ void CommandRun::Impl::begin_next() {
   }
 }
 
-void CommandRun::Impl::go_on() {
+void CommandRun::Impl::continue_step() {
   try {
     if (const std::optional<json::object> fields = step()) answer(*fields);
   } catch (const std::exception& error) {
@@ -230,11 +230,11 @@ Step CommandRun::Impl::begun(const CommandLine& command) {
       {"state", [&] { return state(); }},
       {"move",
        [&] {
-         return go_to({place(), goal_W().q});
+         return move_to({place(), goal_W().q});
        }},
       {"move-by",
        [&] {
-         return go_to({goal_W().p + place(), goal_W().q});
+         return move_to({goal_W().p + place(), goal_W().q});
        }},
       {"turn", [&] { return turn(command); }},
       {"grab", [&] { return grab(); }},
@@ -347,7 +347,7 @@ Step CommandRun::Impl::state() const {
     out["energy_kj_per_mol"] = number_or_null(newest.newest.update.field_energy_kj_per_mol);
   }
   json::array bodies;
-  for (const proto::BodyState& body : newest.told_bodies) {
+  for (const proto::BodyState& body : newest.received_bodies) {
     json::object each{{"name", name_of_body(*snapshot, body.id)}};
     for (auto& [name, value] : to_json(body.state.X)) each[name] = value;
     bodies.emplace_back(std::move(each));
@@ -356,7 +356,7 @@ Step CommandRun::Impl::state() const {
   return done(std::move(out));
 }
 
-Step CommandRun::Impl::go_to(const Pose& X_WH) {
+Step CommandRun::Impl::move_to(const Pose& X_WH) {
   const WorkspaceMapping& workspace = seen().workspace;
   const double way_m = device_pose(workspace, X_WH).p.norm();
   if (way_m > devices::kPointerReach_m) {
@@ -369,7 +369,7 @@ Step CommandRun::Impl::go_to(const Pose& X_WH) {
         way_m, devices::kPointerReach_m, middle.x(), middle.y(), middle.z(), workspace.position_scale);
     refuse(why);
   }
-  own_hand().go_to(X_WH, now);
+  own_hand().move_to(X_WH, now);
   const LocalTime begun_at = now;
   return [=, this]() -> std::optional<json::object> {
     const View& newest = seen();
@@ -391,7 +391,7 @@ Step CommandRun::Impl::turn(const CommandLine& command) {
   if (axis.norm() < 1e-3) refuse("AX AY AZ: at least one must not be 0");
   const Pose goal = goal_W();
   const Quat turn(Eigen::AngleAxisd(numbers[3] * std::numbers::pi / 180, axis.normalized()));
-  return go_to({goal.p, (turn * goal.q).normalized()});
+  return move_to({goal.p, (turn * goal.q).normalized()});
 }
 
 // Same as the window's mouse: presses the grab button of the handle, which grabs a body within reach.
@@ -452,7 +452,7 @@ void CommandRun::poll(const ClientIoSnapshot& io, const View* view, LocalTime no
   self.now = now;
   if (self.hand && view != nullptr) self.hand->follow(*view, now);
   if (!self.step) self.begin_next();
-  if (self.step) self.go_on();
+  if (self.step) self.continue_step();
 }
 
 bool CommandRun::is_over() const {

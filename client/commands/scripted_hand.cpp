@@ -19,7 +19,7 @@ Pose device_pose(const WorkspaceMapping& workspace, const Pose& X_WH) {
 
 ScriptedHand::ScriptedHand(std::shared_ptr<devices::Pointer> pointer) : pointer_(std::move(pointer)) {}
 
-void ScriptedHand::go_to(const Pose& X_WH, LocalTime now) {
+void ScriptedHand::move_to(const Pose& X_WH, LocalTime now) {
   goal_WH_ = X_WH;
   has_arrived_ = false;
   moved_ = now;

@@ -33,7 +33,7 @@ class ScriptedHand {
   explicit ScriptedHand(std::shared_ptr<devices::Pointer> pointer);
 
   /// In      X_WH  goal of the handle in the world
-  void go_to(const Pose& X_WH, LocalTime now);
+  void move_to(const Pose& X_WH, LocalTime now);
   /// Presses or releases buttons of the handle.
   /// In      button  bits of Button
   void press(std::uint32_t button, bool is_down);
@@ -42,7 +42,7 @@ class ScriptedHand {
   /// Advances the pointer at its speed limit since the last call, and publishes it. A new scene ends the movement and
   /// releases the buttons.
   void follow(const View& view, LocalTime now);
-  /// Returns whether the hand has come to rest since the last go_to(), at the goal or at an obstacle.
+  /// Returns whether the hand has come to rest since the last move_to(), at the goal or at an obstacle.
   bool is_at_rest(LocalTime now) const;
   /// Returns whether the pointer has reached the goal, with the hand within kMaxStretch_m and kMaxTwist_rad of it.
   bool has_arrived() const { return has_arrived_; }
@@ -57,7 +57,7 @@ class ScriptedHand {
   bool has_arrived_ = true;
   std::uint32_t scene_ = 0;  ///< generation of the newest view's scene
   LocalTime followed_{};
-  LocalTime moved_{};  ///< last time at which the hand was faster than at rest, or go_to() was called
+  LocalTime moved_{};  ///< last time at which the hand was faster than at rest, or move_to() was called
 };
 
 /// Inverse of WorkspaceMapping::world_pose().

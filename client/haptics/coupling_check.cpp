@@ -52,14 +52,14 @@ haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::Co
 class MassesOnWire {
  public:
   explicit MassesOnWire(const wire::Joined& joined) : joined_(joined) {}
-  std::optional<MassProperties> tool() const { return of(joined_.tool_masses(), joined_.tool()); }
+  std::optional<MassProperties> tool() const { return at(joined_.tool_masses(), joined_.tool()); }
   std::optional<MassProperties> body(int index) const {
-    return of(joined_.body_masses(), static_cast<std::uint32_t>(index));
+    return at(joined_.body_masses(), static_cast<std::uint32_t>(index));
   }
 
  private:
   template <class Masses>
-  static std::optional<MassProperties> of(const Masses& masses, std::uint32_t index) {
+  static std::optional<MassProperties> at(const Masses& masses, std::uint32_t index) {
     if (index >= static_cast<std::uint32_t>(masses.size())) return std::nullopt;
     const auto mass = proto::mass_from_wire(masses[static_cast<int>(index)]);
     return mass && mass->mass_kg > 0 ? mass : std::nullopt;

@@ -45,22 +45,22 @@ void HandWorkspace::change(const WorkspaceMapping& scene) noexcept {
   scene_ = scene;
 }
 
-void HandWorkspace::take_change() noexcept {
+void HandWorkspace::apply_change() noexcept {
   if (is_changing_) enter(scene_);
 }
 
 void HandWorkspace::rest() noexcept {
   was_within_ = false;
-  stand();
+  stop();
 }
 
-void HandWorkspace::stand() noexcept {
+void HandWorkspace::stop() noexcept {
   rate_W_.setZero();
   wall_on_hand_D_.setZero();
 }
 
 void HandWorkspace::advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept {
-  stand();
+  stop();
   const auto is_within = [&](double share) { return (p_DH.cwiseAbs().array() <= share * half_.array()).all(); };
   was_within_ = was_within_ || is_within(kInnerShare);
   if (is_within(kFreshShare)) travelled_m_ = 0;

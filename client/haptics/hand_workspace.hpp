@@ -42,10 +42,11 @@ class HandWorkspace {
 
   /// Starts another scene with the base where its mapping places it.
   void enter(const WorkspaceMapping& scene) noexcept;
-  /// Requests another mapping of the same scene; take_change() applies it while the tool is held and no force is shown.
+  /// Requests another mapping of the same scene; apply_change() applies it while the tool is held and no force is
+  /// shown.
   void change(const WorkspaceMapping& scene) noexcept;
   bool is_changing() const noexcept { return is_changing_; }
-  void take_change() noexcept;
+  void apply_change() noexcept;
 
   /// Moves the base for one period.
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
@@ -61,7 +62,7 @@ class HandWorkspace {
   const Vec3& wall_on_hand_D() const noexcept { return wall_on_hand_D_; }
 
  private:
-  void stand() noexcept;
+  void stop() noexcept;
 
   Vec3 half_ = Vec3::Zero();  ///< half the device's workspace [m]; zero: no border
   double force_limit_n_ = 0;

@@ -66,7 +66,7 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       mailboxes_(mailboxes),
       coupling_(settings.coupling_bounds),
       blend_(kRenderingBlend_per_s),
-      wants_passivity_(settings.stage.passivity),
+      has_passivity_(settings.stage.passivity),
       passivity_share_(settings.stage.passivity ? 1 : 0),
       watches_passivity_(settings.stage.passivity || settings.feeds_view),
       workspace_(device.spec(), settings.has_border),
@@ -95,7 +95,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   ++record_.tick.value;
   record_.at = now;
   advance_time(now);
-  take_mail();
+  read_mailboxes();
   follow_start(now);
   record_.has_begun = began_at_ <= now;
   const devices::DeviceSample sample = reader_.read(now);
@@ -107,8 +107,8 @@ void HapticCore::tick(LocalTime now) noexcept {
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
   advance_nudge();
-  asked_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{own_force_D(), Vec3::Zero()};
-  write(now, through_safety(now, asked_D_, speed_m_per_s));
+  requested_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{own_force_D(), Vec3::Zero()};
+  write(now, through_safety(now, requested_D_, speed_m_per_s));
   request(controlled_on_hand_W);
   report_displayed();
   record_.is_clamped = writer_.was_clamped();
@@ -158,7 +158,7 @@ double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexc
 // The inbox is polled before the scene. A state of an older connection, published just before the scene that replaces
 // it, is then discarded with that connection. In the other order it could count as a state of the new scene.
 // The rendering's number is read first: its scene was published before the rendering was offered, so it is available.
-void HapticCore::take_mail() noexcept {
+void HapticCore::read_mailboxes() noexcept {
   const std::uint32_t offered = offered_.load(std::memory_order_acquire);
   const bool has_new_state = mailboxes_.inbox.poll();
   if (has_new_state) has_state_ = true;
@@ -166,7 +166,7 @@ void HapticCore::take_mail() noexcept {
   if (offered != entered_) enter_rendering(offered);
   state_is_new_ = has_new_state && has_state_;
   if (!state_is_new_) return;
-  take_state(mailboxes_.inbox.front());
+  receive_state(mailboxes_.inbox.front());
 }
 
 // Converts the server's start time to local time. The estimate is repeated until that time is reached, because the
@@ -189,7 +189,7 @@ void HapticCore::enter_rendering(std::uint32_t number) noexcept {
   const Rendering& before = rendering();
   const Rendering& next = *renderings_.offered(number);
   const bool goes_on = next.generation == before.generation && next.local_model && before.local_model;
-  if (goes_on && scene_is_usable_) next.local_model->go_on_from(*before.local_model, scene_);
+  if (goes_on && scene_is_usable_) next.local_model->continue_from(*before.local_model, scene_);
   renderings_.enter(number);
   passivity_.forget_local_model();
   blend_.jump();
@@ -246,12 +246,12 @@ void HapticCore::advance_nudge() noexcept {
 
 void HapticCore::change_scene() noexcept {
   workspace_.change(scene_.workspace);
-  if (scene_is_usable_) coupling_.go_to(scene_);
+  if (scene_is_usable_) coupling_.fade_to(scene_);
   // Nothing is felt, so no ramp is needed. A refused coupling must not be felt on the way to its replacement.
   if (!is_displaying()) coupling_.jump();
 }
 
-void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
+void HapticCore::receive_state(const ReceivedUpdate& received) noexcept {
   const proto::ServerUpdate& update = received.update;
   record_.tool_W = update.tool;
   record_.server_wrench_on_hand_W = update.wrench_on_hand_W;
@@ -260,7 +260,7 @@ void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
   record_.held_body = update.held_body;
   record_.field_energy_kj_per_mol = update.field_energy_kj_per_mol;
   note_watched_body(update);
-  if (view_ != nullptr) view_->take(update);
+  if (view_ != nullptr) view_->receive(update);
   passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
                             to_seconds(received.received - energy_reported_at_), stage_output_.is_local);
   energy_reported_at_ = received.received;
@@ -303,7 +303,7 @@ void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
 // The base rests while the clutch is pressed. The tool is then frozen and no force is felt, so the mapping may change.
 void HapticCore::move_base(const devices::DeviceSample& sample) noexcept {
   if (workspace_.is_changing() && safety_.is_quiet() && clutch_.is_pressed()) {
-    workspace_.take_change();
+    workspace_.apply_change();
     // No force is felt: the coupling needs no ramp in the new mapping, and the handle's jump does no work.
     if (scene_is_usable_) coupling_.jump();
     passivity_.lose_hand();
@@ -369,7 +369,7 @@ Wrench HapticCore::through_passivity_controller(const Wrench& stage_wrench_on_ha
 }
 
 void HapticCore::fade_passivity() noexcept {
-  const bool is_on = wants_passivity_.load(std::memory_order_relaxed);
+  const bool is_on = has_passivity_.load(std::memory_order_relaxed);
   watches_passivity_ = watches_passivity_ || is_on;
   passivity_share_ = std::clamp(passivity_share_ + (is_on ? 1 : -1) * period_s_ / kPassivityFade_s, 0.0, 1.0);
 }
@@ -416,9 +416,9 @@ void HapticCore::report_displayed() noexcept {
 
 /// Displayed wrench without the share of border and nudge.
 Wrench HapticCore::shown_of_scene_D() const noexcept {
-  const double asked_n = asked_D_.f.norm();
-  if (asked_n <= 0 || own_force_D().isZero(0)) return writer_.written();
-  const double share = std::min(1.0, writer_.written().f.norm() / asked_n);
+  const double requested_n = requested_D_.f.norm();
+  if (requested_n <= 0 || own_force_D().isZero(0)) return writer_.written();
+  const double share = std::min(1.0, writer_.written().f.norm() / requested_n);
   return writer_.written() - Wrench{share * own_force_D(), Vec3::Zero()};
 }
 

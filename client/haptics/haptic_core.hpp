@@ -73,8 +73,8 @@ class HapticCore {
   void service() noexcept { newest_stage_->service(); }
   /// Offers a rendering that is used from the next tick on. The force blends over within 0.3 s; a difference of 18 N
   /// changes by less than 0.1 N in a millisecond. If both renderings are of the same scene, the new local model
-  /// continues from the state of the previous one (LocalModel::go_on_from()). Returns false if the rendering stays with
-  /// the caller, and must be offered again later (Handover::offer()).
+  /// continues from the state of the previous one (LocalModel::continue_from()). Returns false if the rendering stays
+  /// with the caller, and must be offered again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);
   /// Number of the last rendering that offer() accepted.
@@ -85,7 +85,7 @@ class HapticCore {
   std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
   /// Switches the passivity controller from the next tick on, faded over 0.3 s.
   /// Thread  any
-  void control_passivity(bool is_on) noexcept { wants_passivity_.store(is_on, std::memory_order_relaxed); }
+  void control_passivity(bool is_on) noexcept { has_passivity_.store(is_on, std::memory_order_relaxed); }
 
   /// Time at which the hand begins to follow its path: the first tick, or the common start of the room's hands. It lies
   /// in the future until then; LocalTime::max() while unknown. Once in the past it does not change.
@@ -107,7 +107,7 @@ class HapticCore {
  private:
   double handle_speed(const devices::DeviceSample& sample) const noexcept;
   void advance_time(LocalTime now) noexcept;
-  void take_mail() noexcept;
+  void read_mailboxes() noexcept;
   void follow_start(LocalTime now) noexcept;
   void enter_rendering(std::uint32_t number) noexcept;
   Rendering& rendering() const noexcept { return *renderings_.get(); }
@@ -119,7 +119,7 @@ class HapticCore {
   void advance_nudge() noexcept;
   /// Force of border and nudge, which the device adds on its own; it is no part of the scene.
   Vec3 own_force_D() const noexcept { return workspace_.wall_on_hand_D() + nudge_D_; }
-  void take_state(const ReceivedUpdate& received) noexcept;
+  void receive_state(const ReceivedUpdate& received) noexcept;
   void note_watched_body(const proto::ServerUpdate& update) noexcept;
   void move_handle(const devices::DeviceSample& sample) noexcept;
   void move_base(const devices::DeviceSample& sample) noexcept;
@@ -155,7 +155,7 @@ class HapticCore {
   Stage* newest_stage_ = nullptr;  ///< io thread: stage of the last offered rendering
   ForceBlend blend_;               ///< fades from one rendering to the next
   StageOutput stage_output_;       ///< output of the last tick at which a stage ran
-  std::atomic<bool> wants_passivity_;
+  std::atomic<bool> has_passivity_;
   double passivity_share_;  ///< weight of the passivity controller's wrench, 0 to 1
   /// Once on, the energy account is kept even while the controller is faded out, so that it is correct when it returns.
   bool watches_passivity_;
@@ -181,7 +181,7 @@ class HapticCore {
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
   devices::DeviceSample last_sample_;  ///< sample of the last tick; may be invalid
-  Wrench asked_D_;                     ///< wrench requested of the device: scene, border and nudge
+  Wrench requested_D_;                 ///< wrench requested of the device: scene, border and nudge
   haptics::EncoderPath device_path_;
   PortWork displayed_work_;  ///< work of the displayed wrench [device J]
   /// Work in world joules of the wrench after the passivity controller and before the safety stages. Ramp, slew limit

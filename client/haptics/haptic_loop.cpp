@@ -78,14 +78,14 @@ LocalTime HapticLoop::show_out(realtime::PeriodicTimer& timer, const Clock& cloc
   core_.begin_shutdown();
   const LocalTime give_up = clock.now() + kMaxShowOut;
   LocalTime last_deadline;
-  bool is_let_go = false;
+  bool is_released = false;
   do {
     last_deadline = timer.wait();
     tick(clock);
-    is_let_go = core_.is_quiet() && core_.write_zero(clock.now());
-  } while (!is_let_go && clock.now() < give_up);
-  report_.became_quiet = is_let_go;
-  if (!is_let_go) core_.write_zero(clock.now());
+    is_released = core_.is_quiet() && core_.write_zero(clock.now());
+  } while (!is_released && clock.now() < give_up);
+  report_.became_quiet = is_released;
+  if (!is_released) core_.write_zero(clock.now());
   return last_deadline;
 }
 

@@ -17,8 +17,8 @@ haptics::CouplingParameters SceneCoupling::rendered(const HapticScene& scene) co
                                     haptics::coupling_bounds_in_world(device_bounds_, scene.workspace));
 }
 
-void SceneCoupling::go_to(const HapticScene& scene) noexcept {
-  fade_.go_to(haptics::coupling_laws()[scene.law], rendered(scene));
+void SceneCoupling::fade_to(const HapticScene& scene) noexcept {
+  fade_.fade_to(haptics::coupling_laws()[scene.law], rendered(scene));
 }
 
 void SceneCoupling::start(const HapticScene& scene) noexcept {

@@ -17,7 +17,7 @@ class SceneCoupling {
   /// True if the law exists and the coefficients are in range.
   static bool is_usable(const HapticScene& scene) noexcept;
   /// Ramps towards law and coefficients of a usable scene, bounded by the device (rendered_coupling()).
-  void go_to(const HapticScene& scene) noexcept;
+  void fade_to(const HapticScene& scene) noexcept;
   /// Sets a usable scene's law and coefficients at once.
   void start(const HapticScene& scene) noexcept;
   /// Ends ramp and fade at their targets.

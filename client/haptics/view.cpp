@@ -12,13 +12,13 @@ constexpr Duration kUserKept = std::chrono::seconds(1);
 
 /// Replaces the entry with the same id, or appends it if the capacity allows. Returns its index, or the size if full.
 template <class States, class State>
-std::size_t keep(States& states, const State& told) noexcept {
-  const auto known = std::ranges::find(states, told.id, &State::id);
+std::size_t keep(States& states, const State& received) noexcept {
+  const auto known = std::ranges::find(states, received.id, &State::id);
   const auto index = static_cast<std::size_t>(known - states.begin());
   if (known != states.end()) {
-    *known = told;
+    *known = received;
   } else if (states.size() < states.capacity()) {
-    states.push_back(told);
+    states.push_back(received);
   }
   return index;
 }
@@ -26,27 +26,27 @@ std::size_t keep(States& states, const State& told) noexcept {
 }  // namespace
 
 void ViewFeed::reset() noexcept {
-  next_.told_bodies.clear();
+  next_.received_bodies.clear();
   next_.users.clear();
-  users_told_at_.clear();
+  user_states_at_.clear();
 }
 
 // Updates are thinned on the wire: if a body or user is missing from this one, its last state remains valid.
-void ViewFeed::take(const proto::ServerUpdate& update) noexcept {
-  for (const proto::BodyState& body : update.bodies) keep(next_.told_bodies, body);
+void ViewFeed::receive(const proto::ServerUpdate& update) noexcept {
+  for (const proto::BodyState& body : update.bodies) keep(next_.received_bodies, body);
   for (const proto::OtherUserState& user : update.users) {
     const std::size_t index = keep(next_.users, user);
-    users_told_at_.resize(next_.users.size());
-    if (index < users_told_at_.size()) users_told_at_[index] = update.stepped;
+    user_states_at_.resize(next_.users.size());
+    if (index < user_states_at_.size()) user_states_at_[index] = update.stepped;
   }
   forget_users(update.stepped);
 }
 
 void ViewFeed::forget_users(ServerTime now) noexcept {
   for (std::size_t i = next_.users.size(); i-- > 0;) {
-    if (now - users_told_at_[i] <= kUserKept) continue;
+    if (now - user_states_at_[i] <= kUserKept) continue;
     next_.users.erase(next_.users.begin() + static_cast<std::ptrdiff_t>(i));
-    users_told_at_.erase(users_told_at_.begin() + static_cast<std::ptrdiff_t>(i));
+    user_states_at_.erase(user_states_at_.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 
@@ -58,7 +58,7 @@ void ViewFeed::write(const TickRecord& record, const WorkspaceMapping& workspace
   view.workspace = workspace;
   view.has_state = newest != nullptr;
   if (newest != nullptr) view.newest = *newest;
-  view.bodies = view.told_bodies;
+  view.bodies = view.received_bodies;
   view.loop_delay = Duration{0};
   view.residual_on_hand_W = Wrench{};
   view.contacts_W.clear();

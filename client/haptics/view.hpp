@@ -1,7 +1,7 @@
 // Data that a window draws, sent by the haptic thread through one newest-wins mailbox. A window that stalls does not
 // delay the haptic loop.
 //
-//   haptic thread  take() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
+//   haptic thread  receive() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ struct View {
   Duration loop_delay{0};      ///< from an input to its effect, measured by the local model; 0: not known
   Wrench residual_on_hand_W;   ///< newest residual: the server's wrench minus the local model's for the same input
   /// Last received state of each body.
-  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> told_bodies;
+  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
   /// Displayed bodies: the local model's state if there is a model, else the last received one.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// Contact points of the local model's tool, or of the body it holds; a spread subset if there are more.
@@ -42,7 +42,7 @@ class ViewFeed {
   /// Starts a new scene: discards the received states.
   void reset() noexcept;
   /// Thread  haptic: no allocation
-  void take(const proto::ServerUpdate& update) noexcept;
+  void receive(const proto::ServerUpdate& update) noexcept;
   /// In      newest, model  null: none
   /// Thread  haptic: no allocation
   void write(const TickRecord& record, const WorkspaceMapping& workspace, const ReceivedUpdate* newest,
@@ -57,7 +57,7 @@ class ViewFeed {
 
   View next_;
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
-      users_told_at_;  ///< time of the last state of each entry of next_.users
+      user_states_at_;  ///< time of the last state of each entry of next_.users
   realtime::Mailbox<View> mailbox_;
   bool has_view_ = false;  ///< window thread
 };

@@ -93,7 +93,7 @@ std::vector<LocalModel::Copy> LocalModel::copies_of(const physics::WorldDescript
 Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
-  if (input.is_new) take_update(input);
+  if (input.is_new) receive_update(input);
   world_.set_coupling(haptics::coupling_laws()[input.scene->law], input.scene->coupling);
   world_.set_coupling_bounds(tool_, input.scene->coupling_bounds[tool_]);
   for (const PartnerHere& here : partners_) {
@@ -118,7 +118,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
 void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   has_started_ = true;
   world_.activate_tool(tool_, false);
-  for (const proto::BodyState& told : update.bodies) world_.set_body(told.id, told.state);
+  for (const proto::BodyState& received : update.bodies) world_.set_body(received.id, received.state);
   if (update.held_body.is_valid()) {
     world_.hold(tool_, update.held_body, update.X_BT);
   } else {
@@ -128,7 +128,7 @@ void LocalModel::start(const proto::ServerUpdate& update) noexcept {
 }
 
 // Containers whose size depends on the scene are swapped, so nothing is allocated.
-void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcept {
+void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike = copies_.size() == other.copies_.size() && tools_ == other.tools_ && tool_ == other.tool_;
   if (has_started_ || !other.has_started_ || !is_alike) return;
   has_started_ = true;
@@ -139,9 +139,9 @@ void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcep
   for (const Copy& copy : other.copies_) {
     if (copy.is_known) world_.set_body(copy.id, other.world_.body(copy.id));
   }
-  put_tool(tool_, other.world_.tool(tool_));
+  set_tool_state(tool_, other.world_.tool(tool_));
   for (const PartnerHere& here : other.partners_) {
-    if (here.is_here) put_tool(here.tool, other.world_.tool(here.tool));
+    if (here.is_here) set_tool_state(here.tool, other.world_.tool(here.tool));
   }
   std::swap(copies_, other.copies_);
   std::swap(history_, other.history_);
@@ -161,31 +161,31 @@ void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcep
   tool_state_ = world_.tool(tool_);
 }
 
-void LocalModel::put_tool(std::size_t tool, const physics::ToolState& as) noexcept {
+void LocalModel::set_tool_state(std::size_t tool, const physics::ToolState& state) noexcept {
   world_.activate_tool(tool, false);
-  if (as.held.is_valid()) {
-    world_.hold(tool, as.held, world_.body(as.held).X.inverse() * as.tool.X);
+  if (state.held.is_valid()) {
+    world_.hold(tool, state.held, world_.body(state.held).X.inverse() * state.tool.X);
   } else {
-    world_.set_tool(tool, as.tool);
+    world_.set_tool(tool, state.tool);
   }
 }
 
-void LocalModel::take_update(const LocalModelInput& input) noexcept {
+void LocalModel::receive_update(const LocalModelInput& input) noexcept {
   const proto::ServerUpdate& update = input.newest->update;
   const Duration stepped = update.stepped.time_since_epoch();
   playout_.add(stepped, input.newest->received.time_since_epoch());
-  take_partners(update);
+  receive_partners(update);
   const ModelThen* const then = history_.find(update.answered_input);
   for (Copy& copy : copies_) {
-    const auto told = std::find_if(update.bodies.begin(), update.bodies.end(),
-                                   [&copy](const proto::BodyState& body) { return body.id == copy.id; });
-    if (told == update.bodies.end()) continue;
-    if (!std::exchange(copy.is_known, true)) world_.set_body(copy.id, told->state);
-    copy.track.add(stepped, told->state);
+    const auto received = std::find_if(update.bodies.begin(), update.bodies.end(),
+                                       [&copy](const proto::BodyState& body) { return body.id == copy.id; });
+    if (received == update.bodies.end()) continue;
+    if (!std::exchange(copy.is_known, true)) world_.set_body(copy.id, received->state);
+    copy.track.add(stepped, received->state);
     if (then == nullptr) continue;
     const BodyThen& body_then =
         history_.bodies(update.answered_input)[static_cast<std::size_t>(&copy - copies_.data())];
-    if (body_then.is_implicit) copy.reconciler.observe(told->state, body_then.state, body_then.given);
+    if (body_then.is_implicit) copy.reconciler.observe(received->state, body_then.state, body_then.given);
   }
   if (then != nullptr) {
     const Duration loop = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
@@ -196,32 +196,32 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   mirror_grasp(update);
 }
 
-void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
-  for (const proto::OtherUserState& told : update.users) {
+void LocalModel::receive_partners(const proto::ServerUpdate& update) noexcept {
+  for (const proto::OtherUserState& received : update.users) {
     auto known = std::find_if(partners_.begin(), partners_.end(),
-                              [&told](const PartnerHere& here) { return here.partner.id() == told.id; });
+                              [&received](const PartnerHere& here) { return here.partner.id() == received.id; });
     if (known == partners_.end()) {
       if (partners_.size() == partners_.capacity()) continue;
-      partners_.push_back({Partner(told.id), 0, false, {}});
+      partners_.push_back({Partner(received.id), 0, false, {}});
       known = partners_.end() - 1;
     }
-    known->partner.take(told, update);
+    known->partner.receive(received, update);
   }
-  const auto is_gone = [&update](const PartnerHere& here) {
-    return update.stepped - here.partner.told_at() > kHoldKept;
+  const auto has_left = [&update](const PartnerHere& here) {
+    return update.stepped - here.partner.received_at() > kHoldKept;
   };
   for (PartnerHere& here : partners_) {
     const Partner& partner = here.partner;
-    if (here.is_here && (is_gone(here) || !partner.has_handle() || partner.tool() != here.tool)) let_go(here);
+    if (here.is_here && (has_left(here) || !partner.has_handle() || partner.tool() != here.tool)) remove_partner(here);
     if (here.held.is_valid() && here.held != partner.holds()) {
       world_.release(here.tool);
       here.held = BodyId{};
     }
   }
-  std::erase_if(partners_, is_gone);
+  std::erase_if(partners_, has_left);
 }
 
-void LocalModel::let_go(PartnerHere& here) noexcept {
+void LocalModel::remove_partner(PartnerHere& here) noexcept {
   world_.deactivate_tool(here.tool);
   has_jumped_ = has_jumped_ || here.is_here;
   here.is_here = false;
@@ -239,7 +239,7 @@ void LocalModel::bring_in(PartnerHere& here) noexcept {
     here.tool = partner.tool();
     // activate_tool() is called without the scene's initial grasp; the grip below comes from the server.
     world_.activate_tool(here.tool, false);
-    world_.set_tool(here.tool, partner.told_tool());
+    world_.set_tool(here.tool, partner.received_tool());
     here.is_here = true;
     has_jumped_ = true;
   }
@@ -290,8 +290,8 @@ void LocalModel::drive_partners(const LocalModelInput& input, Duration played, D
     const bool is_tool = here.partner.tool() < tools_ && here.partner.tool() != tool_;
     if (!here.partner.has_handle() || !is_tool) continue;
     PartnerSurroundings around = surroundings_of(here, played);
-    around.is_foreseen = input.foresees_partners;
-    const RigidState handle = here.partner.foresee(played, to_seconds(present - played), around, period_s);
+    around.is_predicted = input.predicts_partners;
+    const RigidState handle = here.partner.predict(played, to_seconds(present - played), around, period_s);
     bring_in(here);
     world_.set_handle(here.tool, handle);
   }
@@ -320,7 +320,7 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
     copy.reconciler.reset();
   }
   for (const PartnerHere& here : partners_) {
-    if (here.is_here && !here.held.is_valid()) world_.set_tool(here.tool, here.partner.told_tool());
+    if (here.is_here && !here.held.is_valid()) world_.set_tool(here.tool, here.partner.received_tool());
   }
   world_.set_tool(tool_, update.tool);
   tool_reconciler_.reset();
@@ -439,7 +439,7 @@ void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_
   const Pose X_WT = tool_state_.held.is_valid() ? world_.body(tool_state_.held).X : tool_state_.tool.X;
   // A soft contact acts on the held body or else on the tool; one for another body is ignored.
   if (std::exchange(soft_of_, tool_state_.held) != tool_state_.held) soft_ = SoftFollower{};
-  if (is_new && update.held_body == tool_state_.held) soft_.take(update.soft_contact, X_WT);
+  if (is_new && update.held_body == tool_state_.held) soft_.receive(update.soft_contact, X_WT);
   SoftContact here;
   here.wrench_W = soft_.step(X_WT, period_s);
   here.X_WT0 = X_WT;
@@ -459,14 +459,14 @@ void LocalModel::remember(Tick input) noexcept {
   }
 }
 
-std::optional<Wrench> LocalModel::take_residual() noexcept {
+std::optional<Wrench> LocalModel::pop_residual() noexcept {
   return std::exchange(residual_, std::nullopt);
 }
 
-RigidState LocalModel::partner_tool(UserId user, const RigidState& told) const noexcept {
+RigidState LocalModel::partner_tool(UserId user, const RigidState& received) const noexcept {
   const auto is_it = [user](const PartnerHere& here) { return here.is_here && here.partner.id() == user; };
   const auto found = std::find_if(partners_.begin(), partners_.end(), is_it);
-  return found == partners_.end() ? told : world_.tool(found->tool).tool;
+  return found == partners_.end() ? received : world_.tool(found->tool).tool;
 }
 
 double LocalModel::common_share() const noexcept {
@@ -480,7 +480,7 @@ double LocalModel::common_share() const noexcept {
   return is_alone ? 1 : share;
 }
 
-bool LocalModel::take_jump() noexcept {
+bool LocalModel::pop_jump() noexcept {
   return std::exchange(has_jumped_, false);
 }
 

@@ -59,7 +59,7 @@ struct LocalModelInput {
   std::uint32_t buttons = 0;
   const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first
   bool is_new = false;
-  bool foresees_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
+  bool predicts_partners = true;       ///< predicts other users' hands; false: they stay at their last received poses
   const HapticScene* scene = nullptr;  ///< the scene's coupling, and its bounds by the users' devices
 };
 
@@ -80,7 +80,7 @@ class LocalModel {
   /// afterwards. Effects start anew, and a just released body may collide with the tool.
   ///
   /// In      scene  gives the coupling and bounds with which tools are pulled from the start, as in LocalModelInput
-  void go_on_from(LocalModel& other, const HapticScene& scene) noexcept;
+  void continue_from(LocalModel& other, const HapticScene& scene) noexcept;
 
   bool has_started() const { return has_started_; }
   RigidState tool() const { return tool_state_.tool; }
@@ -89,13 +89,13 @@ class LocalModel {
   RigidState body(BodyId id) const { return world_.body(id); }
   /// Current contact points of the tool, or of the body it holds (World::contact_points_W()).
   std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
-  /// Another user's tool in the model; `told` if the model does not contain it.
-  RigidState partner_tool(UserId user, const RigidState& told) const noexcept;
+  /// Another user's tool in the model; `received` if the model does not contain it.
+  RigidState partner_tool(UserId user, const RigidState& received) const noexcept;
   /// Delay from an input to the use of the server's answer, including buffering at both ends; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
   /// Residual: the server's wrench on the hand minus the model's for the same input, from the newest update that
   /// answered a known input. Consumed by the call.
-  std::optional<Wrench> take_residual() noexcept;
+  std::optional<Wrench> pop_residual() noexcept;
   /// The newest residual, consumed or not; zero before the first.
   const Wrench& newest_residual() const { return newest_residual_; }
   /// Time of the input that the newest residual belongs to.
@@ -107,7 +107,7 @@ class LocalModel {
   double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
   /// True if the model jumped, for example to the server's state; the displayed force must not jump. Consumed by the
   /// call.
-  bool take_jump() noexcept;
+  bool pop_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
  private:
@@ -136,16 +136,16 @@ class LocalModel {
 
   static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
   void start(const proto::ServerUpdate& update) noexcept;
-  void put_tool(std::size_t tool, const physics::ToolState& as) noexcept;
-  void take_update(const LocalModelInput& input) noexcept;
+  void set_tool_state(std::size_t tool, const physics::ToolState& state) noexcept;
+  void receive_update(const LocalModelInput& input) noexcept;
   void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void follow_buttons(const LocalModelInput& input) noexcept;
-  void take_partners(const proto::ServerUpdate& update) noexcept;
+  void receive_partners(const proto::ServerUpdate& update) noexcept;
   void drive_partners(const LocalModelInput& input, Duration played, Duration present, double period_s) noexcept;
   void bring_in(PartnerHere& here) noexcept;
   PartnerSurroundings surroundings_of(const PartnerHere& here, Duration played) noexcept;
-  void let_go(PartnerHere& here) noexcept;
+  void remove_partner(PartnerHere& here) noexcept;
   bool is_held_by_partner(BodyId body) const noexcept;
   void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;

@@ -54,7 +54,7 @@ class Builder {
     for (int i = 0; i < scene.tools_size(); ++i) add_tool(i);
     return std::make_shared<const physics::WorldDescription>(std::move(world_));
   }
-  ContactShapes take_shapes() { return std::move(contacts_); }
+  ContactShapes release_shapes() { return std::move(contacts_); }
 
  private:
   static MassProperties mass_of(const wire::MassProperties& message, const std::string& path) {
@@ -157,7 +157,7 @@ std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Jo
                                                                   ContactShapes& shapes) {
   Builder builder(joined, assets, shapes);
   auto world = builder.build();
-  shapes = builder.take_shapes();
+  shapes = builder.release_shapes();
   return world;
 }
 

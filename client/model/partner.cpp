@@ -113,17 +113,17 @@ double HandEstimate::stiffness_n_per_m() const {
   return std::exp(log_stiffness_);
 }
 
-void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate& update) noexcept {
-  if (holds_ != told.holds) X_BT_.reset();
+void Partner::receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept {
+  if (holds_ != received.holds) X_BT_.reset();
   const auto held = std::find_if(update.bodies.begin(), update.bodies.end(),
-                                 [&told](const proto::BodyState& body) { return body.id == told.holds; });
-  if (told.holds.is_valid() && held != update.bodies.end()) X_BT_ = held->state.X.inverse() * told.tool.X;
-  holds_ = told.holds;
-  tool_ = told.tool_index;
-  told_tool_ = told.tool;
-  told_at_ = update.stepped;
-  handle_age_ = told.handle_age;
-  if (!told.has_handle) {
+                                 [&received](const proto::BodyState& body) { return body.id == received.holds; });
+  if (received.holds.is_valid() && held != update.bodies.end()) X_BT_ = held->state.X.inverse() * received.tool.X;
+  holds_ = received.holds;
+  tool_ = received.tool_index;
+  received_tool_ = received.tool;
+  received_at_ = update.stepped;
+  handle_age_ = received.handle_age;
+  if (!received.has_handle) {
     handle_.reset();
     force_.reset();
     torque_.reset();
@@ -132,9 +132,9 @@ void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate&
     return;
   }
   const Duration stepped = update.stepped.time_since_epoch();
-  handle_.add(stepped, told.handle);
-  force_.add(stepped, as_position(told.on_hand_W.f));
-  torque_.add(stepped, as_position(told.on_hand_W.t));
+  handle_.add(stepped, received.handle);
+  force_.add(stepped, as_position(received.on_hand_W.f));
+  torque_.add(stepped, as_position(received.on_hand_W.t));
 }
 
 void Partner::follow_grip(const PartnerSurroundings& around, double period_s) noexcept {
@@ -157,12 +157,12 @@ Vec3 Partner::across(const Vec3& way) const noexcept {
   return share > 1e-6 ? Vec3(way - pressing_W_.dot(way) / share * pressing_W_) : way;
 }
 
-RigidState Partner::foresee(Duration played, double since_s, const PartnerSurroundings& around,
+RigidState Partner::predict(Duration played, double since_s, const PartnerSurroundings& around,
                             double period_s) noexcept {
-  const RigidState told = handle_.at(played);
+  const RigidState sampled = handle_.at(played);
   const double late_s = since_s + to_seconds(handle_age_);
   const Wrench shown_W{force_.at(played).X.p, torque_.at(played).X.p};
-  hand_.observe(told.X.p, shown_W.f, period_s);
+  hand_.observe(sampled.X.p, shown_W.f, period_s);
   modelled_.set(hand_.mass_kg(), hand_.stiffness_n_per_m());
   shown_.set(hand_.mass_kg(), hand_.stiffness_n_per_m());
   modelled_.step(around.on_hand_W, period_s);
@@ -176,15 +176,15 @@ RigidState Partner::foresee(Duration played, double since_s, const PartnerSurrou
     turn_along = {common_share_ * rotation_vector(around.body.X.q * around.X_WB_then.q.conjugate()),
                   common_share_ * around.body.V.w};
   }
-  turned_ += rotation_vector(told.X.q * q_before_.conjugate());
-  q_before_ = told.X.q;
-  auto intent = intent_.step(told.X.p - shown_.p(), late_s, along, coupled_share_, period_s);
+  turned_ += rotation_vector(sampled.X.q * q_before_.conjugate());
+  q_before_ = sampled.X.q;
+  auto intent = intent_.step(sampled.X.p - shown_.p(), late_s, along, coupled_share_, period_s);
   auto turn_intent = turn_intent_.step(turned_ - shown_.theta(), late_s, turn_along, coupled_share_, period_s);
-  if (!around.is_foreseen) intent = turn_intent = {};
+  if (!around.is_predicted) intent = turn_intent = {};
 
   RigidState now;
-  now.X.p = told.X.p + modelled_.p() - shown_.p() + intent.way;
-  now.X.q = (quaternion_of(modelled_.theta() - shown_.theta() + turn_intent.way) * told.X.q).normalized();
+  now.X.p = sampled.X.p + modelled_.p() - shown_.p() + intent.way;
+  now.X.q = (quaternion_of(modelled_.theta() - shown_.theta() + turn_intent.way) * sampled.X.q).normalized();
   now.V = {modelled_.V().v + intent.velocity, modelled_.V().w + turn_intent.velocity};
   return now;
 }

@@ -81,7 +81,7 @@ class HandEstimate {
 /// State of the local model around a partner in one step.
 struct PartnerSurroundings {
   Wrench on_hand_W;              ///< wrench of the model on the partner's hand
-  bool is_foreseen = true;       ///< predicts the partner's voluntary motion; false: it stays at the last received pose
+  bool is_predicted = true;      ///< predicts the partner's voluntary motion; false: it stays at the last received pose
   bool is_coupled = false;       ///< the partner's bodies touch this user's, possibly through others
   bool has_common_body = false;  ///< partner and this user both have a hand on the same body
   RigidState body;               ///< that body, current state in the model
@@ -106,12 +106,12 @@ class Partner {
  public:
   explicit Partner(UserId id) : id_(id) {}
 
-  /// In      told  this user's state in `update`
-  void take(const proto::OtherUserState& told, const proto::ServerUpdate& update) noexcept;
+  /// In      received  this user's state in `update`
+  void receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept;
   /// Predicted current handle; only while has_handle().
   /// In      played   server time of the playout
   ///         since_s  time since then [s]
-  RigidState foresee(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
+  RigidState predict(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
 
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
@@ -121,8 +121,8 @@ class Partner {
   /// Body that the partner holds, as last received, and the tool's pose on it; none until both were in one update.
   BodyId holds() const { return holds_; }
   const std::optional<Pose>& place() const { return X_BT_; }
-  const RigidState& told_tool() const { return told_tool_; }
-  ServerTime told_at() const { return told_at_; }
+  const RigidState& received_tool() const { return received_tool_; }
+  ServerTime received_at() const { return received_at_; }
 
  private:
   void follow_grip(const PartnerSurroundings& around, double period_s) noexcept;
@@ -133,8 +133,8 @@ class Partner {
   std::size_t tool_ = 0;
   BodyId holds_;
   std::optional<Pose> X_BT_;
-  RigidState told_tool_;
-  ServerTime told_at_{};
+  RigidState received_tool_;
+  ServerTime received_at_{};
   Duration handle_age_{0};
   net::RigidTrack handle_;
   net::RigidTrack force_;   ///< force on the partner's hand, stored as a position

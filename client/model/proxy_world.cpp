@@ -183,7 +183,7 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
       parts_.push_back({index, X_BS, what.outline, what.X_SO});
     }
   }
-  told_.resize(bodies_.size());
+  received_at_.resize(bodies_.size());
   motions_.resize(parts_.size());
   const double largest_m = largest_ball_m(tool);
   const bool has_own_ball = largest_m >= kMinRadius_m;
@@ -198,7 +198,7 @@ ProxyWorld::~ProxyWorld() = default;
 
 // Ticks with an invalid hand skip this function, so a new state is recognised by its step number.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
-  if (!has_begun_ || newest.update.step != taken_) take(newest);
+  if (!has_begun_ || newest.update.step != taken_) receive(newest);
   move_parts(now);
   if (!has_begun_) begin(newest.update);
   const haptics::ProxyState& state = ball_->update(p_WH, motions_);
@@ -215,15 +215,15 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
 }
 
 // Updates are thinned on the wire: a body that is missing from this one keeps its last state.
-void ProxyWorld::take(const ReceivedUpdate& newest) noexcept {
-  if (newest.received - heard_ > kForgotten) has_begun_ = false;
+void ProxyWorld::receive(const ReceivedUpdate& newest) noexcept {
+  if (newest.received - last_received_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;
-  heard_ = newest.received;
-  for (const proto::BodyState& told : newest.update.bodies) {
-    const std::size_t index = told.id.value - 1;  // an id of 0 gives the largest index there is
+  last_received_ = newest.received;
+  for (const proto::BodyState& received : newest.update.bodies) {
+    const std::size_t index = received.id.value - 1;  // an id of 0 gives the largest index there is
     if (index >= bodies_.size()) continue;
-    bodies_[index] = told.state;
-    told_[index] = newest.received;
+    bodies_[index] = received.state;
+    received_at_[index] = newest.received;
     is_known_[index] = 1;
   }
 }
@@ -233,7 +233,7 @@ void ProxyWorld::move_parts(LocalTime now) noexcept {
     const Part& part = parts_[i];
     RigidState body = bodies_[part.body];
     const bool is_moving = !body.V.v.isZero(0) || !body.V.w.isZero(0);
-    const Duration since = std::clamp(now - told_[part.body], Duration{0}, kCarriedOn);
+    const Duration since = std::clamp(now - received_at_[part.body], Duration{0}, kCarriedOn);
     if (is_moving) body.X = integrate(body.X, body.V, to_seconds(since));
     motions_[i] = fixed_in(body, part.X_BS);
   }

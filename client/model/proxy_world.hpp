@@ -47,19 +47,19 @@ class ProxyWorld {
 
  private:
   struct Part;
-  void take(const ReceivedUpdate& newest) noexcept;
+  void receive(const ReceivedUpdate& newest) noexcept;
   void move_parts(LocalTime now) noexcept;
   void begin(const proto::ServerUpdate& newest) noexcept;
   void leave_out(BodyId held, const Vec3& p_W) noexcept;
 
   std::unique_ptr<haptics::GodObject> ball_;
-  std::vector<Part> parts_;          ///< in the order of the ball's obstacles
-  std::vector<RigidState> motions_;  ///< motions of the parts
-  std::vector<RigidState> bodies_;   ///< last received states
-  std::vector<LocalTime> told_;      ///< reception times of these states
-  std::vector<char> is_known_;       ///< received, or static
+  std::vector<Part> parts_;             ///< in the order of the ball's obstacles
+  std::vector<RigidState> motions_;     ///< motions of the parts
+  std::vector<RigidState> bodies_;      ///< last received states
+  std::vector<LocalTime> received_at_;  ///< reception times of these states
+  std::vector<char> is_known_;          ///< received, or static
   Step taken_;
-  LocalTime heard_{};
+  LocalTime last_received_{};
   bool has_begun_ = false;
   std::string note_;
 };

@@ -16,21 +16,21 @@ bool is_same(const SoftContact& a, const SoftContact& b) {
 
 }  // namespace
 
-void SoftFollower::take(const SoftContact& told, const Pose& X_WT) noexcept {
-  if (is_same(told, told_)) return;
-  left_ += physics::soft_wrench(told_, X_WT) - physics::soft_wrench(told, X_WT);
-  told_ = told;
+void SoftFollower::receive(const SoftContact& received, const Pose& X_WT) noexcept {
+  if (is_same(received, received_)) return;
+  left_ += physics::soft_wrench(received_, X_WT) - physics::soft_wrench(received, X_WT);
+  received_ = received;
 }
 
 Wrench SoftFollower::step(const Pose& X_WT, double period_s) noexcept {
   constexpr double kRate = 1 / kSettling_s;
   left_rate_ += (left_ * (-kRate * kRate) + left_rate_ * (-2 * kRate)) * period_s;
   left_ += left_rate_ * period_s;
-  Wrench wrench = physics::soft_wrench(told_, X_WT) + left_;
+  Wrench wrench = physics::soft_wrench(received_, X_WT) + left_;
   // The remainder of an older contact must not make the present one pull.
-  const double pressing = told_.wrench_W.f.norm();
+  const double pressing = received_.wrench_W.f.norm();
   if (pressing > 0) {
-    const Vec3 normal_W = told_.wrench_W.f / pressing;
+    const Vec3 normal_W = received_.wrench_W.f / pressing;
     wrench.f -= normal_W * std::min(0.0, wrench.f.dot(normal_W));
   }
   return wrench;

@@ -17,12 +17,12 @@ namespace tandem::client {
 class SoftFollower {
  public:
   /// Sets the newest received contact, for the tool or held body at `X_WT`.
-  void take(const SoftContact& told, const Pose& X_WT) noexcept;
+  void receive(const SoftContact& received, const Pose& X_WT) noexcept;
   /// Returns the wrench on the tool or held body about its origin, in W, for the next period.
   Wrench step(const Pose& X_WT, double period_s) noexcept;
 
  private:
-  SoftContact told_;
+  SoftContact received_;
   Wrench left_, left_rate_;  ///< e and its derivative
 };
 

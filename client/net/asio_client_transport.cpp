@@ -88,7 +88,7 @@ struct AsioClientTransport::Connection {
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
-  bool has_said_all = false;
+  bool has_sent_all = false;
   std::optional<std::string> lost_because;  // end of stream, not yet reported
   std::array<std::byte, 64 * 1024> incoming{};
 };
@@ -198,12 +198,12 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
           if (!connection->is_connected) return set_up_failed(connection, net::AttemptFailure::kLost, why);
           return lost(connection, "the connection to " + connector_.server_name() + " was lost: " + why);
         }
-        take_bytes(connection, std::span(connection->incoming).first(size));
+        receive_bytes(connection, std::span(connection->incoming).first(size));
         read(connection);
       });
 }
 
-void AsioClientTransport::take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
+void AsioClientTransport::receive_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
   connection->plain.clear();
   const bool is_good = connection->tls.receive(bytes, connection->plain, connection->unsent);
   flush(connection);
@@ -362,7 +362,7 @@ void AsioClientTransport::close() {
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
-  if (!std::exchange(connection.has_said_all, true)) connection.tls.close(connection.unsent);
+  if (!std::exchange(connection.has_sent_all, true)) connection.tls.close(connection.unsent);
   error_code ignored;
   while (!ignored && !connection.unsent.empty()) {
     const std::size_t sent = connection.stream.write_some(asio::buffer(connection.unsent), ignored);

@@ -81,7 +81,7 @@ class AsioClientTransport final : public ClientTransport {
   void established();
   void set_up_failed(const ConnectionPointer& connection, net::AttemptFailure failure, const std::string& why);
   void read(const ConnectionPointer& connection);
-  void take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes);
+  void receive_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes);
   void deliver_control(const ConnectionPointer& connection, std::span<const std::byte> bytes);
   void await_datagrams(const ConnectionPointer& connection);
   void receive_datagrams(Connection& connection);

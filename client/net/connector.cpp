@@ -68,7 +68,7 @@ Connector::Connector(asio::io_context& io, const std::string& host, std::uint16_
                 remember(addresses, is_v6);
                 if (!is_racing_) return;
                 race_.add(addresses, is_v6, problem, clock_.now());
-                go_on();
+                try_next();
               }),
       known_(addresses_without_lookup(host, is_encrypted)),
       timer_(io) {
@@ -81,7 +81,7 @@ void Connector::start() {
   constexpr int kFamilies = 2;
   race_ = net::AddressRace(known_, is_name_ ? kFamilies : 0);
   if (is_name_) lookup_.start(host_);
-  go_on();
+  try_next();
 }
 
 void Connector::cancel() {
@@ -112,10 +112,10 @@ void Connector::set_up() {
 void Connector::set_up_failed(net::AttemptFailure failure, const std::string& why) {
   if (!is_racing_) return;
   race_.failed(accepted_address_, failure, why);
-  go_on();
+  try_next();
 }
 
-void Connector::go_on() {
+void Connector::try_next() {
   const LocalTime now = clock_.now();
   while (const auto address = race_.expired(now)) {
     close(*address);
@@ -132,7 +132,7 @@ void Connector::go_on() {
   if (!due) return;
   timer_.expires_after(std::max(Duration{0}, *due - now));
   timer_.async_wait([this](const error_code& moved) {
-    if (!moved && is_racing_) go_on();
+    if (!moved && is_racing_) try_next();
   });
 }
 
@@ -157,13 +157,13 @@ void Connector::finished(const AttemptPointer& attempt, const error_code& error)
     error_code ignored;
     attempt->socket.close(ignored);
     race_.failed(attempt->address, failure_of(problem), text_of(problem, attempt->address));
-    return go_on();
+    return try_next();
   }
   race_.accepted(attempt->address);
   accepted_address_ = attempt->address;
   close_all();
   accepted_(std::move(attempt->socket), attempt->address);
-  if (is_racing_) go_on();
+  if (is_racing_) try_next();
 }
 
 void Connector::close(const net::Address& address) {

@@ -50,7 +50,7 @@ class Connector {
   using AttemptPointer = std::shared_ptr<Attempt>;
 
   void remember(const std::vector<net::Address>& addresses, bool is_v6);
-  void go_on();
+  void try_next();
   void try_address(const net::Address& address);
   void finished(const AttemptPointer& attempt, const boost::system::error_code& error);
   void close(const net::Address& address);

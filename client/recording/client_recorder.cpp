@@ -73,7 +73,7 @@ std::uint64_t ClientRecorder::unix_ns(LocalTime time) const {
   return static_cast<std::uint64_t>(std::max(Duration(0), time.time_since_epoch() + settings_.unix_offset).count());
 }
 
-void ClientRecorder::take(const Record& record) {
+void ClientRecorder::write(const Record& record) {
   if (const auto* tick = std::get_if<std::pair<TickRecord, int>>(&record)) {
     newest_ns_ = unix_ns(tick->first.at);
     file_.add(kTickTopic, newest_ns_, proto::bytes_of(client::recorded(tick->first, tick->second)));
@@ -82,7 +82,7 @@ void ClientRecorder::take(const Record& record) {
   }
 }
 
-void ClientRecorder::tell(const std::string& news) {
+void ClientRecorder::report(const std::string& news) {
   on_news_(news);
   const std::scoped_lock lock(news_mutex_);
   newest_news_ = news;
@@ -95,15 +95,15 @@ std::string ClientRecorder::newest_news() const {
 
 void ClientRecorder::drain() {
   const std::uint64_t before_ns = newest_ns_;
-  while (ring_.pop(record_)) take(record_);
+  while (ring_.pop(record_)) write(record_);
   if (newest_ns_ == before_ns || newest_ns_ >= flushed_ns_ + kFlushEvery_ns) {
     flushed_ns_ = newest_ns_;
     file_.flush(newest_ns_);
   }
-  if (const std::string news = file_.take_news(); !news.empty()) tell(news);
-  if (has_told_overflow_ || overflows_.load(std::memory_order_relaxed) == 0) return;
-  has_told_overflow_ = true;
-  tell("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
+  if (const std::string news = file_.pop_news(); !news.empty()) report(news);
+  if (has_reported_overflow_ || overflows_.load(std::memory_order_relaxed) == 0) return;
+  has_reported_overflow_ = true;
+  report("recording " + settings_.file.string() + " does not keep up: ticks are left out, and counted");
 }
 
 void ClientRecorder::finish() {

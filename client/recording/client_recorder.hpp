@@ -72,8 +72,8 @@ class ClientRecorder {
 
   void push(const Record& record) noexcept;
   void drain();
-  void take(const Record& record);
-  void tell(const std::string& news);
+  void write(const Record& record);
+  void report(const std::string& news);
   std::uint64_t unix_ns(LocalTime time) const;
 
   ClientRecording settings_;
@@ -85,7 +85,7 @@ class ClientRecorder {
   recording::RecordingFile file_;
   Record record_;
   std::uint64_t newest_ns_ = 0, flushed_ns_ = 0;
-  bool has_told_overflow_ = false;
+  bool has_reported_overflow_ = false;
   mutable std::mutex news_mutex_;  ///< protects newest_news_
   std::string newest_news_;
   std::optional<recording::RecorderThread> thread_;

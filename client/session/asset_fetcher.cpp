@@ -27,7 +27,7 @@ void AssetFetcher::look_up(const AssetInfos& wanted) {
   }
 }
 
-bool AssetFetcher::take_found() {
+bool AssetFetcher::accept_found() {
   while (!lookups_.empty() && lookups_.front().answer.wait_for(Duration{0}) == std::future_status::ready) {
     Lookup lookup = std::move(lookups_.front());
     lookups_.pop_front();
@@ -50,7 +50,7 @@ void AssetFetcher::check_store(LocalTime now) {
 
 void AssetFetcher::reconnect() {
   awaited_.clear();
-  for (Wanted& wanted : wanted_) wanted.asked_to = wanted.bytes.size();
+  for (Wanted& wanted : wanted_) wanted.requested_to = wanted.bytes.size();
 }
 
 std::vector<std::string> AssetFetcher::begin(const AssetInfos& wanted) {
@@ -65,7 +65,7 @@ std::vector<std::string> AssetFetcher::begin(const AssetInfos& wanted) {
     now.number = then.number;
     now.bytes = std::move(then.bytes);
     now.hasher = std::move(then.hasher);
-    now.asked_to = then.asked_to;
+    now.requested_to = then.requested_to;
   }
   return left_out;
 }
@@ -108,7 +108,7 @@ std::size_t AssetFetcher::left_of(const AssetInfos& some) const {
 
 std::optional<wire::GetAsset> AssetFetcher::next_request(std::uint32_t request, std::size_t max_bytes) {
   const auto is_open = [](const Wanted& wanted) {
-    return wanted.asked_to < wanted.info.size_bytes() || wanted.info.size_bytes() == 0;
+    return wanted.requested_to < wanted.info.size_bytes() || wanted.info.size_bytes() == 0;
   };
   const auto next = std::ranges::find_if(wanted_, is_open);
   const std::size_t most = std::min(max_bytes, proto::kAssetChunkBytes);
@@ -117,13 +117,13 @@ std::optional<wire::GetAsset> AssetFetcher::next_request(std::uint32_t request, 
   const bool is_awaited = std::ranges::find(awaited_, next->number, &Awaited::wanted) != awaited_.end();
   if (next->info.size_bytes() == 0 && is_awaited) return std::nullopt;
   const std::size_t bytes =
-      static_cast<std::size_t>(std::min<std::uint64_t>(most, next->info.size_bytes() - next->asked_to));
-  awaited_.push_back({request, next->number, next->asked_to, bytes});
+      static_cast<std::size_t>(std::min<std::uint64_t>(most, next->info.size_bytes() - next->requested_to));
+  awaited_.push_back({request, next->number, next->requested_to, bytes});
   wire::GetAsset message;
   message.set_sha256(next->info.sha256());
-  message.set_offset(next->asked_to);
+  message.set_offset(next->requested_to);
   message.set_max_bytes(static_cast<std::uint32_t>(std::max<std::size_t>(1, bytes)));
-  next->asked_to += bytes;
+  next->requested_to += bytes;
   return message;
 }
 
@@ -133,12 +133,12 @@ std::string AssetFetcher::on_chunk(std::uint32_t request, const wire::AssetChunk
   awaited_.pop_front();
   const auto wanted = std::ranges::find(wanted_, awaited.wanted, &Wanted::number);
   if (wanted == wanted_.end()) return {};  // given up, or no longer wanted
-  std::string problem = take(*wanted, awaited, chunk);
+  std::string problem = accept(*wanted, awaited, chunk);
   if (!problem.empty() || assets_.contains(wanted->hash)) wanted_.erase(wanted);
   return problem;
 }
 
-std::string AssetFetcher::take(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk) {
+std::string AssetFetcher::accept(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk) {
   const std::uint64_t size = wanted.info.size_bytes();
   const bool is_it = chunk.sha256() == wanted.info.sha256() && chunk.offset() == awaited.offset &&
                      awaited.offset == wanted.bytes.size() && chunk.total_bytes() == size &&

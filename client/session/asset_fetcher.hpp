@@ -40,7 +40,7 @@ class AssetFetcher {
   /// Starts the look-ups of these assets in the store, in order, within the memory limit.
   void look_up(const AssetInfos& wanted);
   /// Collects the store's answers so far. Returns true once all look-ups are answered.
-  bool take_found();
+  bool accept_found();
   /// Drops all look-ups when the store has not answered for kStoreTimeout.
   void check_store(LocalTime now);
 
@@ -72,9 +72,9 @@ class AssetFetcher {
   struct Wanted {
     wire::AssetInfo info;
     proto::Sha256 hash{};
-    std::uint64_t number = 0;    ///< unique, also among entries of the same asset
-    proto::Bytes bytes{};        ///< received so far
-    std::uint64_t asked_to = 0;  ///< all bytes before it are received or requested
+    std::uint64_t number = 0;        ///< unique, also among entries of the same asset
+    proto::Bytes bytes{};            ///< received so far
+    std::uint64_t requested_to = 0;  ///< all bytes before it are received or requested
     secure::ContentHasher hasher{};
   };
   /// A requested piece without an answer yet.
@@ -93,7 +93,7 @@ class AssetFetcher {
   };
 
   std::vector<std::string> add(const AssetInfos& wanted);
-  std::string take(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk);
+  std::string accept(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk);
   std::string finish(Wanted& wanted);
 
   std::uint64_t limit_bytes_;

@@ -83,7 +83,7 @@ bool AssetPlan::advance(LocalTime now) {
 
 bool AssetPlan::take_steps() {
   bool has_risen = false;
-  while (step_ != Step::kNone && fetcher_.take_found()) {
+  while (step_ != Step::kNone && fetcher_.accept_found()) {
     switch (std::exchange(step_, Step::kNone)) {
       case Step::kNone:
         break;
@@ -135,12 +135,12 @@ AssetInfos AssetPlan::drawings_by_size() const {
 std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, LocalTime now) {
   // During planning the list may still hold assets of the previous scene.
   if (is_planning()) return std::nullopt;
-  const std::size_t bytes = !settings_.fetches_one_at_a_time ? rate_.may_ask(now)
+  const std::size_t bytes = !settings_.fetches_one_at_a_time ? rate_.bytes_to_request(now)
                             : fetcher_.is_awaiting()         ? 0
                                                              : proto::kAssetChunkBytes;
   if (bytes == 0) return std::nullopt;
   auto wanted = fetcher_.next_request(request, bytes);
-  if (wanted) rate_.asked(now, wanted->max_bytes());
+  if (wanted) rate_.note_request(now, wanted->max_bytes());
   return wanted;
 }
 

@@ -74,10 +74,9 @@ struct SetLinks {
 
 }  // namespace command
 
-using SessionCommand =
-    std::variant<command::Grab, command::Release, command::SetParameter, command::SetLaw, command::Kick,
-                 command::ResetRoom, command::RequestPose, command::Point, command::ChangeRoom, command::SetWorkspace,
-                 command::SetNudges>;
+using SessionCommand = std::variant<command::Grab, command::Release, command::SetParameter, command::SetLaw,
+                                    command::Kick, command::ResetRoom, command::RequestPose, command::Point,
+                                    command::ChangeRoom, command::SetWorkspace, command::SetNudges>;
 using ClientCommand = std::variant<SessionCommand, command::SetStage>;
 using Command = std::variant<ClientCommand, command::SetLinks>;
 

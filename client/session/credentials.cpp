@@ -39,7 +39,7 @@ void Credentials::fill(wire::JoinRoom& join, ClientTransport& transport, Connect
   join.set_token(token_.data(), token_.size());
 }
 
-void Credentials::take(const wire::Joined& joined) {
+void Credentials::accept(const wire::Joined& joined) {
   secure::wipe(token_);
   token_.clear();
   // A credential of another length is not from our server, and the echo must fit into a message.

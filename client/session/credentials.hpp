@@ -23,7 +23,7 @@ class Credentials {
 
   void fill(wire::JoinRoom& join, ClientTransport& transport, ConnectionId connection);
   /// True if the server requires credentials.
-  bool are_asked_for() const { return resume_key_.has_value(); }
+  bool are_requested() const { return resume_key_.has_value(); }
   /// True if the holder may join one room only.
   bool are_for_one_room() const { return are_for_one_room_; }
   /// True if the user can rejoin after leaving with the intent to return.
@@ -31,7 +31,7 @@ class Credentials {
   /// Credentials for a second device of the user while this one is joined; null: not joined, or none required.
   std::shared_ptr<const Credentials> beside() const;
   /// Stores the server's resume credential, with which the session can be resumed.
-  void take(const wire::Joined& joined);
+  void accept(const wire::Joined& joined);
 
  private:
   proto::Bytes token_;

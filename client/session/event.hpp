@@ -64,9 +64,9 @@ struct Log {
 
 }  // namespace event
 
-using Event = std::variant<event::StateChanged, event::Joined, event::UserJoined, event::UserLeft, event::Grabbed,
-                           event::Released, event::ParameterSet, event::Refused, event::PoseAnswered, event::News,
-                           event::Log>;
+using Event =
+    std::variant<event::StateChanged, event::Joined, event::UserJoined, event::UserLeft, event::Grabbed,
+                 event::Released, event::ParameterSet, event::Refused, event::PoseAnswered, event::News, event::Log>;
 
 /// The event as a printable line for a log; empty for one that is of no interest there.
 std::string log_line(const Event& event);

@@ -8,16 +8,16 @@
 
 namespace tandem::client {
 
-std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, LocalTime now) {
+std::string JoinedScene::accept(const wire::Joined& answer, wire::Role role, LocalTime now) {
   HapticScene offered = scene_;
   if (std::string problem = fill_haptic_scene(answer, offered); !problem.empty()) return problem;
   if (answer.role() != role) return "role is not the one asked for";
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
-  told_ = scene_.coupling;
-  told_law_ = scene_.law;
-  told_workspace_ = scene_.workspace;
-  scene_.workspace = with_user(told_workspace_, own_workspace_);
+  received_ = scene_.coupling;
+  received_law_ = scene_.law;
+  received_workspace_ = scene_.workspace;
+  scene_.workspace = with_user(received_workspace_, own_workspace_);
   ++scene_.generation;
   held_ = BodyId{};
   watch_.note_grip(held_, Vec3::Zero(), now);
@@ -28,16 +28,16 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
 void JoinedScene::set_workspace(const WorkspaceSettings& workspace) {
   own_workspace_ = workspace;
   if (joined_ == nullptr) return;
-  scene_.workspace = with_user(told_workspace_, own_workspace_);
+  scene_.workspace = with_user(received_workspace_, own_workspace_);
   check();
   publish();
 }
 
 std::string JoinedScene::name_of(BodyId body) const {
-  const bool is_there =
+  const bool is_in_scene =
       joined_ != nullptr && body.is_valid() && body.value <= std::size_t(joined_->scene().bodies_size());
-  return is_there ? joined_->scene().bodies(static_cast<int>(body.value) - 1).name()
-                  : "body " + std::to_string(body.value);
+  return is_in_scene ? joined_->scene().bodies(static_cast<int>(body.value) - 1).name()
+                     : "body " + std::to_string(body.value);
 }
 
 void JoinedScene::hide() {
@@ -84,7 +84,7 @@ bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime n
     log_("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
     return false;
   }
-  told_.*(field->value) = parameter.value();
+  received_.*(field->value) = parameter.value();
   watch_.note_change(now);
   log_(parameter.name() + " is now " + std::to_string(parameter.value()));
   return true;
@@ -96,7 +96,7 @@ bool JoinedScene::set_law(const std::string& name, LocalTime now) {
     log_("ignored law " + net::printable(name));
     return false;
   }
-  told_law_ = static_cast<std::size_t>(found - haptics::coupling_laws().data());
+  received_law_ = static_cast<std::size_t>(found - haptics::coupling_laws().data());
   watch_.note_change(now);
   log_("the law is now " + name);
   return true;
@@ -107,12 +107,12 @@ void JoinedScene::check_when_due(LocalTime now) {
   watch_.forget_changes();
   const HapticScene before = scene_;
   // The displayed coupling changes only after a burst is complete and the check is done.
-  scene_.coupling = told_;
-  scene_.law = told_law_;
+  scene_.coupling = received_;
+  scene_.law = received_law_;
   // A local model that is built later starts with the current coupling.
   wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
   in_force.set_law(std::string(law().name));
-  for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(told_.*field.value);
+  for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(received_.*field.value);
   check();
   const bool is_changed = scene_.coupling != before.coupling || scene_.law != before.law;
   if (scene_.may_display != before.may_display || is_changed) publish();

@@ -24,7 +24,7 @@ class JoinedScene {
 
   /// Stores `answer` as a new generation; publish() passes it to the haptic thread.
   /// Fails   returns the first unusable field; nothing changes
-  std::string take(const wire::Joined& answer, wire::Role role, LocalTime now);
+  std::string accept(const wire::Joined& answer, wire::Role role, LocalTime now);
   void publish() { mailboxes_.scene.publish(scene_); }
   /// Stops driving and displaying of the scene on the haptic thread.
   void hide();
@@ -61,8 +61,8 @@ class JoinedScene {
   const HandStart& hand_start() const { return scene_.hand_start; }
   std::uint32_t generation() const { return scene_.generation; }
   /// Coupling last received from the server, checked or not.
-  const haptics::CouplingParameters& coupling() const { return told_; }
-  const haptics::CouplingLawInfo& law() const { return haptics::coupling_laws()[told_law_]; }
+  const haptics::CouplingParameters& coupling() const { return received_; }
+  const haptics::CouplingLawInfo& law() const { return haptics::coupling_laws()[received_law_]; }
   const CouplingCheck& last_check() const { return watch_.last(); }
 
  private:
@@ -74,10 +74,10 @@ class JoinedScene {
   std::function<void(const std::string&)> log_;
   std::unique_ptr<wire::Joined> joined_;
   HapticScene scene_;
-  WorkspaceMapping told_workspace_;  ///< received from the server
+  WorkspaceMapping received_workspace_;  ///< received from the server
   WorkspaceSettings own_workspace_;
-  haptics::CouplingParameters told_;  ///< received from the server; copied to scene_.coupling when checked
-  std::size_t told_law_ = 0;          ///< received from the server; index into coupling_laws()
+  haptics::CouplingParameters received_;  ///< received from the server; copied to scene_.coupling when checked
+  std::size_t received_law_ = 0;          ///< received from the server; index into coupling_laws()
   BodyId held_;
   bool has_nudges_ = true;
   std::optional<LocalTime> nudged_;  ///< time of the last nudge

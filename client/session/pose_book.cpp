@@ -19,8 +19,8 @@ void PoseBook::clear() {
 }
 
 std::string PoseBook::receive(const wire::KeptPose& pose) {
-  auto poses = kept_ ? std::make_shared<std::vector<wire::KeptPose>>(*kept_)
-                     : std::make_shared<std::vector<wire::KeptPose>>();
+  auto poses =
+      kept_ ? std::make_shared<std::vector<wire::KeptPose>>(*kept_) : std::make_shared<std::vector<wire::KeptPose>>();
   const auto& numbers = pose.in_first();
   const bool is_pose =
       numbers.size() == 7 && std::abs(Quat(numbers[3], numbers[4], numbers[5], numbers[6]).norm() - 1) < 1e-6;

@@ -81,8 +81,8 @@ void ClientSession::Impl::check_time_outs(LocalTime now) {
       return;
     }
     case SessionState::kActive:
-      if (now - stream.last_heard() < settings.silence_timeout) return;
-      if (stream.has_heard()) {
+      if (now - stream.last_received() < settings.silence_timeout) return;
+      if (stream.has_received()) {
         lose(now, "nothing came from the server for " + milliseconds(settings.silence_timeout));
       } else {
         lose(now,
@@ -172,7 +172,7 @@ void ClientSession::fail(const std::string& why) {
 }
 
 void ClientSession::on_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
-  impl_->take_control_bytes(bytes, now);
+  impl_->receive_control_bytes(bytes, now);
 }
 
 void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime now) {
@@ -220,7 +220,7 @@ const CouplingCheck& ClientSession::coupling_check() const {
   return impl_->scene.last_check();
 }
 bool ClientSession::has_state() const {
-  return impl_->status.state == SessionState::kActive && impl_->stream.has_heard();
+  return impl_->status.state == SessionState::kActive && impl_->stream.has_received();
 }
 const std::string& ClientSession::room() const {
   return impl_->room;

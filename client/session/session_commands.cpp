@@ -74,11 +74,11 @@ void ClientSession::Impl::perform(const command::Point& command, LocalTime /*now
 
 void ClientSession::Impl::perform(const command::ChangeRoom& command, LocalTime now) {
   if (status.state != SessionState::kActive || command.room == room) return;
-  if (credentials.are_asked_for() && (credentials.are_for_one_room() || !credentials.can_return())) {
+  if (credentials.are_requested() && (credentials.are_for_one_room() || !credentials.can_return())) {
     return report("the invitation was into one room; ask for one into room " + printable(command.room));
   }
   room_left = room;
-  go_to_room(command.room, now);
+  enter_room(command.room, now);
 }
 
 void ClientSession::Impl::perform(const command::SetWorkspace& command, LocalTime /*now*/) {

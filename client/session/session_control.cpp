@@ -17,7 +17,7 @@ bool may_pass(wire::ErrorCode code) {
 
 }  // namespace
 
-void ClientSession::Impl::take_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
+void ClientSession::Impl::receive_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
   if (status.state == SessionState::kEnded || status.state == SessionState::kWaiting) return;
   counters.bytes_received += bytes.size();
   if (!reader.feed(bytes)) {
@@ -38,13 +38,13 @@ void ClientSession::Impl::take_control_bytes(std::span<const std::byte> bytes, L
 
 void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime now) {
   if (message.has_welcome() && status.state == SessionState::kGreeting) {
-    take_welcome(message.welcome(), now);
+    receive_welcome(message.welcome(), now);
   } else if (message.has_joined() && status.state == SessionState::kJoining) {
-    take_joined(message.joined(), now);
+    receive_joined(message.joined(), now);
   } else if (message.has_goodbye()) {
-    take_goodbye(message.goodbye(), now);
+    receive_goodbye(message.goodbye(), now);
   } else if (message.has_error()) {
-    take_error(message, now);
+    receive_error(message, now);
   } else if (!handle_active(message, now)) {
     lose(now, "protocol error: the server sent a message that is not allowed in state " +
                   std::string(name_of(status.state)));
@@ -85,13 +85,13 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       request_assets(now);
       return true;
     case wire::ServerControl::kParameterSet:
-      take_parameter(message.parameter_set(), now);
+      receive_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kRoomReset:
       report("the operator has put everything back");
       return true;
     case wire::ServerControl::kSoftShape:
-      take_soft_shape(message.soft_shape());
+      receive_soft_shape(message.soft_shape());
       return true;
     case wire::ServerControl::kKeptPose:
       report(poses.receive(message.kept_pose()));
@@ -103,10 +103,10 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       poses.receive(message.pose_progress(), scene.joined()->user());
       return true;
     case wire::ServerControl::kPointed:
-      take_pointed(message.pointed(), now);
+      receive_pointed(message.pointed(), now);
       return true;
     case wire::ServerControl::kRoomStart:
-      take_start(message.room_start());
+      receive_start(message.room_start());
       return true;
     case wire::ServerControl::kPoseTaken:
       report(printable(message.pose_taken().text()));
@@ -122,38 +122,39 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
 }
 
 /// Accepts pointers of users in the room at valid places only.
-void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now) {
-  const wire::Point& point = told.point();
-  const bool is_own = told.user() == scene.joined()->user();
-  const auto who = std::ranges::find(users, told.user(), &wire::UserJoined::user);
-  if ((!is_own && who == users.end()) || !proto::is_place(point.place()) || !proto::is_place(point.place_w()) ||
+void ClientSession::Impl::receive_pointed(const wire::Pointed& message, LocalTime now) {
+  const wire::Point& point = message.point();
+  const bool is_own = message.user() == scene.joined()->user();
+  const auto user = std::ranges::find(users, message.user(), &wire::UserJoined::user);
+  if ((!is_own && user == users.end()) || !proto::is_place(point.place()) || !proto::is_place(point.place_w()) ||
       point.body() > std::size_t(scene.joined()->scene().bodies_size())) {
     return;
   }
-  std::erase_if(pointed,
-                [&](const auto& other) { return other.second.user() == told.user() || now - other.first > kPointed; });
-  pointed.emplace_back(now, told);
+  std::erase_if(pointed, [&](const auto& other) {
+    return other.second.user() == message.user() || now - other.first > kPointed;
+  });
+  pointed.emplace_back(now, message);
   if (is_own) return;
   const std::string at = point.body() == 0 ? "a place" : scene.name_of(BodyId{point.body()});
-  report(printable(who->name()) + " points at " + at);
+  report(printable(user->name()) + " points at " + at);
   scene.show({point.place_w(0), point.place_w(1), point.place_w(2)}, now);
 }
 
-void ClientSession::Impl::take_start(const wire::RoomStart& start) {
+void ClientSession::Impl::receive_start(const wire::RoomStart& start) {
   if (!scene.set_start(start)) return log("ignored a start of the room that is neither awaited nor at a time");
   report(start.awaited() == 0   ? "all users are here: the hands begin together"
          : start.awaited() == 1 ? "the hands begin when 1 more user is here"
                                 : "the hands begin when " + std::to_string(start.awaited()) + " more users are here");
 }
 
-void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
+void ClientSession::Impl::receive_parameter(const wire::ParameterSet& parameter, LocalTime now) {
   const haptics::CouplingLawInfo& before = scene.law();
   if (!scene.set_parameter(parameter, now)) return;
   emit(event::ParameterSet{parameter});
   if (&before != &scene.law()) report("the room's law is now " + std::string(scene.law().name));
 }
 
-void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime now) {
+void ClientSession::Impl::receive_welcome(const wire::Welcome& welcome, LocalTime now) {
   if (welcome.protocol_version() != proto::kProtocolVersion) {
     lose(now,
          "the server speaks protocol version " + std::to_string(welcome.protocol_version()) + ", this client " +
@@ -184,8 +185,8 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
   send_request(message);
 }
 
-void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now) {
-  std::string problem = scene.take(answer, settings.role, now);
+void ClientSession::Impl::receive_joined(const wire::Joined& answer, LocalTime now) {
+  std::string problem = scene.accept(answer, settings.role, now);
   if (problem.empty() && owner.find_scene_problem) problem = owner.find_scene_problem(answer);
   if (!problem.empty() && room_left) return come_back("its scene cannot be used: " + problem, now);
   if (!problem.empty()) {
@@ -196,14 +197,14 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
     return;
   }
   auto secret = transport.exported(secure::kDatagramExport, proto::seal_context(connection));
-  if (credentials.are_asked_for() && !secret) return lose(now, "there are no keys for datagrams");
+  if (credentials.are_requested() && !secret) return lose(now, "there are no keys for datagrams");
   if (has_joined) ++counters.reconnects;
   has_joined = true;
   room_left.reset();
   poses.clear();
   pointed.clear();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
-  credentials.take(answer);
+  credentials.accept(answer);
   stream.begin(connection, epoch, secret, now);
   retry_delay = settings.reconnect_delay;
   status.why.clear();
@@ -211,14 +212,14 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   scene.publish();
   const wire::Joined& joined = *scene.joined();
   emit(event::Joined{std::make_shared<const wire::Joined>(joined)});
-  if (joined.start().awaited() > 0) take_start(joined.start());
+  if (joined.start().awaited() > 0) receive_start(joined.start());
   users.clear();
   assets.reconnect();
   note_assets(assets.begin(joined.assets()));
   request_assets(now);
 }
 
-void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
+void ClientSession::Impl::receive_error(const wire::ServerControl& message, LocalTime now) {
   const wire::Error& error = message.error();
   if (status.state != SessionState::kActive && room_left) return come_back(error.text(), now);
   if (status.state != SessionState::kActive) {
@@ -231,26 +232,26 @@ void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTi
   report("refused: " + printable(error.text()));
 }
 
-void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
+void ClientSession::Impl::receive_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
   const bool is_final = goodbye.reason() == wire::DISCONNECT_WRONG_VERSION ||
                         goodbye.reason() == wire::DISCONNECT_KICKED || goodbye.reason() == wire::DISCONNECT_RESUMED;
   lose(now, "the server ended the connection: " + goodbye.text(), is_final);
 }
 
 /// Ignored if the scene has no such body.
-void ClientSession::Impl::take_soft_shape(const wire::SoftShape& told) {
-  auto offsets = proto::read_soft_shape(told);
-  if (!offsets || told.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
-  soft_offsets[told.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
+void ClientSession::Impl::receive_soft_shape(const wire::SoftShape& message) {
+  auto offsets = proto::read_soft_shape(message);
+  if (!offsets || message.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
+  soft_offsets[message.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
 }
 
 /// Returns to the previous room after another one refused.
 void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
   report("room " + printable(settings.room) + ": " + printable(why));
-  go_to_room(*std::exchange(room_left, std::nullopt), now);
+  enter_room(*std::exchange(room_left, std::nullopt), now);
 }
 
-void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
+void ClientSession::Impl::enter_room(const std::string& wanted, LocalTime now) {
   stop_state();
   if (status.state == SessionState::kJoining || status.state == SessionState::kActive) {
     wire::ClientControl message;

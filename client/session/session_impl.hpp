@@ -42,20 +42,20 @@ struct ClientSession::Impl {
   void check_time_outs(LocalTime now);
 
   // Control
-  void take_control_bytes(std::span<const std::byte> bytes, LocalTime now);
+  void receive_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
   bool handle_active(const wire::ServerControl& message, LocalTime now);
-  void take_parameter(const wire::ParameterSet& parameter, LocalTime now);
-  void take_welcome(const wire::Welcome& welcome, LocalTime now);
-  void take_joined(const wire::Joined& joined, LocalTime now);
-  void take_error(const wire::ServerControl& message, LocalTime now);
-  void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
-  void take_soft_shape(const wire::SoftShape& told);
-  void take_start(const wire::RoomStart& start);
+  void receive_parameter(const wire::ParameterSet& parameter, LocalTime now);
+  void receive_welcome(const wire::Welcome& welcome, LocalTime now);
+  void receive_joined(const wire::Joined& joined, LocalTime now);
+  void receive_error(const wire::ServerControl& message, LocalTime now);
+  void receive_goodbye(const wire::Goodbye& goodbye, LocalTime now);
+  void receive_soft_shape(const wire::SoftShape& message);
+  void receive_start(const wire::RoomStart& start);
   void refuse_poses(const std::string& why);
-  void take_pointed(const wire::Pointed& told, LocalTime now);
+  void receive_pointed(const wire::Pointed& message, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
-  void go_to_room(const std::string& wanted, LocalTime now);
+  void enter_room(const std::string& wanted, LocalTime now);
   void note_assets(bool has_risen);
   void request_assets(LocalTime now);
   void send(wire::ClientControl& message);

@@ -101,7 +101,7 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
 // Waves are sums that the receiver smooths as they arrive, so the deadband does not suppress them.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
                               const haptics::CouplingParameters& coupling) const {
-  if (!has_heard() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
+  if (!has_received() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
   const Pose X_believed = integrate(sent_.handle.X, sent_.handle.V, to_seconds(since));
   return deadband.notices(newest_.on_hand_W, sent_.on_hand_W) ||
          deadband.notices(newest_.handle, sent_.handle.V, X_believed, received_.update.wrench_on_hand_W,

@@ -37,9 +37,9 @@ class StateStream {
   void send_newest(const haptics::CouplingParameters& coupling, bool is_blocked, LocalTime now, const Deliver& deliver);
 
   /// True if an update was received since begin().
-  bool has_heard() const { return channel_ && channel_->has_heard(); }
+  bool has_received() const { return channel_ && channel_->has_received(); }
   /// Time of the last update, or of begin().
-  LocalTime last_heard() const { return channel_ ? channel_->last_heard() : LocalTime{}; }
+  LocalTime last_received() const { return channel_ ? channel_->last_received() : LocalTime{}; }
   /// Last received update.
   const proto::ServerUpdate& newest_update() const { return received_.update; }
   net::ClockSync& clock() { return clock_; }

@@ -16,7 +16,7 @@ class Camera {
 
   /// Fits a ball into the picture, with the direction of view unchanged.
   void fit(const Vec3& centre_W, double radius_m);
-  void look_at(const Vec3& point_W) { focus_W_ = point_W; }
+  void focus_on(const Vec3& point_W) { focus_W_ = point_W; }
   /// Orbits about the focus; arguments are shares of the window's height.
   void orbit(double right, double down);
   /// Moves the focus with the mouse; arguments are shares of the window's height.

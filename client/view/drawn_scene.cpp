@@ -97,9 +97,9 @@ class Builder {
     body.X_WB_start = proto::pose_from_placement(message.placement());
     body.soft_color = rgba_of(message.color_rgb(), {0.8F, 0.5F, 0.5F, 1});
     if (message.has_block()) {
-      take_soft_block(message.block(), body);
+      set_soft_block(message.block(), body);
     } else if (const auto* const mesh = drawing(message.mesh(), kMaxSoftTriangles)) {
-      take_soft_mesh(mesh->first, body);
+      set_soft_mesh(mesh->first, body);
     } else {
       out_.missing.push_back(body.name + ": its surface is not here");
     }
@@ -108,7 +108,7 @@ class Builder {
     return body;
   }
 
-  static void take_soft_block(const wire::SoftBlock& block, DrawnBody& body) {
+  static void set_soft_block(const wire::SoftBlock& block, DrawnBody& body) {
     const auto& size_m = block.size_m();
     if (size_m.size() != 3) return;
     for (std::size_t i = 0; i < proto::kSoftLatticePoints; ++i) {
@@ -119,15 +119,15 @@ class Builder {
   }
 
   /// Assigns to each vertex the lattice points whose nodes are nearest to it.
-  static void take_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
+  static void set_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
     body.soft = mesh;
-    std::vector<Vec3> told;
+    std::vector<Vec3> node_places;
     for (const proto::NearPlaces& nodes : proto::soft_lattice_nodes(mesh.vertices)) {
       Vec3 at = Vec3::Zero();
       for (const auto& [node, weight] : nodes) at += weight * mesh.vertices[node];
-      told.push_back(at);
+      node_places.push_back(at);
     }
-    for (const Vec3& vertex : mesh.vertices) body.soft_goes_with.push_back(proto::places_near(vertex, told));
+    for (const Vec3& vertex : mesh.vertices) body.soft_goes_with.push_back(proto::places_near(vertex, node_places));
   }
 
   void append(DrawnBody& body, const wire::Shape& shape, const Rgba& color) {

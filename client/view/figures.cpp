@@ -65,8 +65,8 @@ void Figures::finish_step() {
 }
 
 void Figures::add(const View* view, const ClientIoSnapshot& io, LocalTime now) {
-  if (view != nullptr && view->has_state) take_transit(*view, now);
-  take_link(io, now);
+  if (view != nullptr && view->has_state) add_transit(*view, now);
+  add_link(io, now);
   next_step_ = std::max(next_step_, now - kMaxFrame);
   for (; next_step_ <= now; next_step_ += kStep) {
     round_trip_ms.add(io.has_clock ? in_ms(io.round_trip) : 0);
@@ -96,11 +96,12 @@ void Figures::add_molecules(const DrawnScene& scene, const View* view, const Cli
 }
 
 // Transit times mix the server's clock and the local one: the offset between them does not affect the deviation.
-void Figures::take_transit(const View& view, LocalTime now) {
+void Figures::add_transit(const View& view, LocalTime now) {
   forget_old(transits_ms_, now);
   if (view.newest.update.step != transit_of_) {
-    const Duration here = view.newest.received.time_since_epoch(), there = view.newest.update.sent.time_since_epoch();
-    transits_ms_.emplace_back(now, in_ms(here - there));
+    const Duration received = view.newest.received.time_since_epoch(),
+                   sent = view.newest.update.sent.time_since_epoch();
+    transits_ms_.emplace_back(now, in_ms(received - sent));
   }
   transit_of_ = view.newest.update.step;
   if (transits_ms_.empty()) return;
@@ -114,7 +115,7 @@ void Figures::take_transit(const View& view, LocalTime now) {
   jitter_ms = std::sqrt(std::max(0.0, square_sum / count - sum / count * (sum / count)));
 }
 
-void Figures::take_link(const ClientIoSnapshot& io, LocalTime now) {
+void Figures::add_link(const ClientIoSnapshot& io, LocalTime now) {
   forget_old(traffic_, now);
   traffic_.emplace_back(now, io.links);
   loss_up = share_lost(io.links.up, traffic_.front().second.up);

@@ -63,8 +63,8 @@ class Figures {
 
  private:
   void finish_step();
-  void take_link(const ClientIoSnapshot& io, LocalTime now);
-  void take_transit(const View& view, LocalTime now);
+  void add_link(const ClientIoSnapshot& io, LocalTime now);
+  void add_transit(const View& view, LocalTime now);
 
   TickRecord last_;
   double force_max_ = 0, torque_max_ = 0, tick_max_ms_ = 0;

@@ -77,7 +77,7 @@ class Block {
  public:
   Block(double grid, double scale) : grid_(grid), scale_(scale) {}
 
-  void take(const Index3& block, const std::vector<Blob>& blobs, const std::vector<std::uint32_t>& atoms);
+  void fill(const Index3& block, const std::vector<Blob>& blobs, const std::vector<std::uint32_t>& atoms);
   void append_to(DrawnMesh& out);
 
  private:
@@ -105,7 +105,7 @@ class Block {
   mutable std::vector<double> squares_;
 };
 
-void Block::take(const Index3& block, const std::vector<Blob>& blobs, const std::vector<std::uint32_t>& atoms) {
+void Block::fill(const Index3& block, const std::vector<Blob>& blobs, const std::vector<std::uint32_t>& atoms) {
   block_ = block;
   blobs_ = &blobs;
   atoms_ = &atoms;
@@ -278,7 +278,7 @@ bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid,
   Block block(grid, scale);
   for (const auto& [index, atoms] : blocks_of(blobs, grid, stop)) {
     if (stop.stop_requested()) return true;
-    block.take(index, blobs, atoms);
+    block.fill(index, blobs, atoms);
     block.append_to(out);
     if (out.size() - before > 3 * max_triangles) return false;
   }

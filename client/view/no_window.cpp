@@ -16,7 +16,7 @@ void Window::add(const TickRecord&) {}
 void Window::draw(const View*, const ClientIoSnapshot&, const std::string&) {}
 void Window::show_recording(bool, const std::string&) {}
 void Window::show_news(const std::string&) {}
-bool Window::take_record_press() {
+bool Window::pop_record_press() {
   return false;
 }
 bool Window::is_closed() const {

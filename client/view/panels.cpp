@@ -198,11 +198,11 @@ void draw_stage(const PanelContent& content) {
 void draw_drops(const char* way, const proto::DropCounters& drops) {
   for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    if (drops.of(reason) == 0) continue;
+    if (drops.count(reason) == 0) continue;
     std::string words(proto::name_of(reason));
     std::ranges::replace(words, '_', ' ');
     ImGui::TextColored(kDim, "dropped %s, %s: %llu", way, words.c_str(),
-                       static_cast<unsigned long long>(drops.of(reason)));
+                       static_cast<unsigned long long>(drops.count(reason)));
   }
 }
 
@@ -263,7 +263,7 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
     is_set = ImGui::IsItemDeactivatedAfterEdit() || is_set;
     workspace.turn_rad = turn_deg * std::numbers::pi / 180;
     if (ImGui::Button("away is where I look")) {
-      workspace.turn_rad = content.looks_from_rad;
+      workspace.turn_rad = content.camera_turn_rad;
       is_set = true;
     }
   }

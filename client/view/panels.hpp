@@ -39,7 +39,7 @@ struct PanelContent {
   std::string notice;                                 ///< for the top of the window
   std::string news;                                   ///< last news of the room
   bool is_mouse = false;
-  double looks_from_rad = 0;         ///< Camera::turn_rad()
+  double camera_turn_rad = 0;        ///< Camera::turn_rad()
   bool is_making_molecules = false;  ///< molecules in another style are being made
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< in words

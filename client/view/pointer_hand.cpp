@@ -55,15 +55,15 @@ void PointerHand::press(std::uint32_t button, bool is_down) {
 void PointerHand::toggle_grab(bool is_holding, LocalTime now) {
   const bool is_down = (target_.buttons & kButtonGrab) != 0;
   missed_at_.reset();
-  is_letting_go_ = is_holding && !is_down;
+  is_releasing_ = is_holding && !is_down;
   press(kButtonGrab, !is_down);
   grabbed_at_ = now;
 }
 
 void PointerHand::follow_grab(bool is_holding, LocalTime now) {
-  if (is_letting_go_) {
+  if (is_releasing_) {
     if (now - grabbed_at_ < kPress) return;
-    is_letting_go_ = false;
+    is_releasing_ = false;
     return press(kButtonGrab, false);
   }
   const bool is_down = (target_.buttons & kButtonGrab) != 0;

@@ -54,7 +54,7 @@ class PointerHand {
 
   WorkspaceMapping workspace_;
   devices::PointerTarget target_;
-  bool is_letting_go_ = false;  ///< the button is released kPress after grabbed_at_
+  bool is_releasing_ = false;  ///< the button is released kPress after grabbed_at_
   LocalTime grabbed_at_{};
   std::optional<LocalTime> missed_at_;
 };

@@ -83,12 +83,12 @@ SceneView::SceneView(Renderer& renderer)
       cone_(renderer.add_mesh(cone())),
       first_of_scene_(cone_ + 1) {}
 
-bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
+bool SceneView::update(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   if (io.joined == nullptr) return false;
   if (io.joined != joined_) forget_scene(io);
   assets_ = io.assets;
-  const bool is_another = is_making(molecules) && take_made(molecules);
-  take_soft_offsets(io);
+  const bool is_another = is_making(molecules) && show_made(molecules);
+  apply_soft_offsets(io);
   return is_another;
 }
 
@@ -130,7 +130,7 @@ void SceneView::show(DrawnScene scene, const Content& content) {
 }
 
 /// Shows the next content when complete; otherwise starts a thread that makes it, unless one is running.
-bool SceneView::take_made(MoleculeStyle molecules) {
+bool SceneView::show_made(MoleculeStyle molecules) {
   Content content = wanted(molecules);
   if (surface_ && surface_->first == content) {
     show((*std::exchange(surface_, std::nullopt)).second, content);
@@ -169,7 +169,7 @@ void SceneView::begin_making(const Content& content) {
   maker_ = std::jthread(std::move(make));
 }
 
-void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
+void SceneView::apply_soft_offsets(const ClientIoSnapshot& io) {
   soft_offsets_.resize(io.soft_offsets.size());
   const std::size_t bodies = std::min(io.soft_offsets.size(), scene_.soft_bodies.size());
   for (std::size_t i = 0; i < bodies; ++i) {
@@ -232,8 +232,9 @@ void SceneView::add_bodies(const View* view, bool shows_ghosts) {
     const DrawnBody& body = scene_.bodies[i];
     const proto::BodyState* const felt = view == nullptr ? nullptr : find_body(view->bodies, i);
     add(first_of_scene_ + i, felt != nullptr ? felt->state.X : body.X_WB_start);
-    const proto::BodyState* const told = view == nullptr ? nullptr : find_body(view->told_bodies, i);
-    if (shows_ghosts && told != nullptr && !body.is_static) add(first_of_scene_ + i, told->state.X, kGhost, 0.3F);
+    const proto::BodyState* const received = view == nullptr ? nullptr : find_body(view->received_bodies, i);
+    if (shows_ghosts && received != nullptr && !body.is_static)
+      add(first_of_scene_ + i, received->state.X, kGhost, 0.3F);
   }
   for (std::size_t i = 0; i < scene_.soft_bodies.size(); ++i) {
     const std::size_t mesh = first_of_scene_ + scene_.bodies.size() + i;
@@ -299,23 +300,23 @@ void SceneView::add_hydrogen_bonds(const View* view, const Figures& figures) {
 void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalTime now) {
   constexpr double kBeats_per_s = 2;
   const double size_m = scene_.focus_radius_m;
-  for (const auto& [since, told] : io.pointed) {
+  for (const auto& [since, message] : io.pointed) {
     if (now - since > ClientSession::kPointed) continue;
-    const wire::Point& point = told.point();
+    const wire::Point& point = message.point();
     const std::size_t body = point.body() - std::size_t{1};
     Vec3 at_W(point.place(0), point.place(1), point.place(2));
     if (point.body() != 0) {
       if (body >= scene_.bodies.size()) continue;  // belongs to the previous scene
       at_W = felt_pose(scene_, view, body) * at_W;
     }
-    const auto user = std::ranges::find(io.users, told.user(), &wire::UserJoined::user);
-    const bool is_own = io.joined != nullptr && told.user() == io.joined->user();
+    const auto user = std::ranges::find(io.users, message.user(), &wire::UserJoined::user);
+    const bool is_own = io.joined != nullptr && message.user() == io.joined->user();
     const Rgba color = bright(tool_color(user != io.users.end() ? user->tool() : io.joined->tool()));
     const double beat = 0.5 * std::abs(std::sin(std::numbers::pi * kBeats_per_s * to_seconds(now - since)));
     const Vec3 tail_W = at_W + Vec3(0, 0, (0.16 + 0.1 * beat) * size_m);
     add_mark(cone_, along(tail_W, at_W - tail_W), {0.03 * size_m, 0.03 * size_m, (tail_W - at_W).norm()}, color);
     add_mark(ball_, {at_W, Quat::Identity()}, Vec3::Constant((0.015 + 0.01 * beat) * size_m), color);
-    labels_.push_back({tail_W, (is_own ? "you" : name_of_user(io, UserId{told.user()})) + ": here", color, 1});
+    labels_.push_back({tail_W, (is_own ? "you" : name_of_user(io, UserId{message.user()})) + ": here", color, 1});
   }
 }
 
@@ -340,9 +341,9 @@ void SceneView::add_partners(const View& view, const ClientIoSnapshot& io, bool 
     if (user.tool_index >= scene_.tools.size()) continue;
     const DrawnBody& tool = scene_.tools[user.tool_index];
     add(first_tool + user.tool_index, user.tool.X, kUntinted, 0.15F);
-    const auto told = std::ranges::find(view.newest.update.users, user.id, &proto::OtherUserState::id);
-    if (shows_ghosts && told != view.newest.update.users.end()) {
-      add(first_tool + user.tool_index, told->tool.X, kGhost, 0.3F);
+    const auto received = std::ranges::find(view.newest.update.users, user.id, &proto::OtherUserState::id);
+    if (shows_ghosts && received != view.newest.update.users.end()) {
+      add(first_tool + user.tool_index, received->tool.X, kGhost, 0.3F);
     }
     const Vec3 under = user.tool.X.p - Vec3(0, 0, tool.radius_m + 0.02 * scene_.focus_radius_m);
     labels_.push_back({under, name_of_user(io, user.id), bright(tool_color(user.tool_index)), -0.8});

@@ -37,7 +37,7 @@ class SceneView {
   /// Rebuilds the scene's meshes in a thread when scene, assets or style have changed, and shows them when complete.
   /// Molecules appear as balls first. Deformed soft bodies are updated at once. The surface shown last is kept. Returns
   /// true if another scene, or more of it, is shown.
-  bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
+  bool update(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
@@ -57,7 +57,7 @@ class SceneView {
   void forget_scene(const ClientIoSnapshot& io);
   Content wanted(MoleculeStyle molecules) const;
   void show(DrawnScene scene, const Content& content);
-  bool take_made(MoleculeStyle molecules);
+  bool show_made(MoleculeStyle molecules);
   void begin_making(const Content& content);
   void add(std::size_t mesh, const Pose& X, const Rgba& tint = {1, 1, 1, 1}, float glow = 0);
   void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
@@ -70,7 +70,7 @@ class SceneView {
   void add_contacts(const View& view);
   void add_hydrogen_bonds(const View* view, const Figures& figures);
   void add_pointed(const View* view, const ClientIoSnapshot& io, LocalTime now);
-  void take_soft_offsets(const ClientIoSnapshot& io);
+  void apply_soft_offsets(const ClientIoSnapshot& io);
   void add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts);
 
   Renderer& renderer_;

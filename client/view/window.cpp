@@ -104,10 +104,10 @@ struct Window::Impl {
   void wait_for_frame();
   void fit() { camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m); }
   double aspect() const { return static_cast<double>(width) / std::max(1, height); }
-  void take_keys();
-  void take_mouse();
-  void take_cap();
-  void take_keys_of_hand(double period_s);
+  void handle_keys();
+  void handle_mouse();
+  void handle_cap();
+  void handle_hand_keys(double period_s);
   void move_hand_by_mouse(double right, double down, double wheel);
   void follow(const View* view);
   void point(const View* view);
@@ -135,7 +135,7 @@ struct Window::Impl {
   LocalTime clicked_at{};           ///< time and place of the last click
   Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
   bool is_holding = false;
-  bool wants_to_point = false;
+  bool is_pointing_requested = false;
   bool is_recording = false;
   std::string recording_state;
   std::string news;
@@ -156,8 +156,8 @@ Window::Impl::Impl(WindowSettings window_settings)
   ImGui_ImplGlfw_InitForOpenGL(window, true);
   ImGui_ImplOpenGL3_Init("#version 330 core");
   if (settings.remembers) switches = remembered_switches(window_memory_file());
-  take_named(settings.molecules, MoleculeStyle::kShapeNames, switches.molecules.shape);
-  take_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
+  apply_named(settings.molecules, MoleculeStyle::kShapeNames, switches.molecules.shape);
+  apply_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
   renderer = std::make_unique<Renderer>();
   scene = std::make_unique<SceneView>(*renderer);
   if (is_software(Renderer::driver())) period = kSoftwareFramePeriod;
@@ -206,7 +206,7 @@ Number next_of(const std::array<const char*, kCount>&, Number number) {
   return static_cast<Number>((number + 1) % kCount);
 }
 
-void Window::Impl::take_keys() {
+void Window::Impl::handle_keys() {
   const std::vector<int> keys = std::exchange(keys_pressed, {});
   if (ImGui::GetIO().WantTextInput) return;  // a text field has the keyboard
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
@@ -220,7 +220,7 @@ void Window::Impl::take_keys() {
   if (pressed(GLFW_KEY_M)) style.shape = next_of(MoleculeStyle::kShapeNames, style.shape);
   if (pressed(GLFW_KEY_N)) style.colors = next_of(MoleculeStyle::kColorNames, style.colors);
   if (pressed(GLFW_KEY_F)) fit();
-  if (pressed(GLFW_KEY_V)) wants_to_point = true;
+  if (pressed(GLFW_KEY_V)) is_pointing_requested = true;
   if (figures.has_molecules) {
     if (pressed(GLFW_KEY_K)) keep_pose(settings.client, switches);
     if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);
@@ -231,17 +231,17 @@ void Window::Impl::take_keys() {
   if (pressed(GLFW_KEY_SPACE)) hand.toggle_grab(is_holding, clock.now());
   hand.press(kButtonClutch, is_down(window, GLFW_KEY_C));
   if (pressed(GLFW_KEY_R)) hand.rest();
-  take_keys_of_hand(ImGui::GetIO().DeltaTime);
+  handle_hand_keys(ImGui::GetIO().DeltaTime);
 }
 
-void Window::Impl::take_keys_of_hand(double period_s) {
+void Window::Impl::handle_hand_keys(double period_s) {
   const auto way = [this](int more, int less) { return is_down(window, more) - is_down(window, less); };
   const double step = kKeyShare_per_s * std::min(period_s, 0.1);
   hand.move(camera, step * way(GLFW_KEY_RIGHT, GLFW_KEY_LEFT), step * way(GLFW_KEY_DOWN, GLFW_KEY_UP));
   hand.move_level(camera, 0, step * way(GLFW_KEY_PAGE_DOWN, GLFW_KEY_PAGE_UP));
 }
 
-void Window::Impl::take_mouse() {
+void Window::Impl::handle_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const bool is_double_click = std::exchange(has_double_clicked, false);
   if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return;
@@ -260,7 +260,7 @@ void Window::Impl::take_mouse() {
 }
 
 /// Applies the 3D mouse, which is opened with the pose as its control (devices/spacemouse).
-void Window::Impl::take_cap() {
+void Window::Impl::handle_cap() {
   if (settings.cap == nullptr) return;
   const devices::DeviceSample sample = settings.cap->read(clock.now());
   if (!sample.is_valid) return;
@@ -289,12 +289,12 @@ void Window::Impl::follow(const View* view) {
   if (hand_of != view->record.scene_generation) hand.press(kButtonGrab, false);
   hand_of = view->record.scene_generation;
   if (view->record.sample.is_valid) hand.stay_near(view->record.sample.X_DH);
-  if (switches.follows_tool) camera.look_at(scene->tool_pose().p);
+  if (switches.follows_tool) camera.focus_on(scene->tool_pose().p);
 }
 
 /// Points at the object under the mouse, otherwise at the user's own tool.
 void Window::Impl::point(const View* view) {
-  if (!std::exchange(wants_to_point, false) || settings.client == nullptr) return;
+  if (!std::exchange(is_pointing_requested, false) || settings.client == nullptr) return;
   const ImGuiIO& io = ImGui::GetIO();
   const auto [from_W, along_W] = camera.ray_at(io.MousePos.x / std::max(1.0F, io.DisplaySize.x),
                                                io.MousePos.y / std::max(1.0F, io.DisplaySize.y), aspect());
@@ -355,10 +355,10 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
   self.figures.add(view, io, self.clock.now());
-  if (self.scene->take(io, self.switches.molecules) && !self.has_turned) self.fit();
-  self.take_keys();
-  self.take_mouse();
-  self.take_cap();
+  if (self.scene->update(io, self.switches.molecules) && !self.has_turned) self.fit();
+  self.handle_keys();
+  self.handle_mouse();
+  self.handle_cap();
   self.follow(view);
   self.point(view);
   if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
@@ -380,7 +380,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
                              .notice = problem.empty() ? notice : problem,
                              .news = self.news,
                              .is_mouse = self.is_mouse(),
-                             .looks_from_rad = self.camera.turn_rad(),
+                             .camera_turn_rad = self.camera.turn_rad(),
                              .is_making_molecules = self.scene->is_making(self.switches.molecules),
                              .is_recording = self.is_recording,
                              .recording_state = &self.recording_state,
@@ -405,7 +405,7 @@ void Window::show_news(const std::string& news) {
   impl_->news = news;
 }
 
-bool Window::take_record_press() {
+bool Window::pop_record_press() {
   return std::exchange(impl_->is_record_pressed, false);
 }
 

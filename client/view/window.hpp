@@ -60,7 +60,7 @@ class Window {
   /// Sets the session panel's text about the last news of the room.
   void show_news(const std::string& news);
   /// Returns whether that button was pressed since the last call.
-  bool take_record_press();
+  bool pop_record_press();
   /// Returns whether the user has closed the window.
   bool is_closed() const;
   /// Returns whether molecules in the present style are still being made.

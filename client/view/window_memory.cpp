@@ -50,8 +50,8 @@ std::filesystem::path home_of_state() {
 }
 
 std::string_view text_of(const json::object& object, const char* field) {
-  const json::value* const told = object.if_contains(field);
-  return told != nullptr && told->is_string() ? std::string_view(told->get_string()) : std::string_view();
+  const json::value* const stored = object.if_contains(field);
+  return stored != nullptr && stored->is_string() ? std::string_view(stored->get_string()) : std::string_view();
 }
 
 }  // namespace
@@ -67,14 +67,14 @@ WindowSwitches remembered_switches(const std::filesystem::path& file) {
   const json::object* const object = value.if_object();
   if (object == nullptr) return switches;
   for_each_switch(switches, [object](const char* name, bool& is_on) {
-    const json::value* const told = object->if_contains(name);
-    if (told != nullptr && told->is_bool()) is_on = told->get_bool();
+    const json::value* const stored = object->if_contains(name);
+    if (stored != nullptr && stored->is_bool()) is_on = stored->get_bool();
   });
-  if (const json::value* const told = object->if_contains("cut_share"); told != nullptr && told->is_number()) {
-    switches.cut_share = std::clamp(told->to_number<double>(), 0.0, 1.0);
+  if (const json::value* const stored = object->if_contains("cut_share"); stored != nullptr && stored->is_number()) {
+    switches.cut_share = std::clamp(stored->to_number<double>(), 0.0, 1.0);
   }
-  take_named(text_of(*object, "molecules"), MoleculeStyle::kShapeNames, switches.molecules.shape);
-  take_named(text_of(*object, "molecule_colors"), MoleculeStyle::kColorNames, switches.molecules.colors);
+  apply_named(text_of(*object, "molecules"), MoleculeStyle::kShapeNames, switches.molecules.shape);
+  apply_named(text_of(*object, "molecule_colors"), MoleculeStyle::kColorNames, switches.molecules.colors);
   return switches;
 }
 

@@ -19,7 +19,7 @@ void remember_switches(const std::filesystem::path& file, const WindowSwitches& 
 
 /// Sets `number` to the index of `name` in `names`; unchanged if there is none.
 template <std::size_t kCount, class Number>
-void take_named(std::string_view name, const std::array<const char*, kCount>& names, Number& number) {
+void apply_named(std::string_view name, const std::array<const char*, kCount>& names, Number& number) {
   for (std::size_t i = 0; i < kCount; ++i) {
     if (name == names[i]) number = static_cast<Number>(i);
   }

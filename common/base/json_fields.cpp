@@ -61,7 +61,7 @@ void JsonFields::fail(std::string_view name, std::string_view remedy) const {
 }
 
 const boost::json::value* JsonFields::find(std::string_view name) {
-  asked_.emplace(name);
+  read_names_.emplace(name);
   return object_.if_contains(name);
 }
 
@@ -176,8 +176,8 @@ std::vector<JsonFields> JsonFields::objects(std::string_view name, std::size_t a
 
 void JsonFields::finish() const {
   for (const auto& field : object_) {
-    if (!asked_.contains(std::string_view(field.key()))) {
-      fail(field.key(), "there is no such field here; known: " + joined(asked_));
+    if (!read_names_.contains(std::string_view(field.key()))) {
+      fail(field.key(), "there is no such field here; known: " + joined(read_names_));
     }
   }
 }

@@ -54,7 +54,7 @@ class JsonFields {
   boost::json::object object_;
   std::string origin_;
   std::string path_;
-  std::set<std::string, std::less<>> asked_;
+  std::set<std::string, std::less<>> read_names_;
 };
 
 /// Parses JSON text. Fails: std::invalid_argument with origin, line and column.

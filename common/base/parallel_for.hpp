@@ -27,7 +27,7 @@ void parallel_for(int threads, std::size_t count, const Work& work, const Done& 
     const std::scoped_lock lock(failure_lock);
     if (!failure) failure = std::current_exception();
   };
-  const auto take = [&](const auto& after) {
+  const auto run_items = [&](const auto& after) {
     try {
       for (std::size_t i = next++; i < count; i = next++) {
         work(i);
@@ -41,11 +41,12 @@ void parallel_for(int threads, std::size_t count, const Work& work, const Done& 
     const auto most = static_cast<std::size_t>(std::max(threads, 1));
     std::vector<std::jthread> helpers;
     try {
-      while (helpers.size() + 1 < std::min(most, count)) helpers.emplace_back([&take] { take([](std::size_t) {}); });
+      while (helpers.size() + 1 < std::min(most, count))
+        helpers.emplace_back([&run_items] { run_items([](std::size_t) {}); });
     } catch (...) {
       fail();
     }
-    take(done);
+    run_items(done);
   }
   if (failure) std::rethrow_exception(failure);
 }

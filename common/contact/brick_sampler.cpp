@@ -36,7 +36,7 @@ class BrickSampler {
     return samples;
   }
 
-  std::vector<TestPoint> take_tests() { return std::move(tests_); }
+  std::vector<TestPoint> release_tests() { return std::move(tests_); }
 
  private:
   template <typename Visit>
@@ -208,7 +208,7 @@ void sample_brick(const ExactDistance& exact, const Vec3& low_S, double brick_m,
   BrickSampler sampler(exact, low_S, brick_m, brick.hint, band_m);
   brick.level = sampler.refine(levels, tolerance_m);
   brick.samples = sampler.quantised(brick.level, quantum_m);
-  brick.tests = sampler.take_tests();
+  brick.tests = sampler.release_tests();
 }
 
 }  // namespace tandem::contact

@@ -247,8 +247,8 @@ PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) n
   ball_planes_reach_m_ = reach_m + kBallSlack_m;
   const OrientedBox box{centre_F, Eigen::Matrix3d::Identity(), Vec3::Constant(ball_planes_reach_m_)};
   const DistanceField& field = ball_ == a_ ? *b_->field : *a_->field;
-  std::size_t looks = 0;
-  ball_planes_ = field.planes_over(box, looks);
+  std::size_t queries = 0;
+  ball_planes_ = field.planes_over(box, queries);
   return ball_planes_;
 }
 

@@ -196,7 +196,7 @@ void bend(Groups& groups, const Mat6& wanted_root) {
   }
 }
 
-void put(const Groups& groups, const PatchMoments& m, std::span<ReducedContact> out) {
+void write_contacts(const Groups& groups, const PatchMoments& m, std::span<ReducedContact> out) {
   for (int i = 0; i < groups.count(); ++i) {
     const Vec3 normal = groups.spread.col(i).tail<3>();
     const double length = std::max(1e-12, normal.norm());
@@ -272,7 +272,7 @@ std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiff
   Groups groups = grouped(contacts, stiffness_n_per_m3, m, static_cast<int>(count));
   const Mat6 lines_root = root(m.lines);
   for (int round = 0; round < kBendings; ++round) bend(groups, lines_root);
-  put(groups, m, out);
+  write_contacts(groups, m, out);
   correct_wrench(out.first(count), m);
   return count;
 }

@@ -71,10 +71,10 @@ bool ContactRows::append(std::span<const ContactPoint> contacts, PatchTerms& ter
   const std::span<ContactRow> rows = std::span(rows_).subspan(terms.first, needed);
   const bool are_usable = (uses_avx2() ? avx2::set_rows : portable::set_rows)(contacts, terms, rows);
   for (std::size_t i = are_usable ? contacts.size() : 0; i < kLanes * needed; ++i) {
-    const bool is_there = i < contacts.size();
-    if (is_there && is_usable(contacts[i])) continue;
+    const bool is_present = i < contacts.size();
+    if (is_present && is_usable(contacts[i])) continue;
     set_empty(rows[i / kLanes], i % kLanes);
-    if (is_there) ++ill;
+    if (is_present) ++ill;
   }
   return true;
 }

@@ -106,8 +106,8 @@ bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   const auto plane = std::ranges::find_if(planes, holds);
   if (plane == planes.end()) return false;
   const OrientedBox around{p_S, Eigen::Matrix3d::Identity(), Vec3::Constant(kInsidePlane_m)};
-  std::size_t looks = 0;
-  return (field.planes_over(around, looks) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
+  std::size_t queries = 0;
+  return (field.planes_over(around, queries) >> static_cast<unsigned>(plane - planes.begin()) & 1U) != 0;
 }
 
 /// Distance from a surface point straight inward to the place where the opposite surface becomes the nearer one;
@@ -163,7 +163,7 @@ PointShell joined(const DistanceField& field, const PointShell& solid, const Poi
       return field.distance_m(point.p_S.cast<double>()) > -kBuriedErrors * field.error_m();
     });
   }
-  return PointShell::of(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
+  return PointShell::make(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
 }
 
 /// Samples solids and the sheets beside them, each by its kind.
@@ -225,7 +225,7 @@ void ContactShape::complete() {
   std::ranges::copy_if(points, std::back_inserter(others),
                        [this](const ShellPoint& point) { return !is_inside_of_plane(*field, point); });
   if (others.size() == points.size()) return;
-  off_planes = PointShell::of(std::move(others), shells.surface.spacing_m);
+  off_planes = PointShell::make(std::move(others), shells.surface.spacing_m);
   drop_polygons_off(*field, *off_planes);
 }
 

@@ -80,9 +80,9 @@ class DistanceField {
   /// positive too, and not less. Both hold within the rounding of samples. At most six planes; none: no such planes
   /// exist, or it is unknown.
   ///
-  /// Out     looks  incremented by the number of places read
-  virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept {
-    ++looks;
+  /// Out     queries  incremented by the number of places read
+  virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {
+    ++queries;
     return 0;
   }
 

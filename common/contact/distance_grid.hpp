@@ -45,8 +45,8 @@ class DistanceGrid final : public DistanceField {
   void sample_all(const EightPlaces& p_S, std::size_t count, EightSamples& samples) const noexcept override;
   void distances_m(const EightPlaces& p_S, std::size_t count, EightNumbers& distances_m) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_.planes(); }
-  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
-    return planes_.planes_over(box_S, looks);
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept override {
+    return planes_.planes_over(box_S, queries);
   }
   PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
   /// Largest error at the points tested during construction: middles of cells, where interpolation is worst. Most of
@@ -90,7 +90,7 @@ class DistanceGrid final : public DistanceField {
   /// Predicted value of a sample at a corner of the lattice, in quanta.
   int corner_quanta(std::size_t corner) const;
   BrickLattice lattice() const;
-  bool take_lattice(const BrickLattice& lattice);
+  bool set_lattice(const BrickLattice& lattice);
   bool read_header(ByteReader& reader);
   bool read_corners(ByteReader& reader, std::size_t limit_bytes);
   bool read_samples(ByteReader& reader, std::size_t limit_bytes);

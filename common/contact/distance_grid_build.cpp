@@ -240,7 +240,7 @@ void DistanceGridBuilder::measure_error() {
 }
 
 void DistanceGridBuilder::collect() {
-  if (grid_->take_lattice(lattice_)) return;
+  if (grid_->set_lattice(lattice_)) return;
   throw geometry::MeshError("mesh needs more distance samples than a grid can hold; enlarge cell_m or tolerance_m");
 }
 

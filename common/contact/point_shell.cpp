@@ -137,7 +137,7 @@ class TreeBuilder {
 
 }  // namespace
 
-PointShell PointShell::of(std::vector<ShellPoint> points, double spacing_m) {
+PointShell PointShell::make(std::vector<ShellPoint> points, double spacing_m) {
   order_by_parts(points);
   return in_order(std::move(points), spacing_m);
 }

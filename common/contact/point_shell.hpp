@@ -47,7 +47,7 @@ struct PointShell {
   double spacing_m = 0;  ///< no point of the surface is farther than this from a shell point
 
   /// Builds the tree over `points`, which it sorts.
-  static PointShell of(std::vector<ShellPoint> points, double spacing_m);
+  static PointShell make(std::vector<ShellPoint> points, double spacing_m);
 
   /// Builds the same tree over points that are in its order already.
   static PointShell in_order(std::vector<ShellPoint> points, double spacing_m);

@@ -45,8 +45,8 @@ class HalfSpaceField final : public ExactField {
   double distance_m(const Vec3& p_S) const noexcept override { return p_S.z(); }
   DistanceSample sample(const Vec3& p_S) const noexcept override { return {p_S.z(), Vec3::UnitZ()}; }
   std::span<const FieldPlane> planes() const noexcept override { return {&plane_, 1}; }
-  PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept override {
-    ++looks;
+  PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept override {
+    ++queries;
     return 1;
   }
   PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept override { return 1; }
@@ -78,8 +78,8 @@ class BoxField final : public ExactField {
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return planes_; }
-  PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& looks) const noexcept override {
-    ++looks;
+  PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept override {
+    ++queries;
     return (PlaneSet{1} << planes_.size()) - 1;
   }
   PlaneSet planes_at(const Vec3& /*p_S*/) const noexcept override { return (PlaneSet{1} << planes_.size()) - 1; }
@@ -98,10 +98,10 @@ class CylinderField final : public ExactField {
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
   std::span<const FieldPlane> planes() const noexcept override { return ends_; }
-  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override;
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept override;
   PlaneSet planes_at(const Vec3& p_S) const noexcept override {
-    std::size_t looks = 0;
-    return planes_over({p_S}, looks);
+    std::size_t queries = 0;
+    return planes_over({p_S}, queries);
   }
 
  private:
@@ -158,8 +158,8 @@ DistanceSample CylinderField::sample(const Vec3& p_S) const noexcept {
   return {distance, direction_or(beyond_side * radial.outward + beyond_end * axial, nearest)};
 }
 
-PlaneSet CylinderField::planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept {
-  ++looks;
+PlaneSet CylinderField::planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept {
+  ++queries;
   const bool is_above = box_S.centre.z() > 0;
   const bool is_over = all_corners(box_S, [&](const Vec3& p) {
     if ((p.z() > 0) != is_above) return false;

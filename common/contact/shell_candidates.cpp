@@ -16,13 +16,13 @@ namespace {
 
 // Limit of the accumulated motion, since the cut stores distances in single precision.
 constexpr double kFarthest_m = 0.25;
-// Limits of a walk's queries as multiples of most_looks(): usual, first step at a coarser level, first cut. Wide bands
+// Limits of a walk's queries as multiples of max_queries(): usual, first step at a coarser level, first cut. Wide bands
 // double them.
-constexpr std::uint32_t kWalkLooks = 4, kNewLevelLooks = 8, kFirstCutLooks = 16;
+constexpr std::uint32_t kWalkQueries = 4, kNewLevelQueries = 8, kFirstCutQueries = 16;
 // Motion of a part until it is checked again for halves to join, spread by share_of(), one part a step: small nodes
 // that have passed a groove may fit one large node above planes again. The motion doubles after a check without
 // success. It is the maximum where the queries were too many for a step and the part moves fast.
-constexpr double kLookOver_m = 4e-3, kMaxLookOver_m = 16e-3;
+constexpr double kHalvesCheckMotion_m = 4e-3, kMaxHalvesCheckMotion_m = 16e-3;
 // Largest motion in a step that counts as slow.
 constexpr double kSlow_m = 2e-5;
 // Conditions for join_far(): this many steps at a level, and more than this share of the room for the cut in use. It
@@ -45,14 +45,14 @@ double chord(const Quat& a, const Quat& b) {
 struct ShellCandidates::Part {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double gone_m = 0;               ///< accumulated motion: bounds the approach of each of its points
-  double moved_m = 0;              ///< share of the last step in gone_m
-  double asked_again_at_m = 0;     ///< least value of its nodes
-  double looked_over_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
-  double looked_over_after_m = 0;  ///< motion between that check and the one after
-  bool has_open_question = false;  ///< some node was not queried for planes: the next check rebuilds its cut
-  bool waits_for_rest = false;     ///< that check waits until the part is slow or has moved far
-  bool has_sampled = false;        ///< there may be sampled nodes: eight points represent all
+  double moved_m = 0;               ///< accumulated motion: bounds the approach of each of its points
+  double step_motion_m = 0;         ///< share of the last step in moved_m
+  double query_again_at_m = 0;      ///< least value of its nodes
+  double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
+  double halves_check_after_m = 0;  ///< motion between that check and the one after
+  bool has_open_question = false;   ///< some node was not queried for planes: the next check rebuilds its cut
+  bool waits_for_rest = false;      ///< that check waits until the part is slow or has moved far
+  bool has_sampled = false;         ///< there may be sampled nodes: eight points represent all
 };
 
 /// Result of a level: the members that keep_found() stores.
@@ -142,9 +142,9 @@ void ShellCandidates::begin_cut() noexcept {
   for (Part& part : parts_) {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     part.count = 1;
-    part.asked_again_at_m = -std::numeric_limits<double>::infinity();
-    part.looked_over_after_m = kLookOver_m;
-    part.looked_over_at_m = part.gone_m + share_of(part.node) * kLookOver_m;
+    part.query_again_at_m = -std::numeric_limits<double>::infinity();
+    part.halves_check_after_m = kHalvesCheckMotion_m;
+    part.halves_check_at_m = part.moved_m + share_of(part.node) * kHalvesCheckMotion_m;
     part.has_open_question = part.waits_for_rest = false;
     cut_.push_back(unknown(part.node));
   }
@@ -170,12 +170,12 @@ void ShellCandidates::change_level(int level) noexcept {
     part.begin = static_cast<std::uint32_t>(cut_.size());
     for (const CutNode& entry : entries) {
       if (!is_finer) {
-        put_as_coarse(entry, part);
+        append_as_coarse(entry, part);
       } else {
         const bool is_fine = entry.is_leaf && shell_->nodes[entry.node].count <= leaf_points(0);
         const bool is_divided = entry.is_sampled && !is_fine;
         cut_.push_back(is_divided ? unknown(entry.node) : entry);
-        if (is_divided) part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+        if (is_divided) part.query_again_at_m = -std::numeric_limits<double>::infinity();
       }
     }
     part.count = static_cast<std::uint32_t>(cut_.size()) - part.begin;
@@ -183,24 +183,24 @@ void ShellCandidates::change_level(int level) noexcept {
 }
 
 // Appends an entry, joined with its neighbour where the parent is small enough for a leaf and one of both is near.
-void ShellCandidates::put_as_coarse(CutNode entry, Part& part) noexcept {
+void ShellCandidates::append_as_coarse(CutNode entry, Part& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = leaf_points(std::numeric_limits<double>::infinity());
   const auto is_near = [](const CutNode& a) {
-    return a.is_leaf || a.planes != 0 || !(a.asked_again_at_m > -std::numeric_limits<float>::infinity());
+    return a.is_leaf || a.planes != 0 || !(a.query_again_at_m > -std::numeric_limits<float>::infinity());
   };
-  const auto ask = [&](std::uint32_t node) {
+  const auto query = [&](std::uint32_t node) {
     entry = unknown(node);
-    part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+    part.query_again_at_m = -std::numeric_limits<double>::infinity();
   };
-  if (entry.planes != 0 && nodes[entry.node].count <= std::min(most_points, kPlanesAbove)) ask(entry.node);
+  if (entry.planes != 0 && nodes[entry.node].count <= std::min(most_points, kPlanesAbove)) query(entry.node);
   while (cut_.size() > part.begin) {
     const CutNode& before = cut_.back();
     if (before.node <= part.node || nodes[before.node].next != entry.node || !(is_near(before) || is_near(entry)))
       break;
     const ShellNode& parent = nodes[before.node - 1];
     if (parent.is_leaf || parent.count > most_points || parent.next != nodes[entry.node].next) break;
-    ask(before.node - 1);
+    query(before.node - 1);
     cut_.pop_back();
   }
   cut_.push_back(entry);
@@ -228,7 +228,7 @@ bool ShellCandidates::join_pairs() noexcept {
         continue;
       cut_.pop_back();
       cut_.back() = unknown(parent);
-      part.asked_again_at_m = -std::numeric_limits<double>::infinity();
+      part.query_again_at_m = -std::numeric_limits<double>::infinity();
       was_joined = has_divided_ = true;
     }
     part.count = static_cast<std::uint32_t>(cut_.size()) - part.begin;
@@ -243,7 +243,7 @@ bool ShellCandidates::keep_found() noexcept {
   return true;
 }
 
-void ShellCandidates::take_back_found() noexcept {
+void ShellCandidates::restore_found() noexcept {
   set_level(std::get<int>(before_->all));
   std::tie(level_, parts_, cut_, contacts_, steps_at_level_, has_divided_) = before_->all;
 }
@@ -261,7 +261,7 @@ void ShellCandidates::remember_gap(const Pose& X_FP) noexcept {
   // In a larger node not all points were sampled.
   if (!candidates_.empty() || level_ > 0) return;
   gap_m_ = std::numeric_limits<double>::infinity();
-  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.asked_again_at_m - part.gone_m);
+  for (const Part& part : parts_) gap_m_ = std::min(gap_m_, part.query_again_at_m - part.moved_m);
   X_FP_gap_ = X_FP;
 }
 
@@ -271,7 +271,7 @@ void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
   if (std::isfinite(least_band_m_)) {
-    for (Part& part : parts_) part.gone_m += (1 - 1 / kSteepest) * (least_band_m_ - band_m);
+    for (Part& part : parts_) part.moved_m += (1 - 1 / kSteepest) * (least_band_m_ - band_m);
   }
   least_band_m_ = band_m;
 }
@@ -295,9 +295,9 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
   for (Part& part : parts_) {
     const ShellNode& node = shell_->nodes[part.node];
     const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + turned * node.radius_m;
-    part.moved_m = std::min(of_points, of_solid);
-    part.gone_m += part.moved_m;
-    if (!(part.gone_m > kFarthest_m)) continue;
+    part.step_motion_m = std::min(of_points, of_solid);
+    part.moved_m += part.step_motion_m;
+    if (!(part.moved_m > kFarthest_m)) continue;
     start_again_from_0(part);
     do_answers_hold = false;
   }
@@ -307,11 +307,11 @@ void ShellCandidates::move(const Pose& X_FP) noexcept {
 // Resets the accumulated motion, which keeps single precision sufficient.
 void ShellCandidates::start_again_from_0(Part& part) noexcept {
   for (CutNode& entry : std::span(cut_).subspan(part.begin, part.count)) {
-    entry.asked_again_at_m = rounded_down(entry.asked_again_at_m - part.gone_m);
+    entry.query_again_at_m = rounded_down(entry.query_again_at_m - part.moved_m);
   }
-  part.asked_again_at_m = -std::numeric_limits<double>::infinity();
-  part.looked_over_at_m -= part.gone_m;
-  part.gone_m = 0;
+  part.query_again_at_m = -std::numeric_limits<double>::infinity();
+  part.halves_check_at_m -= part.moved_m;
+  part.moved_m = 0;
 }
 
 // Joins far nodes. A shell that has moved past many obstacles leaves a cut of small far nodes, which are not queried
@@ -321,18 +321,18 @@ void ShellCandidates::join_far() noexcept {
   std::size_t size = 0;
   for (Part& part : parts_) {
     const std::size_t begin = size;
-    const auto far_at_m = static_cast<float>(part.gone_m + band_m_ + kJoinBeyond_m);
+    const auto far_at_m = static_cast<float>(part.moved_m + band_m_ + kJoinBeyond_m);
     for (std::size_t i = part.begin; i < part.begin + part.count; ++i) {
       CutNode entry = old_cut_[i];
-      while (size > begin && entry.node != part.node && entry.planes == 0 && entry.asked_again_at_m > far_at_m) {
+      while (size > begin && entry.node != part.node && entry.planes == 0 && entry.query_again_at_m > far_at_m) {
         const CutNode& before = old_cut_[size - 1];
-        if (before.planes != 0 || !(before.asked_again_at_m > far_at_m)) break;
+        if (before.planes != 0 || !(before.query_again_at_m > far_at_m)) break;
         const std::uint32_t parent = before.node - 1;
         if (nodes[before.node].next != entry.node || nodes[parent].is_leaf ||
             nodes[parent].next != nodes[entry.node].next)
           break;
         entry = {.node = parent,
-                 .asked_again_at_m = std::min(before.asked_again_at_m, entry.asked_again_at_m),
+                 .query_again_at_m = std::min(before.query_again_at_m, entry.query_again_at_m),
                  .is_sampled = before.is_sampled || entry.is_sampled};
         --size;
       }
@@ -346,7 +346,7 @@ void ShellCandidates::join_far() noexcept {
 
 // False: more nodes or candidates than there is room for.
 bool ShellCandidates::walk(double band_m) noexcept {
-  divide_looks_ = looks_to_divide();
+  divide_queries_ = queries_to_divide();
   divide_points_ = 0;
   std::swap(cut_, old_cut_);
   const bool is_full = static_cast<double>(old_cut_.size()) > kJoinFarAbove * static_cast<double>(cut_limit());
@@ -358,21 +358,22 @@ bool ShellCandidates::walk(double band_m) noexcept {
   candidates_.clear();
   contacts_ = more_contacts_ = 0;
   near_count_ = 0;
-  may_look_over_ = !field_->planes().empty();
+  may_check_halves_ = !field_->planes().empty();
   const std::uint32_t points_before = work_.points;
-  const std::uint32_t share = !has_walked_                     ? kFirstCutLooks
-                              : is_try_ || steps_at_level_ > 1 ? kWalkLooks
-                                                               : kNewLevelLooks;
-  const std::uint32_t looks = (is_band_wide() ? 2 : 1) * share * most_looks();
-  looks_end_ = is_coarsest() ? std::numeric_limits<std::uint32_t>::max() : work_.looks() + looks + divide_looks_;
+  const std::uint32_t share = !has_walked_                     ? kFirstCutQueries
+                              : is_try_ || steps_at_level_ > 1 ? kWalkQueries
+                                                               : kNewLevelQueries;
+  const std::uint32_t queries = (is_band_wide() ? 2 : 1) * share * max_queries();
+  query_limit_ =
+      is_coarsest() ? std::numeric_limits<std::uint32_t>::max() : work_.queries() + queries + divide_queries_;
   const std::size_t divided_up_to = std::exchange(divided_up_to_, 0);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    divides_part_ = divide_looks_ > 0 && parts_[i].has_sampled && i >= divided_up_to;
+    divides_part_ = divide_queries_ > 0 && parts_[i].has_sampled && i >= divided_up_to;
     if (!walk_part(parts_[i], band_m)) {
       keep_rest(i);
       return false;
     }
-    if (divides_part_ && divide_looks_ == 0) divided_up_to_ = i;
+    if (divides_part_ && divide_queries_ == 0) divided_up_to_ = i;
   }
   walk_points_ = work_.points - points_before - divide_points_;
   end_dividing();
@@ -382,24 +383,24 @@ bool ShellCandidates::walk(double band_m) noexcept {
 /// Batches the distance queries of the next nodes of the cut by eight, so that their memory accesses overlap.
 class ShellCandidates::Ahead {
  public:
-  Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double gone_m, double band_m)
-      : search_(search), entries_(entries), gone_m_(gone_m), band_m_(band_m) {}
+  Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
+      : search_(search), entries_(entries), moved_m_(moved_m), band_m_(band_m) {}
 
   /// Next distance; called once for each inner node that needs a query, in order.
   double next_nearest_m() noexcept {
-    if (at_ == count_) ask();
+    if (at_ == count_) query();
     return nearest_m_[at_++];
   }
 
  private:
-  void ask() noexcept {
+  void query() noexcept {
     std::array<const ShellNode*, kEight> nodes;
     EightPlaces places_F;
     at_ = count_ = 0;
     for (; seen_ < entries_.size() && count_ < kEight; ++seen_) {
       const CutNode& entry = entries_[seen_];
       nodes[count_] = &search_.shell_->nodes[entry.node];
-      count_ += !entry.is_leaf && !entry.is_known(gone_m_, band_m_) ? 1 : 0;
+      count_ += !entry.is_leaf && !entry.is_known(moved_m_, band_m_) ? 1 : 0;
     }
     for (std::size_t i = 0; i < count_; ++i) {
       const Vec3 centre_F = search_.R_FP_ * nodes[i]->centre_S.cast<double>() + search_.p_FP_;
@@ -412,7 +413,7 @@ class ShellCandidates::Ahead {
 
   const ShellCandidates& search_;
   std::span<const CutNode> entries_;
-  double gone_m_, band_m_;
+  double moved_m_, band_m_;
   std::size_t seen_ = 0, at_ = 0, count_ = 0;
   EightNumbers nearest_m_;
 };
@@ -431,9 +432,9 @@ void ShellCandidates::keep_rest(std::size_t part) noexcept {
 bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
   const auto entries = std::span(old_cut_).subspan(part.begin, part.count);
   const auto begin = static_cast<std::uint32_t>(cut_.size());
-  const bool is_slow = part.moved_m < kSlow_m;
-  const bool is_due = may_look_over_ && (part.gone_m > part.looked_over_at_m || (part.waits_for_rest && is_slow));
-  if (!is_due && !divides_part_ && part.gone_m + band_m < part.asked_again_at_m) {
+  const bool is_slow = part.step_motion_m < kSlow_m;
+  const bool is_due = may_check_halves_ && (part.moved_m > part.halves_check_at_m || (part.waits_for_rest && is_slow));
+  if (!is_due && !divides_part_ && part.moved_m + band_m < part.query_again_at_m) {
     if (cut_.size() + entries.size() > cut_limit()) return false;
     cut_.insert(cut_.end(), entries.begin(), entries.end());
   } else {
@@ -441,49 +442,50 @@ bool ShellCandidates::walk_part(Part& part, double band_m) noexcept {
     is_question_open_ = has_sampled_ = false;
     first_at_m_ = std::numeric_limits<float>::infinity();
     const bool is_whole = is_due && part.has_open_question;
-    if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.gone_m, band_m)) return false;
-    Ahead ahead(*this, entries, part.gone_m, band_m);
-    bool was_asked = false;  // the previous entry
+    if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.moved_m, band_m)) return false;
+    Ahead ahead(*this, entries, part.moved_m, band_m);
+    bool was_queried = false;  // the previous entry
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
-      if (!was_asked && !is_due && !divides_part_) i += put_known(entries.subspan(i), part.gone_m, band_m);
+      if (!was_queried && !is_due && !divides_part_) i += append_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;
       const CutNode& entry = entries[i];
       bool has_room = false;
-      const bool is_known = entry.is_known(part.gone_m, band_m);
-      const bool is_divided = entry.is_sampled && divides_part_ && divide_looks_ > 0;
+      const bool is_known = entry.is_known(part.moved_m, band_m);
+      const bool is_divided = entry.is_sampled && divides_part_ && divide_queries_ > 0;
       if (is_divided) {
-        has_room = open_children(entry.node, part.gone_m, band_m);
+        has_room = open_children(entry.node, part.moved_m, band_m);
         if (!is_known && !entry.is_leaf) ahead.next_nearest_m();
       } else if (!is_known) {
         // Prefetches the next leaf while this entry is queried.
-        if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.gone_m, band_m)) {
+        if (i + 1 < entries.size() && entries[i + 1].is_leaf && !entries[i + 1].is_known(part.moved_m, band_m)) {
           LeafSamples::prefetch(*shell_, shell_->nodes[entries[i + 1].node]);
         }
-        has_room = entry.is_leaf ? open_leaf(entry, part.gone_m, band_m)
-                                 : open(entry.node, ahead.next_nearest_m(), part.gone_m, band_m);
+        has_room = entry.is_leaf ? open_leaf(entry, part.moved_m, band_m)
+                                 : open(entry.node, ahead.next_nearest_m(), part.moved_m, band_m);
       } else if (entry.planes != 0) {
-        has_room = add_planes(entry.node, entry.planes) && put(entry);
+        has_room = add_planes(entry.node, entry.planes) && append(entry);
       } else {
-        has_room = was_asked ? keep(entry, part.gone_m, band_m) : put(entry);
+        has_room = was_queried ? keep(entry, part.moved_m, band_m) : append(entry);
       }
-      if (!has_room || (is_due && !join_above_planes(part.gone_m, band_m))) return false;
-      was_asked = !is_known || is_divided;
+      if (!has_room || (is_due && !join_above_planes(part.moved_m, band_m))) return false;
+      was_queried = !is_known || is_divided;
     }
-    may_look_over_ = may_look_over_ && !is_due;
+    may_check_halves_ = may_check_halves_ && !is_due;
     if (is_question_open_ && steps_at_level_ <= 1) {
       part.has_open_question = true;
-      part.looked_over_at_m = part.gone_m;
+      part.halves_check_at_m = part.moved_m;
     } else if (is_due && is_question_open_) {
       // In slow motion, valid results accumulate from step to step; in fast motion the check would never complete.
       part.waits_for_rest = !is_slow;
-      part.looked_over_at_m = part.gone_m + (is_slow ? 0 : share_of(part.node) * kMaxLookOver_m);
+      part.halves_check_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kMaxHalvesCheckMotion_m);
     } else if (is_due) {
       const bool was_worth_it = 5 * (cut_.size() - begin) <= 4 * entries.size();
-      part.looked_over_after_m = was_worth_it ? kLookOver_m : std::min(2 * part.looked_over_after_m, kMaxLookOver_m);
-      part.looked_over_at_m = part.gone_m + share_of(part.node) * part.looked_over_after_m;
+      part.halves_check_after_m =
+          was_worth_it ? kHalvesCheckMotion_m : std::min(2 * part.halves_check_after_m, kMaxHalvesCheckMotion_m);
+      part.halves_check_at_m = part.moved_m + share_of(part.node) * part.halves_check_after_m;
       part.has_open_question = part.waits_for_rest = false;
     }
-    part.asked_again_at_m = first_at_m_;
+    part.query_again_at_m = first_at_m_;
     part.has_sampled = has_sampled_;
   }
   part.begin = begin;

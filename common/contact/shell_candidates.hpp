@@ -23,7 +23,7 @@ struct ContactWork {
   bool is_coarse = false;     ///< the budget was reached: points are merged
   bool is_refreshed = false;  ///< the field was queried
 
-  std::uint32_t looks() const { return nodes + points; }
+  std::uint32_t queries() const { return nodes + points; }
   ContactWork& operator+=(const ContactWork& other);
 };
 
@@ -69,8 +69,8 @@ class ShellCandidates {
 
   static constexpr std::size_t kParts = 64, kAnswers = 4096;
 
-  std::uint32_t most_looks() const;
-  std::uint32_t looks_to_divide() const;
+  std::uint32_t max_queries() const;
+  std::uint32_t queries_to_divide() const;
   bool is_coarsest() const;
   bool has_sampled() const;
   void end_dividing() noexcept;
@@ -91,33 +91,33 @@ class ShellCandidates {
   bool is_band_wide() const;
   void try_in(std::uint32_t steps) noexcept;
   void search(double band_m) noexcept;
-  void put_off_finer() noexcept;
+  void postpone_finer() noexcept;
   void begin_coarser() noexcept;
   bool has_room_finer(double band_m) noexcept;
   static CutNode unknown(std::uint32_t node);
   void set_level(int level) noexcept;
   void change_level(int level) noexcept;
-  void put_as_coarse(CutNode entry, Part& part) noexcept;
+  void append_as_coarse(CutNode entry, Part& part) noexcept;
   void keep_rest(std::size_t part) noexcept;
   void join_far() noexcept;
   bool join_pairs() noexcept;
   bool keep_found() noexcept;
-  void take_back_found() noexcept;
+  void restore_found() noexcept;
 
-  bool open(std::uint32_t root, double root_nearest_m, double gone_m, double band_m) noexcept;
-  bool open_leaf(const CutNode& entry, double gone_m, double band_m) noexcept;
-  bool open_children(std::uint32_t root, double gone_m, double band_m) noexcept;
-  bool keep(const CutNode& entry, double gone_m, double band_m) noexcept;
-  bool put(const CutNode& entry) noexcept;
-  std::size_t put_known(std::span<const CutNode> entries, double gone_m, double band_m) noexcept;
+  bool open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept;
+  bool open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept;
+  bool open_children(std::uint32_t root, double moved_m, double band_m) noexcept;
+  bool keep(const CutNode& entry, double moved_m, double band_m) noexcept;
+  bool append(const CutNode& entry) noexcept;
+  std::size_t append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept;
   double nearest_m(const ShellNode& node) const;
   double nearest_m(const ShellNode& node, double distance_m) const;
   /// Largest number of points of a node at this distance that is treated as a leaf.
   std::uint32_t leaf_points(double nearest_m) const;
-  CutNode planes_below(std::uint32_t index, double gone_m) noexcept;
-  bool join_above_planes(double gone_m, double band_m) noexcept;
+  CutNode planes_below(std::uint32_t index, double moved_m) noexcept;
+  bool join_above_planes(double moved_m, double band_m) noexcept;
   std::size_t more_contacts_of(std::uint32_t index, PlaneSet planes) const;
-  bool open_planes(const CutNode& above, double gone_m, double band_m) noexcept;
+  bool open_planes(const CutNode& above, double moved_m, double band_m) noexcept;
   bool add_planes(std::uint32_t index, PlaneSet planes) noexcept;
 
   const PointShell* shell_ = nullptr;
@@ -161,17 +161,17 @@ class ShellCandidates {
   // State of the current walk.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
-  std::uint32_t root_ = 0;           ///< root of the part that is walked
-  float first_at_m_ = 0;             ///< least motion at which a kept node is queried again
-  std::size_t plane_looks_ = 0;      ///< places of the field read by new plane queries
-  bool is_question_open_ = false;    ///< some node of the walked part was not queried for planes
-  std::uint32_t looks_end_ = 0;      ///< limit of the walk's queries
-  std::uint32_t divide_looks_ = 0;   ///< remaining queries for dividing sampled nodes
-  std::uint32_t divide_points_ = 0;  ///< points queried by dividing
-  bool divides_part_ = false;        ///< sampled nodes of the walked part are divided
-  bool has_divided_ = false;         ///< nodes were divided at this level
-  bool has_sampled_ = false;         ///< the walked part keeps a sampled node
-  bool may_look_over_ = false;       ///< a part may be checked for halves to join above planes
+  std::uint32_t root_ = 0;            ///< root of the part that is walked
+  float first_at_m_ = 0;              ///< least motion at which a kept node is queried again
+  std::size_t plane_queries_ = 0;     ///< places of the field read by new plane queries
+  bool is_question_open_ = false;     ///< some node of the walked part was not queried for planes
+  std::uint32_t query_limit_ = 0;     ///< limit of the walk's queries
+  std::uint32_t divide_queries_ = 0;  ///< remaining queries for dividing sampled nodes
+  std::uint32_t divide_points_ = 0;   ///< points queried by dividing
+  bool divides_part_ = false;         ///< sampled nodes of the walked part are divided
+  bool has_divided_ = false;          ///< nodes were divided at this level
+  bool has_sampled_ = false;          ///< the walked part keeps a sampled node
+  bool may_check_halves_ = false;     ///< a part may be checked for halves to join above planes
   ContactWork work_;
 
   static constexpr int kFine = -1;

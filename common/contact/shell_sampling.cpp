@@ -201,14 +201,14 @@ class Spreader {
 
   std::vector<Bump> find_bumps(float height, double step_m) {
     std::vector<Bump> bumps;
-    const auto look_at = [&](const Vec3& p, const Vec3& normal) {
+    const auto add_if_missing = [&](const Vec3& p, const Vec3& normal) {
       const geometry::SurfaceSample sample{p.cast<float>(), normal.cast<float>()};
       if (sample.normal_S.isZero()) return;
       const float found = height_of(sample);
       if (found > height) bumps.push_back({sample, found});
     };
     for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
-      look_at(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
+      add_if_missing(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
     }
     // Between its ends a long edge protrudes by no more than the gap between samples times the sine of half its fold.
     const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
@@ -217,7 +217,7 @@ class Spreader {
       const double pieces = std::ceil(along.norm() / step_m);
       if (pieces < 2 || surface_.fold_rad(edge) < least_fold) continue;
       const Vec3 normal = surface_.edge_normal(edge);
-      for (double i = 1; i < pieces; ++i) look_at(surface_.vertex(edge.a) + along * (i / pieces), normal);
+      for (double i = 1; i < pieces; ++i) add_if_missing(surface_.vertex(edge.a) + along * (i / pieces), normal);
     }
     return bumps;
   }

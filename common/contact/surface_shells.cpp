@@ -33,7 +33,7 @@ PointShells shells_of(const std::vector<Candidate>& candidates, double spacing_m
     all.push_back(candidate.point);
     if (candidate.is_feature) features.push_back(candidate.point);
   }
-  return {PointShell::of(std::move(all), spacing_m), PointShell::of(std::move(features), spacing_m)};
+  return {PointShell::make(std::move(all), spacing_m), PointShell::make(std::move(features), spacing_m)};
 }
 
 std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
@@ -165,7 +165,7 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
 }
 
 /// Moves a point to the surface. A feature's point is first moved outside, from where the edge is the nearest place.
-void put_on_surface(const DistanceField& field, double out_m, Candidate& candidate) {
+void project_to_surface(const DistanceField& field, double out_m, Candidate& candidate) {
   ShellPoint& point = candidate.point;
   Vec3 p = point.p_S.cast<double>();
   if (candidate.is_feature) p += out_m * point.normal_S.cast<double>();
@@ -195,7 +195,7 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);
-  for (Candidate& candidate : candidates) put_on_surface(field, options.feature_spacing_m, candidate);
+  for (Candidate& candidate : candidates) project_to_surface(field, options.feature_spacing_m, candidate);
   return shells_of(candidates, spread.spacing_m / kOutlineMargin);
 }
 

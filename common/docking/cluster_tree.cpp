@@ -34,7 +34,7 @@ constexpr std::size_t kMaxOblique = 1024;
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
 /// Writes centre and half sides, one float per axis with the given stride, rounded up to contain the box.
-void put(const Eigen::AlignedBox3d& box, float* centre, float* half, std::size_t stride) {
+void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::size_t stride) {
   for (int axis = 0; axis < 3; ++axis, centre += stride, half += stride) {
     *centre = static_cast<float>(box.center()[axis]);
     const auto from = static_cast<double>(*centre);
@@ -62,7 +62,7 @@ std::vector<ChildBoxes> nodes_over(std::span<const Eigen::AlignedBox3d> children
   std::vector<ChildBoxes> nodes((children.size() + kChildren - 1) / kChildren, empty);
   for (std::size_t i = 0; i < children.size(); ++i) {
     ChildBoxes& node = nodes[i / kChildren];
-    put(children[i], &node.centre[0][i % kChildren], &node.half[0][i % kChildren], kChildren);
+    store_box(children[i], &node.centre[0][i % kChildren], &node.half[0][i % kChildren], kChildren);
   }
   return nodes;
 }
@@ -151,7 +151,7 @@ void NeighbourSearch::place_b(const Pose& X_AB, double cutoff) noexcept {
 std::span<const std::uint32_t> NeighbourSearch::near(std::size_t level, std::span<const std::uint32_t> nodes,
                                                      const Eigen::AlignedBox3d& box) noexcept {
   float centre[3], half[3];
-  put(box, centre, half, 1);
+  store_box(box, centre, half, 1);
   std::uint32_t* const found = arena_[level].data();
   const ChildBoxes* const boxes = a_.levels()[level].data();
   return {found, near_children_(boxes, nodes.data(), nodes.size(), centre, half, reach2_, found)};

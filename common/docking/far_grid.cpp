@@ -307,7 +307,7 @@ using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<do
 
 /// Entry of one grid, which others own.
 struct Made {
-  explicit Made(Source of) : source(std::move(of)) {}
+  explicit Made(Source initial) : source(std::move(initial)) {}
 
   const Source source;
   std::mutex mutex;  ///< protects the rest, also while the grid is filled: only requests for the same grid wait
@@ -317,7 +317,7 @@ struct Made {
 /// Registry of the process's grids.
 class Shelf {
  public:
-  std::shared_ptr<Made> of(Source source) {
+  std::shared_ptr<Made> find_or_add(Source source) {
     const std::lock_guard lock(mutex_);
     // An entry with other owners is being filled. Without them, no other thread can obtain it under mutex_.
     std::erase_if(made_, [](const auto& made) {
@@ -373,8 +373,8 @@ std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& 
   const auto spacing = far_grid_spacing_angstrom(a);
   if (!spacing) return nullptr;
   const double reach = reach_for(a, b, *spacing);
-  const std::shared_ptr<Made> made =
-      shelf.of({a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_points, reach});
+  const std::shared_ptr<Made> made = shelf.find_or_add(
+      {a.positions_angstrom, a.sigma_angstrom, a.epsilon_kj_per_mol, a.charge_e, model, far_points, reach});
   const std::lock_guard lock(made->mutex);
   if (std::shared_ptr<const FarGrid> same = made->grid.lock()) return same;
   const auto grid = std::make_shared<FarGrid>(box_of(a), *spacing, reach);

@@ -85,7 +85,7 @@ std::vector<std::uint8_t> coded_vertices(const std::vector<Vec3>& vertices, cons
 }
 
 /// Decodes vertices. Returns false for a vertex outside the box.
-bool take_vertices(std::span<const std::uint8_t> block, const Vec3& low, const Vec3& size,
+bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const Vec3& size,
                    std::vector<Vec3>& vertices) {
   const std::vector<std::int32_t> steps = values_of(block);
   auto next = steps.begin();
@@ -114,7 +114,7 @@ std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) 
 }
 
 /// Decodes corners. Returns false for an index out of range or an unused vertex.
-bool take_corners(std::span<const std::uint8_t> block, int vertices, std::vector<Triangle>& triangles) {
+bool read_corners(std::span<const std::uint8_t> block, int vertices, std::vector<Triangle>& triangles) {
   const std::vector<std::int32_t> behind = values_of(block);
   auto next_number = behind.begin();
   int next = 0;
@@ -194,8 +194,8 @@ std::optional<ShadedMesh> drawing_from(std::span<const std::byte> bytes) {
   ShadedMesh out;
   out.first.vertices.resize(vertices);
   out.first.triangles.resize(triangles);
-  if (!take_vertices(*places, low, size, out.first.vertices)) return std::nullopt;
-  if (!take_corners(*corners, static_cast<int>(vertices), out.first.triangles)) return std::nullopt;
+  if (!read_vertices(*places, low, size, out.first.vertices)) return std::nullopt;
+  if (!read_corners(*corners, static_cast<int>(vertices), out.first.triangles)) return std::nullopt;
   for (std::size_t i = 0; i < vertices; ++i) {
     out.second.push_back(
         normal_of(static_cast<std::int8_t>((*directions)[2 * i]), static_cast<std::int8_t>((*directions)[2 * i + 1])));

@@ -289,7 +289,7 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
 /// Takes parts that are solids by themselves out of `parts`, closes their holes, turns them outwards and reports them.
 /// An inside-out solid within unpaired parts is a cavity of them and stays in `parts`. Above kMaxParts solids beside
 /// unpaired parts, all stay.
-std::vector<MeshPart> take_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
+std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
   });
@@ -354,8 +354,8 @@ std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<Mes
 }
 
 /// Takes those parts out of `others` whose border area is mostly without_inside().
-std::vector<MeshPart> take_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
-                                std::vector<MeshPart>& others, const Enclosed& enclosed) {
+std::vector<MeshPart> extract_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
+                                   std::vector<MeshPart>& others, const Enclosed& enclosed) {
   const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
   if (std::ranges::find(are_open, true) == are_open.end()) return {};
   std::vector<std::size_t> part_of_triangle;
@@ -413,7 +413,7 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
   std::vector<MeshPart> open_parts;
   // Removing open parts may leave other parts without an inside: repeat.
   for (int round = 0; round < kMaxRounds; ++round) {
-    std::vector<MeshPart> taken = take_open(result.mesh, solids, others, enclosed);
+    std::vector<MeshPart> taken = extract_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
     std::ranges::move(taken, std::back_inserter(open_parts));
     if (others.empty()) return keep_as_sheet(result, solids, open_parts);
@@ -471,7 +471,7 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   }
   std::vector<MeshPart> parts = connect(result.mesh, result.notes);
   close_slits(result, parts);
-  const std::vector<MeshPart> solids = take_solids(result, parts);
+  const std::vector<MeshPart> solids = extract_solids(result, parts);
   if (std::ranges::any_of(parts, &MeshPart::is_unpaired)) {
     divide_by_winding(result, solids, std::move(parts));
   } else if (!parts.empty()) {

@@ -46,7 +46,7 @@ Vec3 direction_of(double x, double y) {
   return Vec3((1 - std::abs(y)) * sign_of(x), (1 - std::abs(x)) * sign_of(y), z).normalized();
 }
 
-void put_number(std::vector<std::uint8_t>& bytes, std::int32_t value) {
+void append_number(std::vector<std::uint8_t>& bytes, std::int32_t value) {
   const std::uint32_t folded = folded_of(value);
   ByteWriter writer(bytes);
   if (folded < kTwoBytes) {
@@ -60,7 +60,7 @@ void put_number(std::vector<std::uint8_t>& bytes, std::int32_t value) {
   }
 }
 
-std::int32_t take_number(ByteReader& reader) {
+std::int32_t pop_number(ByteReader& reader) {
   std::uint32_t folded = reader.number<std::uint8_t>();
   if (folded == kTwoBytes) {
     folded = reader.number<std::uint16_t>();

@@ -13,9 +13,9 @@
 namespace tandem::geometry {
 
 /// Appends an integer: one byte for −127 to 126, otherwise three or five.
-void put_number(std::vector<std::uint8_t>& bytes, std::int32_t value);
-/// Reads an integer that put_number() wrote. Past the end it returns 0 and the reader is no longer ok().
-std::int32_t take_number(ByteReader& reader);
+void append_number(std::vector<std::uint8_t>& bytes, std::int32_t value);
+/// Reads an integer that append_number() wrote. Past the end it returns 0 and the reader is no longer ok().
+std::int32_t pop_number(ByteReader& reader);
 
 /// Splits integers of similar size into byte planes: all lowest bytes first, then the next higher ones, and so on.
 std::vector<std::uint8_t> planes_of(std::span<const std::int32_t> values);

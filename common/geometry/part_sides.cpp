@@ -28,9 +28,9 @@ double diagonal_m(const TriangleMesh& mesh) {
 class PartSides::Cells {
  public:
   enum class Kind : std::uint8_t {
-    kFace,   ///< inside behind it, outside in front of it
-    kInner,  ///< inside on both sides
-    kAsk     ///< anything else, or ambiguous: query the winding number
+    kFace,      ///< inside behind it, outside in front of it
+    kInner,     ///< inside on both sides
+    kUncertain  ///< anything else, or ambiguous: query the winding number
   };
 
   Cells(const TriangleMesh& mesh, WindingNumber winding, const TriangleTree& tree, const EdgesOfTriangles& edges,
@@ -65,8 +65,8 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Kind of the cell at a point. In an open mesh kInner becomes kAsk: around a hole, no triangle separates inside from
-  /// outside.
+  /// Kind of the cell at a point. In an open mesh kInner becomes kUncertain: around a hole, no triangle separates
+  /// inside from outside.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -84,7 +84,7 @@ class PartSides::Cells {
       if (quarter == 3) std::tie(u, v) = std::pair(1 - u, 1 - v);
     }
     const Kind kind = cells_[cell].kind;
-    return kind == Kind::kInner && !is_closed_ ? Kind::kAsk : kind;
+    return kind == Kind::kInner && !is_closed_ ? Kind::kUncertain : kind;
   }
 
   const TriangleMesh& border() const { return border_; }  ///< without cells that have the inside on both sides
@@ -97,10 +97,10 @@ class PartSides::Cells {
   /// winding number is within kDoubt of ½.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
-  static constexpr std::size_t kLooks = 16;  ///< samples of a connected region
+  static constexpr std::size_t kRegionSamples = 16;  ///< samples of a connected region
 
   struct Cell {
-    Kind kind = Kind::kAsk;
+    Kind kind = Kind::kUncertain;
     std::uint32_t first_quarter = 0;  ///< 0: not divided
   };
   /// Possible boundary between two classifications: a triangle, or a side of one.
@@ -126,11 +126,11 @@ class PartSides::Cells {
   /// Classifies a connected region that meets no other triangle by samples. If they disagree, each triangle is divided.
   void decide(const std::vector<int>& region) {
     std::array<bool, 3> is_found{};
-    Kind kind = Kind::kAsk;
-    for (std::size_t i = 0; i < region.size() && work_ <= kMaxWork; i += 1 + region.size() / kLooks) {
-      kind = look_at(corners_of(mesh_, static_cast<std::size_t>(region[i])), true).kind;
+    Kind kind = Kind::kUncertain;
+    for (std::size_t i = 0; i < region.size() && work_ <= kMaxWork; i += 1 + region.size() / kRegionSamples) {
+      kind = sample_cell(corners_of(mesh_, static_cast<std::size_t>(region[i])), true).kind;
       is_found[static_cast<std::size_t>(kind)] = true;
-      work_ += kWorkPerLook;
+      work_ += kWorkPerSample;
     }
     const bool is_one = std::ranges::count(is_found, true) == 1;
     for (const int triangle : region) {
@@ -140,7 +140,7 @@ class PartSides::Cells {
         divide(t, corners, {}, t);
         continue;
       }
-      cells_[t].kind = is_one ? kind : Kind::kAsk;
+      cells_[t].kind = is_one ? kind : Kind::kUncertain;
       has_inner_ = has_inner_ || cells_[t].kind == Kind::kInner;
       if (cells_[t].kind != Kind::kInner) add_to_border(corners, t, true);
     }
@@ -156,11 +156,12 @@ class PartSides::Cells {
     }
     const auto& [a, b, c] = corners;
     const double share = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) / size_m_;
-    Look look;
-    work_ += kWorkPerMeeting * near.size() + kWorkPerLook;
-    if (left.empty() || share <= kFinest) look = look_at(corners, left.empty() && (is_closed_ || share <= kDoubtful));
-    const bool is_unclear = !left.empty() || look.is_mixed;
-    if (share > (is_unclear ? kFinest : look.is_doubtful ? kDoubtful : share) && work_ <= kMaxWork) {
+    CellSample sample;
+    work_ += kWorkPerMeeting * near.size() + kWorkPerSample;
+    if (left.empty() || share <= kFinest)
+      sample = sample_cell(corners, left.empty() && (is_closed_ || share <= kDoubtful));
+    const bool is_unclear = !left.empty() || sample.is_mixed;
+    if (share > (is_unclear ? kFinest : sample.is_doubtful ? kDoubtful : share) && work_ <= kMaxWork) {
       const std::size_t first = cells_.size();
       cells_[cell].first_quarter = static_cast<std::uint32_t>(first);
       cells_.resize(first + 4);
@@ -169,8 +170,8 @@ class PartSides::Cells {
       for (std::size_t k = 0; k < 4; ++k) divide(first + k, quarters[k], left, triangle);
       return;
     }
-    cells_[cell].kind = is_unclear || (look.is_doubtful && !is_closed_) ? Kind::kAsk : look.kind;
-    if (look.kind == Kind::kInner && !look.is_mixed) {
+    cells_[cell].kind = is_unclear || (sample.is_doubtful && !is_closed_) ? Kind::kUncertain : sample.kind;
+    if (sample.kind == Kind::kInner && !sample.is_mixed) {
       has_inner_ = true;
     } else {
       add_to_border(corners, triangle, cell == triangle);
@@ -178,32 +179,32 @@ class PartSides::Cells {
   }
 
   /// Result of sampling a cell.
-  struct Look {
-    Kind kind = Kind::kAsk;
+  struct CellSample {
+    Kind kind = Kind::kUncertain;
     bool is_mixed = false;     ///< the samples differ
     bool is_doubtful = false;  ///< a winding number is near ½: it may cross ½ elsewhere in the cell
   };
 
   /// Samples the middle of a cell, and unless `at_middle_only` suffices, points near its corners and near the middles
   /// of its sides.
-  Look look_at(const Corners& corners, bool at_middle_only) const {
+  CellSample sample_cell(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;
     const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
-    Look look;
+    CellSample sample;
     const auto kind_at = [&](const Vec3& p_S) {
       const double behind = std::abs(winding_.at(p_S - step)) - 0.5, before = std::abs(winding_.at(p_S + step)) - 0.5;
-      look.is_doubtful = look.is_doubtful || std::min(std::abs(behind), std::abs(before)) < kDoubt;
-      return behind <= 0 ? Kind::kAsk : before > 0 ? Kind::kInner : Kind::kFace;
+      sample.is_doubtful = sample.is_doubtful || std::min(std::abs(behind), std::abs(before)) < kDoubt;
+      return behind <= 0 ? Kind::kUncertain : before > 0 ? Kind::kInner : Kind::kFace;
     };
-    look.kind = kind_at(middle);
-    if (at_middle_only && (is_closed_ || !look.is_doubtful)) return look;
-    for (std::size_t k = 0; k < 3 && !look.is_mixed; ++k) {
+    sample.kind = kind_at(middle);
+    if (at_middle_only && (is_closed_ || !sample.is_doubtful)) return sample;
+    for (std::size_t k = 0; k < 3 && !sample.is_mixed; ++k) {
       const Vec3 side = (corners[k] + corners[(k + 1) % 3]) / 2;
-      look.is_mixed = kind_at(middle + kToTheRim * (corners[k] - middle)) != look.kind ||
-                      kind_at(middle + kToTheRim * (side - middle)) != look.kind;
+      sample.is_mixed = kind_at(middle + kToTheRim * (corners[k] - middle)) != sample.kind ||
+                        kind_at(middle + kToTheRim * (side - middle)) != sample.kind;
     }
-    return look;
+    return sample;
   }
 
   void add_to_border(const Corners& corners, std::size_t triangle, bool is_whole) {

@@ -18,8 +18,9 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 /// Distance below which triangles touch, as a share of the mesh's diagonal.
 inline constexpr double kTouching = 1e-7;
 /// Work limit of one mesh, some seconds, and the cost of each operation in the same unit. A triangle found near another
-/// costs 1, a test of whether two triangles meet in a cell kWorkPerMeeting, a query of the winding number kWorkPerLook.
-inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerLook = 400;
+/// costs 1, a test of whether two triangles meet in a cell kWorkPerMeeting, a query of the winding number
+/// kWorkPerSample.
+inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerSample = 400;
 
 /// Inside or outside on both sides of every point on the triangles of a mesh. A connected region that meets no other
 /// triangle has one classification. Triangles that meet others or have unpaired edges are divided into cells until

@@ -22,10 +22,10 @@ const double kSmoothCosine = std::cos(40 * std::numbers::pi / 180);
 
 /// Normal of a triangle times twice its area; zero for an index out of range.
 Vec3 area_normal(const TriangleMesh& mesh, const Triangle& corners) {
-  const auto is_there = [&mesh](int corner) {
+  const auto is_in_mesh = [&mesh](int corner) {
     return corner >= 0 && static_cast<std::size_t>(corner) < mesh.vertices.size();
   };
-  if (!std::ranges::all_of(corners, is_there)) return Vec3::Zero();
+  if (!std::ranges::all_of(corners, is_in_mesh)) return Vec3::Zero();
   const auto at = [&](int corner) -> const Vec3& {
     return mesh.vertices[static_cast<std::size_t>(corners.at(corner))];
   };
@@ -47,7 +47,7 @@ class SmoothGroups {
     out_.first.triangles.push_back(made);
   }
 
-  ShadedMesh take() {
+  ShadedMesh finish() {
     for (Vec3& normal : out_.second) normal.normalize();
     return std::move(out_);
   }
@@ -133,7 +133,7 @@ TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double widt
 ShadedMesh shaded(const TriangleMesh& mesh) {
   SmoothGroups groups(mesh);
   for (const Triangle& corners : mesh.triangles) groups.add(corners);
-  return groups.take();
+  return groups.finish();
 }
 
 TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most) {

@@ -39,21 +39,21 @@ LongSide longest_side(const std::array<Vec3, 3>& corners) {
   return longest;
 }
 
-/// Halves the longest side until no side is longer than `side_m`; calls `take` with each piece.
-template <class Take>
-void divide(const std::array<Vec3, 3>& corners, double side_m, const Take& take, int halvings = 0) {
+/// Halves the longest side until no side is longer than `side_m`; calls `visit` with each piece.
+template <class Visit>
+void divide(const std::array<Vec3, 3>& corners, double side_m, const Visit& visit, int halvings = 0) {
   const LongSide side = longest_side(corners);
   if (!(side.length_m > side_m) || halvings == kMaxHalvings) {
-    take(corners);
+    visit(corners);
     return;
   }
   const std::size_t to = (side.from + 1) % 3;
   std::array<Vec3, 3> half = corners;
   half[to] = (corners[side.from] + corners[to]) / 2;
-  divide(half, side_m, take, halvings + 1);
+  divide(half, side_m, visit, halvings + 1);
   std::array<Vec3, 3> other = corners;
   other[side.from] = half[to];
-  divide(other, side_m, take, halvings + 1);
+  divide(other, side_m, visit, halvings + 1);
 }
 
 }  // namespace
@@ -249,7 +249,7 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 
-double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noexcept {
+double WindingNumber::at(const Vec3& p_S, int excluded_triangle, bool* lies_on) const noexcept {
   double far = 0;
   bool is_on = false;
   AngleSum near;
@@ -264,7 +264,7 @@ double WindingNumber::at(const Vec3& p_S, int without, bool* lies_on) const noex
       ++i;
     } else {
       for (const auto& [corners, triangle] : std::span(pieces_).subspan(node.first, node.count)) {
-        if (static_cast<int>(triangle) != without) is_on |= add_angle(corners, p_S, near);
+        if (static_cast<int>(triangle) != excluded_triangle) is_on |= add_angle(corners, p_S, near);
       }
       i = node.next;
     }

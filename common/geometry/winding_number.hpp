@@ -36,11 +36,11 @@ class WindingNumber {
 
   /// Returns the winding number at a point, within kTolerance.
   ///
-  /// In      without  a triangle that is excluded, with p in its plane, or −1. At the middle of a triangle this gives
-  ///         the winding number of the others
+  /// In      excluded_triangle  a triangle that is excluded, with p in its plane, or −1. At the middle of a triangle
+  ///         this gives the winding number of the others
   /// Out     lies_on  whether p lies on another triangle, or within about a thousandth of its piece's size. The
   ///         contribution of that triangle then depends on rounding
-  double at(const Vec3& p_S, int without = -1, bool* lies_on = nullptr) const noexcept;
+  double at(const Vec3& p_S, int excluded_triangle = -1, bool* lies_on = nullptr) const noexcept;
 
  private:
   static constexpr double kFar = 2;

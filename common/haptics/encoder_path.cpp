@@ -18,8 +18,8 @@ Pose EncoderPath::follow(const Pose& X, const Twist& V, double period_s) noexcep
   if (!has_pose_) X_ = X;
   has_pose_ = true;
   const Vec3 beside_m = within(X_.p + V.v * period_s - X.p, reach_m_);
-  const Quat foreseen = quaternion_of(V.w * period_s) * X_.q;
-  const Vec3 beside_rad = within(rotation_vector(foreseen * X.q.conjugate()), reach_rad_);
+  const Quat predicted = quaternion_of(V.w * period_s) * X_.q;
+  const Vec3 beside_rad = within(rotation_vector(predicted * X.q.conjugate()), reach_rad_);
   X_ = {X.p + beside_m, (quaternion_of(beside_rad) * X.q).normalized()};
   return X_;
 }

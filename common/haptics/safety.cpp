@@ -23,7 +23,7 @@ constexpr double kSteepestFall_per_s = 60;
 // Limits after a silence, because the first new states may differ much from the last one. The force rises, and a strong
 // force falls, more slowly than a perceptible step (0.3 N/ms). A force that has vanished in the meantime decays
 // within 15 ms. A gap that is almost a silence is treated alike.
-constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kLetGo_s = 0.015;
+constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kRelease_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
 // Rate of fall at a clutch, a slope that is not perceived as a step: 0.1 N/ms, and a similar torque rate.
 constexpr double kClutchFall_n_per_s = 100, kClutchFall_n_m_per_s = 5;
@@ -170,7 +170,7 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   // zero.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
-    gain_ = std::max(0.0, gain_ - let_go_by(input, elapsed_s));
+    gain_ = std::max(0.0, gain_ - release_step(input, elapsed_s));
   } else {
     const double steepest_per_s = gain_ * kSteepestFall_n_per_s / std::max(displayed_.f.norm(), 1e-3);
     const double fall_per_s = silence < 1 ? 0 : std::min(fall_per_s_, steepest_per_s);
@@ -197,7 +197,7 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
 }
 
 // Returns the decrease of the gain. A clutch is no fault: its decay is slow enough that the hand feels no step.
-double SafetyChain::let_go_by(const SafetyInput& input, double elapsed_s) const noexcept {
+double SafetyChain::release_step(const SafetyInput& input, double elapsed_s) const noexcept {
   const double most = elapsed_s / to_seconds(settings_.fault_decay);
   const bool is_gentle = latched_ == kSafetyClutched && input.has_state && input.is_displaying;
   if (!is_gentle) return most;
@@ -217,7 +217,7 @@ double SafetyChain::silence_gain(Duration state_age) const noexcept {
 Wrench SafetyChain::slewed(const Wrench& target, double rise_s) noexcept {
   const Wrench change = target - displayed_;
   const bool grows = target.f.norm() >= displayed_.f.norm();
-  const double return_n_per_s = grows ? kReturn_n_per_s : std::max(kReturn_n_per_s, silent_force_n_ / kLetGo_s);
+  const double return_n_per_s = grows ? kReturn_n_per_s : std::max(kReturn_n_per_s, silent_force_n_ / kRelease_s);
   const double slower = returning_s_ > 0 ? std::min(1.0, return_n_per_s / settings_.slew_n_per_s) : 1.0;
   const double largest_f = slower * settings_.slew_n_per_s * rise_s;
   const double largest_t = slower * settings_.slew_n_m_per_s * rise_s;

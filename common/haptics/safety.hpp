@@ -110,7 +110,7 @@ class SafetyChain {
   double advance_time(LocalTime now) noexcept;
   SafetyFaults present_faults(const SafetyInput& input) const noexcept;
   void update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept;
-  double let_go_by(const SafetyInput& input, double elapsed_s) const noexcept;
+  double release_step(const SafetyInput& input, double elapsed_s) const noexcept;
   double silence_gain(Duration state_age) const noexcept;
   Wrench slewed(const Wrench& target, double rise_s) noexcept;
 

@@ -32,11 +32,11 @@ class Deadband {
   explicit Deadband(double weber_fraction) : fraction_(weber_fraction) {}
 
   bool is_off() const { return !(fraction_ > 0); }
-  bool notices(const Wrench& now, const Wrench& told) const;
+  bool notices(const Wrench& now, const Wrench& sent) const;
   /// In      X_believed  the receiver's estimate now: the last sent pose, possibly extrapolated with the sent velocity
   ///         felt        force at the hand now
   ///         stiffness_…  of the coupling; converts displacements to forces, so that thresholds are in felt force
-  bool notices(const RigidState& now, const Twist& told, const Pose& X_believed, const Wrench& felt,
+  bool notices(const RigidState& now, const Twist& sent, const Pose& X_believed, const Wrench& felt,
                double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 
  private:

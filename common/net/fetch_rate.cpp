@@ -31,7 +31,7 @@ bool FetchRate::has_room_for(std::size_t bytes) const noexcept {
   return static_cast<double>(in_flight_ + bytes) <= std::min(most, static_cast<double>(kMaxInFlight));
 }
 
-std::size_t FetchRate::may_ask(LocalTime now) noexcept {
+std::size_t FetchRate::bytes_to_request(LocalTime now) noexcept {
   const std::size_t bytes = piece();
   if (filled_ != LocalTime{}) {
     const double most = std::max(2.0 * static_cast<double>(bytes), rate_ * kMadeUp_s);
@@ -43,8 +43,8 @@ std::size_t FetchRate::may_ask(LocalTime now) noexcept {
   return credit_ >= 2.0 * static_cast<double>(bytes) && has_room_for(2 * bytes) ? bytes : 0;
 }
 
-void FetchRate::asked(LocalTime now, std::size_t bytes) {
-  asked_.push_back({now, bytes, has_half_pair_});
+void FetchRate::note_request(LocalTime now, std::size_t bytes) {
+  requests_.push_back({now, bytes, has_half_pair_});
   has_half_pair_ = !has_half_pair_;
   half_pair_at_ = now;
   in_flight_ += bytes;
@@ -52,9 +52,9 @@ void FetchRate::asked(LocalTime now, std::size_t bytes) {
 }
 
 void FetchRate::answered(LocalTime now) noexcept {
-  if (asked_.empty()) return;
-  const Asked piece = asked_.front();
-  asked_.pop_front();
+  if (requests_.empty()) return;
+  const Request piece = requests_.front();
+  requests_.pop_front();
   in_flight_ -= piece.bytes;
   round_trip_ = std::min(round_trip_, std::max(Duration{0}, now - piece.at));
   if (piece.is_second) note_pair(piece.bytes, now - first_came_);

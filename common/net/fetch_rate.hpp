@@ -50,9 +50,9 @@ class FetchRate {
   static constexpr std::size_t kMaxPiece = 60 * 1024;
   static constexpr std::size_t kMaxInFlight = 512 * 1024;
 
-  /// Bytes of the piece to request now; 0: not yet. The caller confirms a request with asked().
-  std::size_t may_ask(LocalTime now) noexcept;
-  void asked(LocalTime now, std::size_t bytes);
+  /// Bytes of the piece to request now; 0: not yet. The caller confirms a request with note_request().
+  std::size_t bytes_to_request(LocalTime now) noexcept;
+  void note_request(LocalTime now, std::size_t bytes);
   /// An answer arrived, possibly a refusal. It belongs to the oldest outstanding request.
   void answered(LocalTime now) noexcept;
   /// State arrived after `delay`, measured by clocks that differ by a constant.
@@ -64,7 +64,7 @@ class FetchRate {
   std::size_t in_flight_bytes() const noexcept { return in_flight_; }
 
  private:
-  struct Asked {
+  struct Request {
     LocalTime at{};
     std::size_t bytes = 0;
     bool is_second = false;
@@ -77,7 +77,7 @@ class FetchRate {
   double free_bytes_per_s() const noexcept;
   void end_round(LocalTime now) noexcept;
 
-  std::deque<Asked> asked_;
+  std::deque<Request> requests_;
   std::size_t in_flight_ = 0;
   double rate_ = kFirstRate_bytes_per_s;
   double credit_ = 2.0 * kMinPiece;  ///< bytes that may be requested

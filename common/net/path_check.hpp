@@ -15,7 +15,7 @@ class PathCheck {
  public:
   /// Same limit as QUIC (RFC 9000 §8.1).
   static constexpr std::uint64_t kAmplification = 3;
-  static constexpr Duration kAskAgain = std::chrono::milliseconds(20);
+  static constexpr Duration kRetryPeriod = std::chrono::milliseconds(20);
 
   PathCheck() = default;
   /// In      number  the address must return it; drawn so that it cannot be guessed
@@ -28,15 +28,15 @@ class PathCheck {
   /// Accepts the address without a challenge: it is verified by other means.
   void trust() { is_valid_ = true; }
   /// Returns whether `bytes` may be sent to the address, and counts them if so.
-  bool take(std::size_t bytes) {
+  bool consume(std::size_t bytes) {
     if (!is_valid_ && sent_ + bytes > kAmplification * received_) return false;
     sent_ += bytes;
     return true;
   }
-  /// Returns whether to send the number now; if so, not again for kAskAgain.
+  /// Returns whether to send the number now; if so, not again for kRetryPeriod.
   bool is_due(LocalTime now) {
-    if (is_valid_ || (asked_ != LocalTime{} && now - asked_ < kAskAgain)) return false;
-    asked_ = now;
+    if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kRetryPeriod)) return false;
+    sent_at_ = now;
     return true;
   }
 
@@ -45,7 +45,7 @@ class PathCheck {
   std::uint64_t received_ = 0;
   std::uint64_t sent_ = 0;
   bool is_valid_ = false;
-  LocalTime asked_{};
+  LocalTime sent_at_{};
 };
 
 }  // namespace tandem::net

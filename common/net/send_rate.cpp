@@ -30,7 +30,7 @@ void SendRate::delivered(Duration sent, Duration delay) noexcept {
   usual_.add(sent, delay);
   const Duration queue = recent_.least() - usual_.least();
   if (is_draining_) return drain(sent, queue);
-  if (queue < kGone) calm_at_ = sent;
+  if (queue < kDrained) calm_at_ = sent;
   if (queue > kQueue && sent > changed_at_) return fall(sent, queue);
   rise(sent, since_last);
 }
@@ -50,12 +50,12 @@ void SendRate::fall(Duration sent, Duration queue) noexcept {
 
 void SendRate::drain(Duration sent, Duration queue) noexcept {
   if (sent <= changed_at_) return;
-  const bool is_gone = queue < kGone;
+  const bool is_drained = queue < kDrained;
   least_draining_ = std::min(least_draining_, queue);
   most_draining_ = std::max(most_draining_, queue);
-  const bool is_no_queue = sent - changed_at_ >= kWatch && most_draining_ - least_draining_ < 2 * kGone;
-  if (!is_gone && !is_no_queue) return;
-  if (is_gone) {
+  const bool is_no_queue = sent - changed_at_ >= kWatch && most_draining_ - least_draining_ < 2 * kDrained;
+  if (!is_drained && !is_no_queue) return;
+  if (is_drained) {
     limit_hz_ = resume_hz_;
     patience_ = std::min(2 * patience_, kMaxPatience);
   } else {

@@ -15,9 +15,9 @@ namespace tandem::net {
 ///         over a long time. Jitter of single messages does not do this. If a queue grew by q while messages of a time
 ///         t were sent, the link carries 1 / (1 + q/t) of their rate. At a queue of kQueue the sender falls to the
 ///         floor rate until the queue is gone, and then resumes at kMargin of the capacity. If the queue changes by
-///         less than 2 kGone within kWatch, it is a longer route, not congestion, and the limit stays. Without a queue
-///         the rate rises evenly after kPatience; that time doubles with each further congestion, up to kMaxPatience.
-///         Delays are differences of two clocks; only their changes count, so the clocks need not agree.
+///         less than 2 kDrained within kWatch, it is a longer route, not congestion, and the limit stays. Without a
+///         queue the rate rises evenly after kPatience; that time doubles with each further congestion, up to
+///         kMaxPatience. Delays are differences of two clocks; only their changes count, so the clocks need not agree.
 /// Limits  A queue below kQueue, and drops by a link with a short queue, are not detected. A delay that lasts longer
 ///         than kShort without own queueing (a pause of a radio link, other traffic) counts as a queue. This costs
 ///         rate, which recovers within a minute, and no force.
@@ -28,7 +28,7 @@ namespace tandem::net {
 class SendRate {
  public:
   static constexpr Duration kQueue = std::chrono::milliseconds(30);
-  static constexpr Duration kGone = std::chrono::milliseconds(10);
+  static constexpr Duration kDrained = std::chrono::milliseconds(10);
   static constexpr Duration kShort = std::chrono::milliseconds(50);
   static constexpr Duration kLong = std::chrono::seconds(10);
   static constexpr Duration kPatience = std::chrono::seconds(2);

@@ -2,7 +2,7 @@
 
 namespace tandem::net {
 
-std::optional<std::uint32_t> take_code_point(std::string_view& text) {
+std::optional<std::uint32_t> pop_code_point(std::string_view& text) {
   const auto lead = static_cast<unsigned char>(text.front());
   const std::size_t length = lead < 0x80          ? 1
                              : lead >> 5U == 0x6  ? 2
@@ -34,7 +34,7 @@ std::string printable(std::string_view text, std::size_t most_bytes) {
   std::string result;
   while (!text.empty()) {
     const std::string_view before = text;
-    const auto code = take_code_point(text);
+    const auto code = pop_code_point(text);
     if (!code) text.remove_prefix(1);
     const std::string_view taken = code && is_harmless(*code) ? before.substr(0, before.size() - text.size()) : "?";
     if (result.size() + taken.size() > most_bytes) break;

@@ -11,7 +11,7 @@ namespace tandem::net {
 
 /// Removes one code point from the front of a non-empty text. Returns nothing and removes nothing for overlong forms,
 /// surrogates and any other invalid UTF-8.
-std::optional<std::uint32_t> take_code_point(std::string_view& text);
+std::optional<std::uint32_t> pop_code_point(std::string_view& text);
 
 /// Returns whether the code is no control character, no line break and no change of text direction.
 bool is_harmless(std::uint32_t code);

@@ -24,7 +24,7 @@ class TokenBucket {
   bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
   /// Takes `cost` tokens; returns whether the balance covered them.
-  bool take(double cost, LocalTime now) {
+  bool consume(double cost, LocalTime now) {
     const double left = tokens_at(now) - cost;
     tokens_ = std::max(left, -std::max(rate_.at_once, cost));
     at_ = now;

@@ -152,7 +152,7 @@ void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, s
     flow.fluid.damping_n_m_s_per_rad =
         std::min(flow.fluid.damping_n_m_s_per_rad, kLateShare / (angular * input.step_s));
   }
-  if (flow.is_there()) things[meeting.tool.thing].drag.add(flow);
+  if (flow.is_acting()) things[meeting.tool.thing].drag.add(flow);
 }
 
 void EffectStage::push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W,

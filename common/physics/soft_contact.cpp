@@ -8,7 +8,7 @@ namespace {
 /// End of the fading, in trust radii.
 constexpr double kFadeEnd = 4;
 /// Share of the initial force along its direction below which the whole wrench is scaled down.
-constexpr double kLetGoShare = 0.25;
+constexpr double kReleaseShare = 0.25;
 /// Depth beyond which the force no longer grows.
 constexpr double kDeepest_m = 0.05;
 
@@ -31,7 +31,7 @@ Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept {
   const Vec6 change = contact.stiffness * way;
   const Wrench wrench{contact.wrench_W.f - change.head<3>(), contact.wrench_W.t - change.tail<3>()};
   const double share = wrench.f.dot(normal_W) / pressing;
-  const double held = std::clamp(share / kLetGoShare, 0.0, 1.0);
+  const double held = std::clamp(share / kReleaseShare, 0.0, 1.0);
   const double past = std::max(0.0, distance / contact.trust_radius_m - 1);
   return wrench * (held * (1 - past / (kFadeEnd - 1)));
 }

@@ -11,7 +11,7 @@ void ToolHand::advance(double step_s) noexcept {
 }
 
 void ToolHand::reset(const haptics::CouplingParameters& coupling) noexcept {
-  let_go();
+  release();
   brake_n_s_per_m_ = 0;
   fade_.jump_to(fade_.target_law(), coupling);
   energy_into_world_j_ = 0;
@@ -30,7 +30,7 @@ void ToolHand::anchor_at(const Pose& X_WT) noexcept {
   wrench_on_hand_W_ = Wrench{};
 }
 
-void ToolHand::let_go() noexcept {
+void ToolHand::release() noexcept {
   pulls_ = has_handle_ = false;
   wrench_on_tool_W_ = Wrench{};
   wrench_on_hand_W_ = Wrench{};

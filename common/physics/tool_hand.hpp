@@ -25,7 +25,7 @@ class ToolHand {
 
   /// Sets law and coefficients; advance() fades to them (LawFade).
   void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& coupling) noexcept {
-    fade_.go_to(law, coupling);
+    fade_.fade_to(law, coupling);
   }
   void advance(double step_s) noexcept;
   /// Resets for a new user, with this coupling at once: no handle, empty account.
@@ -34,7 +34,7 @@ class ToolHand {
   /// Couples the tool to its present pose, at rest, until the next handle.
   void anchor_at(const Pose& X_WT) noexcept;
   /// Ends the coupling.
-  void let_go() noexcept;
+  void release() noexcept;
 
   /// Sets the additional damping of the tool's velocity in the world; 0 at first.
   void set_brake(double n_s_per_m) noexcept { brake_n_s_per_m_ = n_s_per_m; }

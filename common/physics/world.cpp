@@ -49,7 +49,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   pulls.reserve(tools.size());
   touch_joints.reserve(bodies.size());
   soft_tools.resize(things.size());
-  put_back.reserve(bodies.size());
+  returned_bodies.reserve(bodies.size());
   poses.resize(bodies.size(), kNowhere);
   wrenches.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) free->add(i, bodies[i].rigid);
@@ -101,11 +101,11 @@ void World::remove_body(BodyId id) {
   if (WorldBody* const body = impl_->body_of(id)) body->is_absent = true;
 }
 
-std::span<const BodyId> World::put_back() const noexcept {
-  return impl_->put_back;
+std::span<const BodyId> World::returned_bodies() const noexcept {
+  return impl_->returned_bodies;
 }
 
-void World::put_all_back() noexcept {
+void World::return_all() noexcept {
   for (std::size_t i = 0; i < impl_->tools.size(); ++i) {
     if (impl_->tools[i].held != impl_->scene->tools[i].holds_body) release(i);
   }

@@ -140,10 +140,10 @@ class World {
 
   /// Bodies that the last step returned to their starts, at rest. Causes: a request, a state that is not finite, or a
   /// position beyond limits.bounds_m while no tool holds the body.
-  std::span<const BodyId> put_back() const noexcept;
+  std::span<const BodyId> returned_bodies() const noexcept;
   /// Requests that the next step returns each moving body to its start, at rest. Tools release their bodies, except a
   /// body that the tool holds from the start.
-  void put_all_back() noexcept;
+  void return_all() noexcept;
   /// Nodes of a soft body after the last step; for viewers.
   std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
   /// Sets the nodes of a soft body, at rest. Only before the first step, and only in a world with soft bodies.

@@ -84,7 +84,7 @@ void World::deactivate_tool(std::size_t index) {
   if (!tool.is_active) return;
   release(index);
   tool.passes_through.reset();
-  tool.hand.let_go();
+  tool.hand.release();
   tool.hand.set_brake(0);
   tool.soft = {};
   impl_->effects.forget(index);
@@ -106,7 +106,7 @@ void World::clear_handle(std::size_t index) {
   if (tool.held) {
     tool.hand.anchor_at(impl_->tool_state(tool).X);
   } else {
-    tool.hand.let_go();
+    tool.hand.release();
   }
 }
 
@@ -158,7 +158,7 @@ void World::release(std::size_t index) {
   WorldTool& tool = impl_->tools[index];
   if (!tool.held) return;
   impl_->detach(tool);
-  if (!tool.hand.has_handle()) tool.hand.let_go();
+  if (!tool.hand.has_handle()) tool.hand.release();
 }
 
 void World::set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters) {

@@ -135,9 +135,9 @@ struct World::Impl {
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
   EffectStage effects;
-  std::vector<BodyId> put_back;  ///< bodies returned by the last step
-  bool puts_all_back = false;    ///< in the next step
-  bool is_answered = false;      ///< answer() was called, finish() was not
+  std::vector<BodyId> returned_bodies;  ///< bodies returned by the last step
+  bool puts_all_back = false;           ///< in the next step
+  bool is_answered = false;             ///< answer() was called, finish() was not
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

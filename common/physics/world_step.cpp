@@ -194,9 +194,9 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
   const bool is_finite = body.rigid.is_finite();
   const bool is_outside = is_finite && body.hands == 0 && body.rigid.pose().p.norm() > scene->limits.bounds_m;
-  const bool is_asked = puts_all_back && body.hands == 0;
-  if (is_finite && !is_outside && !is_asked) return limit_speed(body.rigid);
-  put_back.push_back(body_id_at(index));
+  const bool is_requested = puts_all_back && body.hands == 0;
+  if (is_finite && !is_outside && !is_requested) return limit_speed(body.rigid);
+  returned_bodies.push_back(body_id_at(index));
   // Removing and adding clears the contacts, which may hold values that are not finite.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
@@ -241,7 +241,7 @@ TickFaults World::answer() noexcept {
   faults |= impl_->apply_field();
   impl_->damp_and_ramp();
   faults |= impl_->step_touch();
-  impl_->put_back.clear();
+  impl_->returned_bodies.clear();
   faults |= impl_->limit_or_restore_all(false);
   faults |= impl_->settle_hands();
   impl_->is_answered = true;

@@ -52,7 +52,7 @@ std::array<Duration, 2> times_of(int schedstat) {
 }
 
 /// Pins the calling thread to the processor. False: another thread already keeps it awake.
-bool take(int processor) {
+bool claim(int processor) {
   const auto index = static_cast<std::size_t>(processor);
   if (processor >= CPU_SETSIZE || kept_awake[index].test_and_set()) return false;
   cpu_set_t cpus;
@@ -74,7 +74,7 @@ void run_beside(int stat, int schedstat, int own_schedstat, const std::weak_ptr<
     if (processor < 0) break;
     if (processor != taken) {
       if (taken >= 0) kept_awake[static_cast<std::size_t>(taken)].clear();
-      taken = take(processor) ? processor : -1;
+      taken = claim(processor) ? processor : -1;
       times = 0;
     }
     if (taken < 0) {

@@ -40,7 +40,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
     spdlog::memory_buf_t text;
     formatter_->format(message, text);
     write_all(std::string_view(text.data(), text.size()));
-    tell_lost();
+    report_lost();
   }
   void flush_() override {
     const std::lock_guard lock(flushes_.mutex);
@@ -49,11 +49,11 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   }
 
  private:
-  void tell_lost() {
+  void report_lost() {
     const std::size_t lost = pool_.overrun_counter();
-    if (lost == told_lost_ || descriptor_ != STDERR_FILENO) return;
-    write_all("(" + std::to_string(lost - told_lost_) + " lines were dropped, because nobody read them)\n");
-    told_lost_ = lost;
+    if (lost == reported_lost_ || descriptor_ != STDERR_FILENO) return;
+    write_all("(" + std::to_string(lost - reported_lost_) + " lines were dropped, because nobody read them)\n");
+    reported_lost_ = lost;
   }
   void write_all(std::string_view text) {
     while (!text.empty()) {
@@ -73,7 +73,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   int descriptor_;
   spdlog::details::thread_pool& pool_;
   Flushes& flushes_;
-  std::size_t told_lost_ = 0;
+  std::size_t reported_lost_ = 0;
 };
 
 /// One standard output: a thread, its queue and the loggers that write to it.
@@ -114,33 +114,33 @@ void ignore_broken_pipes() {
 }  // namespace
 
 std::vector<std::string> LineLimit::admitted(std::string_view kind, const std::string& line, LocalTime now) {
-  std::vector<std::string> said;
+  std::vector<std::string> shown;
   for (auto& [other, window] : windows_) {
-    if (now - window.begin >= kWindow) end(other, window, said);
+    if (now - window.begin >= kWindow) end(other, window, shown);
   }
   auto found = windows_.find(kind);
   if (found == windows_.end()) found = windows_.emplace(std::string(kind), Window{}).first;
   Window& window = found->second;
   if (window.lines == 0) window.begin = now;
   ++window.lines;
-  if (window.lines <= kMaxLines) said.push_back(line);
+  if (window.lines <= kMaxLines) shown.push_back(line);
   if (window.lines == kMaxLines + 1) {
-    said.push_back("more than " + std::to_string(kMaxLines) + " lines a minute of the kind \"" + std::string(kind) +
-                   "\": the others are only counted");
+    shown.push_back("more than " + std::to_string(kMaxLines) + " lines a minute of the kind \"" + std::string(kind) +
+                    "\": the others are only counted");
   }
-  return said;
+  return shown;
 }
 
 std::vector<std::string> LineLimit::left_out() {
-  std::vector<std::string> said;
-  for (auto& [kind, window] : windows_) end(kind, window, said);
-  return said;
+  std::vector<std::string> shown;
+  for (auto& [kind, window] : windows_) end(kind, window, shown);
+  return shown;
 }
 
-void LineLimit::end(std::string_view kind, Window& window, std::vector<std::string>& said) {
+void LineLimit::end(std::string_view kind, Window& window, std::vector<std::string>& shown) {
   if (window.lines > kMaxLines) {
-    said.push_back("left out: " + counted(window.lines - kMaxLines, "line", "lines") + " of the kind \"" +
-                   std::string(kind) + "\"");
+    shown.push_back("left out: " + counted(window.lines - kMaxLines, "line", "lines") + " of the kind \"" +
+                    std::string(kind) + "\"");
   }
   window.lines = 0;
 }
@@ -170,13 +170,14 @@ void Output::err(const std::string& text) {
 
 void Output::log(std::string_view kind, const std::string& line) {
   const std::lock_guard lock(impl_->mutex);
-  for (const std::string& said : impl_->limit.admitted(kind, line, SteadyClock().now())) impl_->err.write_dated(said);
+  for (const std::string& admitted : impl_->limit.admitted(kind, line, SteadyClock().now()))
+    impl_->err.write_dated(admitted);
 }
 
 void Output::finish() {
   {
     const std::lock_guard lock(impl_->mutex);
-    for (const std::string& said : impl_->limit.left_out()) impl_->err.write_dated(said);
+    for (const std::string& left_out : impl_->limit.left_out()) impl_->err.write_dated(left_out);
   }
   std::unique_lock lock(impl_->flushes.mutex);
   const int awaited = impl_->flushes.count + 2;

@@ -36,7 +36,7 @@ class LineLimit {
     LocalTime begin{};
     std::size_t lines = 0;
   };
-  static void end(std::string_view kind, Window& window, std::vector<std::string>& said);
+  static void end(std::string_view kind, Window& window, std::vector<std::string>& shown);
 
   std::map<std::string, Window, std::less<>> windows_;
 };

@@ -14,7 +14,7 @@ constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
 constexpr std::size_t kMaxChannels = 1024;
 constexpr std::size_t kReadAtOnce = std::size_t{1} << 20U;
 
-std::span<const std::uint8_t> take_bytes(ByteReader& reader, std::span<const std::uint8_t>& rest, std::uint64_t size) {
+std::span<const std::uint8_t> read_bytes(ByteReader& reader, std::span<const std::uint8_t>& rest, std::uint64_t size) {
   if (!reader.ok() || size > rest.size()) {
     reader.fail();
     return {};
@@ -24,8 +24,8 @@ std::span<const std::uint8_t> take_bytes(ByteReader& reader, std::span<const std
   return taken;
 }
 
-std::string take_text(ByteReader& reader, std::span<const std::uint8_t>& rest) {
-  const auto bytes = take_bytes(reader, rest, reader.u32());
+std::string read_text(ByteReader& reader, std::span<const std::uint8_t>& rest) {
+  const auto bytes = read_bytes(reader, rest, reader.u32());
   return {bytes.begin(), bytes.end()};
 }
 
@@ -91,27 +91,27 @@ bool McapReader::read_record() {
   return false;
 }
 
-bool McapReader::take_schema(std::span<const std::uint8_t> rest) {
+bool McapReader::read_schema(std::span<const std::uint8_t> rest) {
   ByteReader reader(rest);
   const auto id = reader.number<std::uint16_t>();
   Channel schema;
-  schema.type = take_text(reader, rest);
-  take_text(reader, rest);  // the encoding; the decoder knows the type
-  const auto data = take_bytes(reader, rest, reader.u32());
+  schema.type = read_text(reader, rest);
+  read_text(reader, rest);  // the encoding; the decoder knows the type
+  const auto data = read_bytes(reader, rest, reader.u32());
   schema.descriptors.assign(data.begin(), data.end());
   if (!reader.ok() || !rest.empty() || id == 0 || schemas_.size() >= kMaxChannels) return false;
   schemas_.insert_or_assign(id, std::move(schema));
   return true;
 }
 
-bool McapReader::take_channel(std::span<const std::uint8_t> rest) {
+bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   ByteReader reader(rest);
   const auto id = reader.number<std::uint16_t>();
   const auto schema = schemas_.find(reader.number<std::uint16_t>());
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
-  channel.topic = take_text(reader, rest);
-  take_text(reader, rest);                 // the encoding
-  take_bytes(reader, rest, reader.u32());  // the channel's metadata
+  channel.topic = read_text(reader, rest);
+  read_text(reader, rest);                 // the encoding
+  read_bytes(reader, rest, reader.u32());  // the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
   // The summary repeats each channel under a checksum. Another topic there means that messages were assigned wrongly.
   const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
@@ -126,8 +126,8 @@ std::string McapReader::damage_of_chunk(std::span<const std::uint8_t> rest) {
   reader.number<std::uint64_t>();
   const auto size = reader.number<std::uint64_t>();
   const std::uint32_t sum = reader.u32();
-  const std::string compression = take_text(reader, rest);
-  const auto packed = take_bytes(reader, rest, reader.number<std::uint64_t>());
+  const std::string compression = read_text(reader, rest);
+  const auto packed = read_bytes(reader, rest, reader.number<std::uint64_t>());
   if (!reader.ok() || !rest.empty()) return "a chunk does not fit the length of its record";
   if (size > kMaxRecordBytes) {
     return "a chunk says that it has " + std::to_string(size) + " bytes unpacked, more than 64 MiB";
@@ -164,9 +164,9 @@ std::optional<Message> McapReader::message_of(std::span<const std::uint8_t> cont
 }
 
 /// Handles schemas and channels; ignores all other records.
-bool McapReader::take_record(Op op, std::span<const std::uint8_t> content) {
-  if (op == Op::kSchema) return take_schema(content);
-  if (op == Op::kChannel) return take_channel(content);
+bool McapReader::read_data_record(Op op, std::span<const std::uint8_t> content) {
+  if (op == Op::kSchema) return read_schema(content);
+  if (op == Op::kChannel) return read_channel(content);
   return true;
 }
 
@@ -174,11 +174,11 @@ std::optional<Message> McapReader::next_in_chunk() {
   while (!rest_.empty() && end_ == End::kNotYet) {
     ByteReader reader(rest_);
     const auto op = static_cast<Op>(reader.number<std::uint8_t>());
-    const auto content = take_bytes(reader, rest_, reader.number<std::uint64_t>());
+    const auto content = read_bytes(reader, rest_, reader.number<std::uint64_t>());
     if (!reader.ok() || (op != Op::kMessage && op != Op::kSchema && op != Op::kChannel))
       return stop(End::kDamaged, "a chunk does not hold what it says");
     if (op == Op::kMessage) return message_of(content);
-    if (!take_record(op, content)) return stop(End::kDamaged, "a chunk has a damaged schema or channel");
+    if (!read_data_record(op, content)) return stop(End::kDamaged, "a chunk has a damaged schema or channel");
   }
   return std::nullopt;
 }
@@ -187,8 +187,8 @@ std::optional<Message> McapReader::next_in_chunk() {
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
-  take_text(reader, rest);  // the profile
-  take_text(reader, rest);  // the library
+  read_text(reader, rest);  // the profile
+  read_text(reader, rest);  // the library
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
@@ -198,7 +198,7 @@ std::string McapReader::damage_of_index() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
   const auto id = reader.number<std::uint16_t>();
-  take_bytes(reader, rest, reader.u32());
+  read_bytes(reader, rest, reader.u32());
   return reader.ok() && rest.empty() && channel(id) != nullptr ? "" : "the index of a chunk is damaged";
 }
 
@@ -242,7 +242,7 @@ std::string McapReader::damage_of_record() {
       return damage_of_index();
     case Op::kSchema:
     case Op::kChannel:
-      return take_record(op_, content_) ? "" : "a schema or channel is damaged";
+      return read_data_record(op_, content_) ? "" : "a schema or channel is damaged";
     case Op::kMessage:
       return "a message stands outside of a chunk, where no sum protects it";
     case Op::kDataEnd:

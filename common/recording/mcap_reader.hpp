@@ -47,9 +47,9 @@ class McapReader {
   std::string damage_of_index() const;
   std::string damage_of_footer();
   bool is_sum_of_summary_right(std::uint32_t sum) const;
-  bool take_record(Op op, std::span<const std::uint8_t> content);
-  bool take_schema(std::span<const std::uint8_t> content);
-  bool take_channel(std::span<const std::uint8_t> content);
+  bool read_data_record(Op op, std::span<const std::uint8_t> content);
+  bool read_schema(std::span<const std::uint8_t> content);
+  bool read_channel(std::span<const std::uint8_t> content);
   std::string damage_of_chunk(std::span<const std::uint8_t> content);
   std::optional<Message> next_in_chunk();
   std::optional<Message> message_of(std::span<const std::uint8_t> content);

@@ -16,14 +16,14 @@ namespace {
 constexpr int kCompression = 1;
 constexpr std::size_t kRecordHead = 9;  ///< type and length
 
-void put_text(ByteWriter& out, std::string_view text) {
+void append_text(ByteWriter& out, std::string_view text) {
   out.u32(static_cast<std::uint32_t>(text.size()));
   out.array(std::span(text.data(), text.size()));
 }
 
 /// Appends a record; `fill` appends its content.
 template <class Fill>
-void put_record(Bytes& out, Op op, const Fill& fill) {
+void append_record(Bytes& out, Op op, const Fill& fill) {
   ByteWriter writer(out);
   writer.number(static_cast<std::uint8_t>(op));
   const std::size_t length_at = out.size();
@@ -34,7 +34,7 @@ void put_record(Bytes& out, Op op, const Fill& fill) {
   std::ranges::copy(length, out.begin() + static_cast<std::ptrdiff_t>(length_at));
 }
 
-void put_magic(Bytes& out) {
+void append_magic(Bytes& out) {
   ByteWriter(out).array(std::span(kMagic.data(), kMagic.size()));
 }
 
@@ -60,18 +60,18 @@ McapWriter::McapWriter(std::vector<Channel> channels, std::string library)
 void McapWriter::describe_channels(Bytes& out) const {
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     const Channel& channel = channels_[i];
-    put_record(out, Op::kSchema, [&](ByteWriter& content) {
+    append_record(out, Op::kSchema, [&](ByteWriter& content) {
       content.number(static_cast<std::uint16_t>(i + 1));
-      put_text(content, channel.type);
-      put_text(content, "protobuf");
+      append_text(content, channel.type);
+      append_text(content, "protobuf");
       content.u32(static_cast<std::uint32_t>(channel.descriptors.size()));
       content.array(std::span(channel.descriptors));
     });
-    put_record(out, Op::kChannel, [&](ByteWriter& content) {
+    append_record(out, Op::kChannel, [&](ByteWriter& content) {
       content.number(static_cast<std::uint16_t>(i));
       content.number(static_cast<std::uint16_t>(i + 1));
-      put_text(content, channel.topic);
-      put_text(content, "protobuf");
+      append_text(content, channel.topic);
+      append_text(content, "protobuf");
       content.u32(0);  // no metadata
     });
   }
@@ -79,10 +79,10 @@ void McapWriter::describe_channels(Bytes& out) const {
 
 Bytes McapWriter::begin() {
   Bytes out;
-  put_magic(out);
-  put_record(out, Op::kHeader, [this](ByteWriter& content) {
-    put_text(content, "");
-    put_text(content, library_);
+  append_magic(out);
+  append_record(out, Op::kHeader, [this](ByteWriter& content) {
+    append_text(content, "");
+    append_text(content, library_);
   });
   describe_channels(out);
   file_bytes_ = out.size();
@@ -95,7 +95,7 @@ Bytes McapWriter::begin() {
 
 void McapWriter::add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data) {
   index_[channel].push_back({time_ns, chunk_.size()});
-  put_record(chunk_, Op::kMessage, [&](ByteWriter& content) {
+  append_record(chunk_, Op::kMessage, [&](ByteWriter& content) {
     content.number(channel);
     content.number(++sequences_.at(channel));
     content.number(time_ns);
@@ -105,7 +105,7 @@ void McapWriter::add(std::uint16_t channel, std::uint64_t time_ns, std::span<con
   ++chunk_messages_;
 }
 
-Bytes McapWriter::take_chunk() {
+Bytes McapWriter::pop_chunk() {
   Bytes out;
   if (chunk_messages_ == 0) return out;
   last_indexes_ = chunk_indexes_.size();
@@ -122,12 +122,12 @@ Bytes McapWriter::take_chunk() {
     counts_[channel] += entries.size();
   }
   const Bytes packed = compressed(chunk_);
-  put_record(out, Op::kChunk, [&](ByteWriter& content) {
+  append_record(out, Op::kChunk, [&](ByteWriter& content) {
     content.number(first);
     content.number(last);
     content.number(static_cast<std::uint64_t>(chunk_.size()));
     content.u32(crc32(chunk_));
-    put_text(content, "zstd");
+    append_text(content, "zstd");
     content.number(static_cast<std::uint64_t>(packed.size()));
     content.array(std::span(packed));
   });
@@ -135,13 +135,13 @@ Bytes McapWriter::take_chunk() {
   std::map<std::uint16_t, std::uint64_t> index_offsets;
   for (const auto& [channel, entries] : index_) {
     index_offsets[channel] = file_bytes_ + out.size();
-    put_record(out, Op::kMessageIndex, [number = channel, &its = entries](ByteWriter& content) {
+    append_record(out, Op::kMessageIndex, [number = channel, &its = entries](ByteWriter& content) {
       content.number(number);
       content.u32(static_cast<std::uint32_t>(its.size() * sizeof(its.front())));
       for (const auto& entry : its) content.array(std::span<const std::uint64_t>(entry));
     });
   }
-  put_record(chunk_indexes_, Op::kChunkIndex, [&](ByteWriter& content) {
+  append_record(chunk_indexes_, Op::kChunkIndex, [&](ByteWriter& content) {
     content.number(first);
     content.number(last);
     content.number(file_bytes_);
@@ -152,7 +152,7 @@ Bytes McapWriter::take_chunk() {
       content.number(offset);
     }
     content.number(out.size() - chunk_length);
-    put_text(content, "zstd");
+    append_text(content, "zstd");
     content.number(static_cast<std::uint64_t>(packed.size()));
     content.number(static_cast<std::uint64_t>(chunk_.size()));
   });
@@ -176,7 +176,7 @@ void McapWriter::drop_chunk() {
 }
 
 void McapWriter::add_statistics(Bytes& out) const {
-  put_record(out, Op::kStatistics, [this](ByteWriter& content) {
+  append_record(out, Op::kStatistics, [this](ByteWriter& content) {
     std::uint64_t messages = 0;
     for (const std::uint64_t count : counts_) messages += count;
     content.number(messages);
@@ -197,13 +197,13 @@ void McapWriter::add_statistics(Bytes& out) const {
 
 Bytes McapWriter::finish() {
   Bytes out;
-  put_record(out, Op::kDataEnd, [](ByteWriter& content) { content.u32(0); });  // no checksum of the whole file
+  append_record(out, Op::kDataEnd, [](ByteWriter& content) { content.u32(0); });  // no checksum of the whole file
   const std::size_t summary_at = out.size();
   describe_channels(out);
   add_statistics(out);
   out.insert(out.end(), chunk_indexes_.begin(), chunk_indexes_.end());
   std::uint32_t sum = 0;
-  put_record(out, Op::kFooter, [&](ByteWriter& content) {
+  append_record(out, Op::kFooter, [&](ByteWriter& content) {
     content.number(file_bytes_ + summary_at);
     content.number(std::uint64_t{0});  // no offsets into the summary
     // Covers the summary and this record up to the checksum; the record's length is known.
@@ -215,7 +215,7 @@ Bytes McapWriter::finish() {
     sum = crc32(summed);
     content.u32(sum);
   });
-  put_magic(out);
+  append_magic(out);
   return out;
 }
 

@@ -23,7 +23,7 @@ RecordingFile::RecordingFile(std::filesystem::path file, McapWriter writer, Rota
     : first_(std::move(file)), writer_(std::move(writer)), rotation_(rotation), describe_(std::move(describe)) {
   open(0);
   if (!is_failing_) return;
-  throw std::invalid_argument("recording " + path_.string() + ": " + take_news() +
+  throw std::invalid_argument("recording " + path_.string() + ": " + pop_news() +
                               "; name a file that is not there, in a folder that can be written");
 }
 
@@ -112,7 +112,7 @@ void RecordingFile::flush(std::uint64_t now_ns) {
   const std::uint64_t messages = writer_.waiting_messages();
   if (messages == 0) return;
   const bool has_description = std::exchange(is_described_in_chunk_, false);
-  if (!append(writer_.take_chunk())) {
+  if (!append(writer_.pop_chunk())) {
     writer_.drop_chunk();
     messages_lost_ += messages;
     failed_ns_ = now_ns;
@@ -139,7 +139,7 @@ void RecordingFile::finish() {
   close();
 }
 
-std::string RecordingFile::take_news() {
+std::string RecordingFile::pop_news() {
   return std::exchange(news_, {});
 }
 

@@ -49,7 +49,7 @@ class RecordingFile {
   std::uint32_t parts() const { return part_; }
   /// Message to the user since the last call: the disk refuses data, or has accepted everything for 5 s again; empty if
   /// there is none.
-  std::string take_news();
+  std::string pop_news();
 
  private:
   void open(std::uint64_t now_ns);

@@ -103,10 +103,10 @@ DeviceSample FalconDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
 }
 
 void FalconDriver::open(LocalTime now) {
-  if (!absence_.is_time_to_look(now)) return;
+  if (!absence_.is_attempt_due(now)) return;
   std::string_view reason;
   if (!port_) port_ = open_(reason);
-  if (!port_) return absence_.go_on(reason);
+  if (!port_) return absence_.note_absence(reason);
   begin_probing();
 }
 
@@ -140,14 +140,14 @@ void FalconDriver::probe(LocalTime now) {
   if (++tries_ < kMaxProbes) return;
   if (!settings_.firmware.empty()) return begin_loader();
   phase_ = Phase::kClosed;  // the port stays open for the next attempt
-  absence_.say(kNoFirmware);
+  absence_.set_reason(kNoFirmware);
 }
 
 void FalconDriver::begin_loader() {
   phase_ = Phase::kLoader;
   tries_ = 0;
   loader_due_ = {};
-  if (attempts_ == 0) absence_.say(kLoading);
+  if (attempts_ == 0) absence_.set_reason(kLoading);
   set_line(kFtdiBaudLoader, kLoaderLatency_ms);
   port_->control(FtdiRequest::kLine, kFtdi8N1);
   port_->control(FtdiRequest::kFlow, kFtdiNoFlow);
@@ -196,7 +196,7 @@ void FalconDriver::upload(LocalTime now) {
 
 void FalconDriver::fail(LocalTime now, std::string_view reason) {
   ++attempts_;
-  absence_.say(attempts_ >= kMaxAttempts ? kNotLoaded : reason);
+  absence_.set_reason(attempts_ >= kMaxAttempts ? kNotLoaded : reason);
   begin_loader();
   loader_due_ = now + pause_after(attempts_);
 }
@@ -231,7 +231,7 @@ bool FalconDriver::receive(FalconReply& reply) {
   // The newest packet counts; the next read completes a truncated one.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
-      if (const auto one = parser_.take(byte)) {
+      if (const auto one = parser_.parse(byte)) {
         reply = *one;
         has_reply = true;
       }

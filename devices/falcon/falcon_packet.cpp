@@ -52,7 +52,7 @@ std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFal
   return FalconReply{{*first, *second, *third}, static_cast<std::uint8_t>(bytes[kBits] - kZero)};
 }
 
-std::optional<FalconReply> FalconPacketParser::take(std::uint8_t byte) noexcept {
+std::optional<FalconReply> FalconPacketParser::parse(std::uint8_t byte) noexcept {
   if (length_ == 0 && byte != kStart) {
     ++skipped_;
     return std::nullopt;

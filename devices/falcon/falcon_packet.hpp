@@ -35,7 +35,7 @@ std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFal
 class FalconPacketParser {
  public:
   /// Adds a byte; returns the packet that it completes, if any.
-  std::optional<FalconReply> take(std::uint8_t byte) noexcept;
+  std::optional<FalconReply> parse(std::uint8_t byte) noexcept;
   void reset() noexcept { length_ = 0; }
   /// Number of bytes outside packets.
   std::uint64_t skipped() const { return skipped_; }

@@ -93,7 +93,7 @@ class FalconUsbPort final : public FalconPort {
 
   bool control(FtdiRequest request, std::uint16_t value) override;
   bool write(std::span<const std::uint8_t> bytes) override;
-  bool is_written() const override { return !out_.is_under_way && !is_gone_; }
+  bool is_written() const override { return !out_.is_under_way && !is_removed_; }
   int read(std::span<std::uint8_t> bytes, Duration longest) override;
 
  private:
@@ -120,7 +120,7 @@ class FalconUsbPort final : public FalconPort {
   std::array<Transfer, 2> in_;
   Transfer out_;
   std::vector<std::uint8_t> received_;
-  bool is_gone_ = false;
+  bool is_removed_ = false;
   bool is_closing_ = false;
 };
 
@@ -130,7 +130,7 @@ FalconUsbPort::FalconUsbPort(Usb usb, libusb_device_handle* handle, Watchdog* wa
   prepare(out_, kEndpointOut, on_sent);
   for (Transfer& in : in_) {
     prepare(in, kEndpointIn, on_received);
-    if (!submit(in, kUsbPacket)) is_gone_ = true;
+    if (!submit(in, kUsbPacket)) is_removed_ = true;
   }
 }
 
@@ -165,7 +165,7 @@ bool FalconUsbPort::submit(Transfer& transfer, std::size_t length) {
 void FalconUsbPort::note(const libusb_transfer& transfer) {
   static_cast<Transfer*>(transfer.user_data)->is_under_way = false;
   const bool is_good = transfer.status == LIBUSB_TRANSFER_COMPLETED || transfer.status == LIBUSB_TRANSFER_CANCELLED;
-  if (!is_good) is_gone_ = true;
+  if (!is_good) is_removed_ = true;
 }
 
 void FalconUsbPort::on_received(libusb_transfer* transfer) {
@@ -177,7 +177,7 @@ void FalconUsbPort::on_received(libusb_transfer* transfer) {
     port.received_.insert(port.received_.end(), in.buffer.begin() + kStatusBytes,
                           in.buffer.begin() + static_cast<std::ptrdiff_t>(std::min(length, kUsbPacket)));
   }
-  if (!port.is_gone_ && !port.is_closing_ && !port.submit(in, kUsbPacket)) port.is_gone_ = true;
+  if (!port.is_removed_ && !port.is_closing_ && !port.submit(in, kUsbPacket)) port.is_removed_ = true;
 }
 
 void FalconUsbPort::on_sent(libusb_transfer* transfer) {
@@ -204,21 +204,21 @@ bool FalconUsbPort::control(FtdiRequest request, std::uint16_t value) {
   constexpr std::uint8_t kVendorOut = 0x40;  // vendor request, host to device, recipient device
   const int sent = libusb_control_transfer(handle_, kVendorOut, static_cast<std::uint8_t>(request), value, 0, nullptr,
                                            0, kControlTimeout_ms);
-  if (sent == LIBUSB_ERROR_NO_DEVICE) is_gone_ = true;
+  if (sent == LIBUSB_ERROR_NO_DEVICE) is_removed_ = true;
   if (request == FtdiRequest::kReset && value == kFtdiPurgeReceived) received_.clear();
   return sent == 0;
 }
 
 bool FalconUsbPort::write(std::span<const std::uint8_t> bytes) {
-  work(kWriteTimeout, [this] { return !out_.is_under_way || is_gone_; });
-  if (is_gone_ || out_.is_under_way || bytes.size() > kUsbPacket) return false;
+  work(kWriteTimeout, [this] { return !out_.is_under_way || is_removed_; });
+  if (is_removed_ || out_.is_under_way || bytes.size() > kUsbPacket) return false;
   std::ranges::copy(bytes, out_.buffer.begin());
   return submit(out_, bytes.size());
 }
 
 int FalconUsbPort::read(std::span<std::uint8_t> bytes, Duration longest) {
-  work(longest, [this] { return !received_.empty() || is_gone_; });
-  if (received_.empty()) return is_gone_ ? -1 : 0;
+  work(longest, [this] { return !received_.empty() || is_removed_; });
+  if (received_.empty()) return is_removed_ ? -1 : 0;
   const std::size_t count = std::min(bytes.size(), received_.size());
   std::copy_n(received_.begin(), count, bytes.begin());
   received_.erase(received_.begin(), received_.begin() + static_cast<std::ptrdiff_t>(count));

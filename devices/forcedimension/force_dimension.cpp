@@ -69,16 +69,16 @@ void ForceDimensionDriver::close() {
 
 bool ForceDimensionDriver::open(LocalTime now) {
   if (id_ >= 0) return true;
-  if (!absence_.is_time_to_look(now)) return false;
+  if (!absence_.is_attempt_due(now)) return false;
   id_ = dhd_.open();
   if (id_ < 0) {
-    absence_.go_on(kNotFound);
+    absence_.note_absence(kNotFound);
     return false;
   }
   const auto id = static_cast<char>(id_);
   if (dhd_.set_watchdog(kWatchdogUnits, id) < 0 || dhd_.enable_force(1, id) < 0) {
     close();
-    absence_.go_on(kRefused);
+    absence_.note_absence(kRefused);
     return false;
   }
   absence_.end();

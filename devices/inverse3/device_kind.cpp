@@ -9,12 +9,12 @@
 namespace tandem::devices {
 namespace {
 
-constexpr Duration kLook = std::chrono::milliseconds(300);
+constexpr Duration kProbeTime = std::chrono::milliseconds(300);
 
-/// First decisive state of the service within kLook.
-DeviceSample look_at(Inverse3Driver& driver) {
+/// First decisive state of the service within kProbeTime.
+DeviceSample probe(Inverse3Driver& driver) {
   const SteadyClock clock;
-  const LocalTime end = clock.now() + kLook;
+  const LocalTime end = clock.now() + kProbeTime;
   DeviceSample sample;
   bool is_decided = false;
   while (!is_decided && clock.now() < end) {
@@ -29,7 +29,7 @@ std::unique_ptr<Device> open_inverse3(const DeviceOptions& options) {
   spec.position_step_m = options.profile.position_step_m.value;
   const auto watchdog = std::make_shared<Watchdog>(options.realtime_priority);
   auto driver = std::make_unique<Inverse3Driver>(std::move(spec), inverse3_endpoint(options.service), watchdog);
-  const DeviceSample sample = look_at(*driver);
+  const DeviceSample sample = probe(*driver);
   if (sample.state != DeviceState::kReady && !sample.reason.empty()) {
     throw std::runtime_error("device inverse3, " + options.service + ": " + std::string(sample.reason) +
                              "; without one use --device sim");
@@ -40,7 +40,7 @@ std::unique_ptr<Device> open_inverse3(const DeviceOptions& options) {
 std::vector<FoundDevice> find_inverse3() {
   const std::string service = DeviceOptions().service;
   Inverse3Driver driver(DeviceSpec{}, inverse3_endpoint(service));
-  if (look_at(driver).state != DeviceState::kReady) return {};
+  if (probe(driver).state != DeviceState::kReady) return {};
   return {{"its service at " + service, ""}};
 }
 

@@ -77,7 +77,7 @@ class ServiceSocket {
   template <class Buffers, class Handler>
   void async_write_some(const Buffers& buffers, Handler&& handler) {
     if (watchdog_ != nullptr) {
-      const error_code error = give(beast::buffers_to_string(buffers));
+      const error_code error = pass_to_watchdog(beast::buffers_to_string(buffers));
       const std::size_t size = error ? 0 : beast::buffer_bytes(buffers);
       return asio::post(get_executor(), beast::bind_front_handler(std::forward<Handler>(handler), error, size));
     }
@@ -90,7 +90,7 @@ class ServiceSocket {
   }
 
  private:
-  error_code give(const std::string& frame) {
+  error_code pass_to_watchdog(const std::string& frame) {
     constexpr unsigned kOpcode = 0x0f, kFirstControl = 0x08;
     const std::span bytes(reinterpret_cast<const std::uint8_t*>(frame.data()), frame.size());
     const bool is_reply = !bytes.empty() && (bytes[0] & kOpcode) >= kFirstControl;
@@ -163,12 +163,12 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   if (!link_) connect(now);
   if (link_ && state_ && !link_->socket().is_writing()) watch_over();
   // One command per state; but zero is sent immediately.
-  const bool must_let_go = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
+  const bool must_release = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
-  if (may_send && (is_new_ || must_let_go)) send(wrench_on_hand_D);
+  if (may_send && (is_new_ || must_release)) send(wrench_on_hand_D);
   work();
-  if (is_taken_) heard_ = now;
-  if (link_ && now - heard_ > kServiceSilence) fail(state_ ? kServiceSilent : kNoDevice);
+  if (is_taken_) last_received_ = now;
+  if (link_ && now - last_received_ > kServiceSilence) fail(state_ ? kServiceSilent : kNoDevice);
   return sample(now);
 }
 
@@ -189,8 +189,8 @@ void Inverse3Driver::watch_over() {
 }
 
 void Inverse3Driver::connect(LocalTime now) {
-  if (!absence_.is_time_to_look(now)) return;
-  heard_ = now;
+  if (!absence_.is_attempt_due(now)) return;
+  last_received_ = now;
   const auto link = link_ = std::make_shared<Link>(io_);
   link->socket().socket().async_connect(service_, [this, link](const error_code& error) {
     if (link != link_) return;
@@ -212,13 +212,13 @@ void Inverse3Driver::read_next(const std::shared_ptr<Link>& link) {
     if (link != link_) return;
     if (error) return fail(kClosed);
     const auto bytes = link->buffer.data();
-    take({static_cast<const char*>(bytes.data()), bytes.size()});
+    receive({static_cast<const char*>(bytes.data()), bytes.size()});
     link->buffer.consume(bytes.size());
     read_next(link);
   });
 }
 
-void Inverse3Driver::take(std::string_view text) {
+void Inverse3Driver::receive(std::string_view text) {
   auto state = read_inverse3_state(text);
   if (!state) return;
   is_new_ = true;
@@ -233,7 +233,8 @@ void Inverse3Driver::take(std::string_view text) {
 }
 
 void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
-  const Vec3 force_n = is_finite(wrench_on_hand_D.f) && absence_.was_there() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
+  const Vec3 force_n =
+      is_finite(wrench_on_hand_D.f) && absence_.was_connected() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
   const auto link = link_;
   may_be_on_ = may_be_on() || !force_n.isZero(0);
   shown_n_ = force_n;
@@ -269,7 +270,7 @@ void Inverse3Driver::fail(std::string_view reason) {
   if (has_last_)
     absence_.begin(now_, reason);
   else
-    absence_.say(reason);
+    absence_.set_reason(reason);
   may_be_on_ = may_be_on();
   if (watchdog_) watchdog_->release();
   watched_id_.clear();

@@ -46,7 +46,7 @@ class Inverse3Driver final : public DeviceDriver {
   void read_next(const std::shared_ptr<Link>& link);
   void watch_over();
   void send(const Wrench& wrench_on_hand_D);
-  void take(std::string_view text);
+  void receive(std::string_view text);
   void fail(std::string_view reason);
   DeviceSample sample(LocalTime now);
 
@@ -58,7 +58,7 @@ class Inverse3Driver final : public DeviceDriver {
   std::shared_ptr<Link> link_;  ///< null: not connected
   Absence absence_;
   LocalTime now_{};  ///< time of the current step
-  LocalTime heard_{};
+  LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent
   bool may_be_on_ = false;       ///< a force was sent, and zero has not been sent completely since
   bool is_new_ = false;          ///< the newest state has no command in answer yet

@@ -37,12 +37,12 @@ bool is_true(const json::value* value) {
 }
 
 void read_grip(const json::value* grip, Inverse3State& state) {
-  const json::value* const said = field(grip, "state");
-  const json::value* const orientation = field(said, "orientation");
+  const json::value* const state_field = field(grip, "state");
+  const json::value* const orientation = field(state_field, "orientation");
   const auto imaginary = vector(orientation);
   const auto real = number(field(orientation, "w"));
   if (imaginary && real) state.grip = Quat(*real, imaginary->x(), imaginary->y(), imaginary->z());
-  const json::value* const buttons = field(said, "buttons");
+  const json::value* const buttons = field(state_field, "buttons");
   const bool is_clutching = is_true(field(buttons, "b")) || is_true(field(buttons, "c"));
   state.buttons = (is_true(field(buttons, "a")) ? kButtonGrab : 0U) | (is_clutching ? kButtonClutch : 0U);
 }
@@ -55,13 +55,13 @@ std::optional<Inverse3State> read_inverse3_state(std::string_view text) {
   if (error) return std::nullopt;
   const json::value* const device = first_of(message, "inverse3");
   const json::value* const id = field(device, "device_id");
-  const json::value* const said = field(device, "state");
+  const json::value* const state_field = field(device, "state");
   if (id == nullptr || !(id->is_string() || id->is_number())) return std::nullopt;
   Inverse3State state;
   state.device_id = json::serialize(*id);
   if (state.device_id.size() > kMaxIdBytes) return std::nullopt;
-  state.cursor_m = vector(field(said, "cursor_position"));
-  state.cursor_m_per_s = vector(field(said, "cursor_velocity")).value_or(Vec3::Zero());
+  state.cursor_m = vector(field(state_field, "cursor_position"));
+  state.cursor_m_per_s = vector(field(state_field, "cursor_velocity")).value_or(Vec3::Zero());
   read_grip(first_of(message, "wireless_verse_grip"), state);
   return state;
 }

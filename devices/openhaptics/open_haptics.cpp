@@ -62,10 +62,10 @@ OpenHapticsDriver::~OpenHapticsDriver() {
 
 bool OpenHapticsDriver::open(LocalTime now) {
   if (is_open_) return true;
-  if (!absence_.is_time_to_look(now)) return false;
+  if (!absence_.is_attempt_due(now)) return false;
   const unsigned device = hd_.init_device(nullptr);
   if (hd_.get_error().code != 0 || device == kInvalidDevice) {
-    absence_.go_on(kSdkAbsent);
+    absence_.note_absence(kSdkAbsent);
     return false;
   }
   frame_ = {};

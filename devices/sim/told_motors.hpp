@@ -25,7 +25,7 @@ class ToldMotors final : public Device {
   DeviceSample read(LocalTime now) noexcept override { return device_->read(now); }
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
   void begin_path_at(LocalTime start) noexcept override { device_->begin_path_at(start); }
-  bool has_let_go() noexcept override { return watchdog_.has_let_go(); }
+  bool has_released_force() noexcept override { return watchdog_.has_released_force(); }
   bool may_be_on() const noexcept override { return may_be_on_; }
 
  private:

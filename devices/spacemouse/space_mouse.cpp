@@ -43,7 +43,7 @@ SpaceMouseDriver::~SpaceMouseDriver() {
 DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_hand_D*/) {
   if (!port_) return absent(now);
   absence_.end();
-  if (!take_report(now)) {
+  if (!read_report(now)) {
     port_.reset();
     absence_.begin(now, kMouseUnplugged);
     return absent(now);
@@ -66,11 +66,11 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   cap_.setZero();
   cap_rate_.setZero();
   has_moved_ = false;
-  if (absence_.is_time_to_look(now)) {
+  if (absence_.is_attempt_due(now)) {
     std::string_view reason;
     port_ = open_(reason);
     if (port_) light(true);
-    absence_.go_on(port_ ? std::string_view() : reason);
+    absence_.note_absence(port_ ? std::string_view() : reason);
   }
   return absence_.sample(now);
 }
@@ -83,13 +83,14 @@ void SpaceMouseDriver::light(bool is_on) {
 }
 
 /// Reads all waiting reports; waits a step for the first one. False: the device is disconnected.
-bool SpaceMouseDriver::take_report(LocalTime now) {
+bool SpaceMouseDriver::read_report(LocalTime now) {
   std::array<std::uint8_t, 64> report{};
   for (int i = 0; i < kMaxReportsAStep; ++i) {
     const int length = port_->read(report, i == 0 ? kStep : Duration{0});
     if (length < 0) return false;
     if (length == 0) return true;
-    const auto kind = reports_.take(std::span(report).first(std::min(report.size(), static_cast<std::size_t>(length))));
+    const auto kind =
+        reports_.parse(std::span(report).first(std::min(report.size(), static_cast<std::size_t>(length))));
     if (kind == SpaceMouseReports::Kind::kMotion) reported_ = now;
   }
   return true;

@@ -39,7 +39,7 @@ class SpaceMouseDriver final : public DeviceDriver {
  private:
   DeviceSample absent(LocalTime now);
   void light(bool is_on);
-  bool take_report(LocalTime now);
+  bool read_report(LocalTime now);
   void move(LocalTime now);
   Pose next_pose(double dt_s);
 

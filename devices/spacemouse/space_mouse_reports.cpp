@@ -24,15 +24,15 @@ double part_of_full(std::uint8_t low, std::uint8_t high) {
 
 }  // namespace
 
-SpaceMouseReports::Kind SpaceMouseReports::take(std::span<const std::uint8_t> report) noexcept {
+SpaceMouseReports::Kind SpaceMouseReports::parse(std::span<const std::uint8_t> report) noexcept {
   if (report.empty()) return Kind::kBad;
   const std::uint8_t id = report[0];
   const std::size_t length = report.size();
   if (id == kTranslation || id == kRotation) {
     const bool is_joined = id == kTranslation && length == kJoinedLength;
     if (!is_joined && length != kSplitLength) return Kind::kBad;
-    take_three(report.subspan(1, 6), id == kTranslation ? 0 : 3);
-    if (is_joined) take_three(report.subspan(7, 6), 3);
+    read_three(report.subspan(1, 6), id == kTranslation ? 0 : 3);
+    if (is_joined) read_three(report.subspan(7, 6), 3);
     return Kind::kMotion;
   }
   if (id != kButtonsId) return Kind::kOther;
@@ -41,7 +41,7 @@ SpaceMouseReports::Kind SpaceMouseReports::take(std::span<const std::uint8_t> re
   return Kind::kButtons;
 }
 
-void SpaceMouseReports::take_three(std::span<const std::uint8_t> bytes, int first) noexcept {
+void SpaceMouseReports::read_three(std::span<const std::uint8_t> bytes, int first) noexcept {
   deflection_[first] = part_of_full(bytes[0], bytes[1]);
   deflection_[first + 1] = -part_of_full(bytes[2], bytes[3]);
   deflection_[first + 2] = -part_of_full(bytes[4], bytes[5]);

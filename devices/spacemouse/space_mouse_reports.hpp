@@ -18,7 +18,7 @@ class SpaceMouseReports {
   enum class Kind : std::uint8_t { kMotion, kButtons, kOther, kBad };
 
   /// Decodes a report; reports other than motion and buttons change nothing.
-  Kind take(std::span<const std::uint8_t> report) noexcept;
+  Kind parse(std::span<const std::uint8_t> report) noexcept;
   /// Sets the deflection to zero, after a release without a report.
   void rest() noexcept { deflection_.setZero(); }
   /// (translation, rotation) in D, each −1 to 1; small values are 0, because caps do not return exactly.
@@ -27,7 +27,7 @@ class SpaceMouseReports {
   std::uint32_t buttons() const { return buttons_; }
 
  private:
-  void take_three(std::span<const std::uint8_t> bytes, int first) noexcept;
+  void read_three(std::span<const std::uint8_t> bytes, int first) noexcept;
 
   Vec6 deflection_ = Vec6::Zero();
   std::uint32_t buttons_ = 0;

@@ -21,7 +21,7 @@ struct CalibrateOptions {
   std::string out;
   std::vector<double> masses_kg;
   std::uint64_t seed = 1;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 int run_calibrate(const CalibrateOptions& options) {
@@ -38,7 +38,7 @@ int run_calibrate(const CalibrateOptions& options) {
   write_all_files(options.out, {{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
                                 {"calibration.json", results},
                                 {"report.html", to_html(calibration)}});
-  std::cout << (options.wants_json ? results : to_text(calibration));
+  std::cout << (options.prints_json ? results : to_text(calibration));
   return all_hold(checks_of(calibration)) ? 0 : 1;
 }
 
@@ -57,7 +57,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->type_name("KG,KG,...");
   command->add_option("--seed", options->seed, "of the hands' tremor")->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print calibration.json instead of a table");
+  command->add_flag("--json", options->prints_json, "print calibration.json instead of a table");
   command->footer(
       "Takes up to 15 s on one core; Ctrl-C leaves nothing.\n"
       "Exit code: 0 done, 1 the fitted pairs break the rules or are far from the best ones, 2 bad input or set-up.");

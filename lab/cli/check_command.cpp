@@ -46,7 +46,7 @@ struct CheckOptions {
   std::optional<double> rate_hz;
   std::optional<int> velocity_window;
   int delay_periods = 0;
-  bool wants_json = false;
+  bool prints_json = false;
   std::vector<const CLI::Option*> chosen_by_fit;          ///< options that the adaptive law sets itself
   std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< also set by the law when the fit includes rotation
 };
@@ -239,7 +239,7 @@ void add_options(CLI::App& command, CheckOptions& options) {
   command.add_option("--delay", options.delay_periods, "periods from sample to force")
       ->capture_default_str()
       ->check(CLI::Range(0, 64));
-  command.add_flag("--json", options.wants_json, "print one JSON object");
+  command.add_flag("--json", options.prints_json, "print one JSON object");
 }
 
 }  // namespace
@@ -251,7 +251,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->footer("Exit code: 0 stable, 1 refused: unstable in some hand, 2 bad input.");
   command->callback([options, &exit_code] {
     const CheckRun check = check_of(*options);
-    if (options->wants_json) {
+    if (options->prints_json) {
       std::cout << pretty_json(to_json(*options, check));
     } else {
       print(check, *options);

@@ -43,10 +43,10 @@ struct EnergyOptions {
   DockingOptions pair;
   std::vector<double> move_angstrom;
   std::string save;
-  bool wants_residues = false;
-  bool wants_atoms = false;
-  bool wants_report = false;
-  bool wants_json = false;
+  bool prints_residues = false;
+  bool prints_atoms = false;
+  bool prints_report = false;
+  bool prints_json = false;
   bool accepts_charge = false;
 };
 
@@ -89,12 +89,12 @@ Energies energies_of(const DockingPair& pair, const EnergyOptions& options) {
   if (pair.receptor.size() * pair.ligand.size() > kPairsWithProgress) {
     details.progress = [show = progress_on_stderr()](double done) { show("summing all pairs of atoms", done); };
   }
-  if (options.wants_residues) {
+  if (options.prints_residues) {
     details.energies_of_a = &of_receptor;
     details.energies_of_b = &of_ligand;
   }
   found.result = docking::exact_field(pair.receptor, pair.ligand, found.X_AB, pair.model, details);
-  if (options.wants_residues) {
+  if (options.prints_residues) {
     found.of_receptor = residues_of(pair.receptor, of_receptor);
     found.of_ligand = residues_of(pair.ligand, of_ligand);
   }
@@ -218,16 +218,16 @@ json::object energy_json(const DockingPair& pair, const Energies& found, const E
                       {"receptor_notes", strings(pair.receptor.notes)},
                       {"ligand_notes", strings(pair.ligand.notes)}};
   if (found.all_pairs_kj_per_mol) object["all_pairs_kj_mol"] = *found.all_pairs_kj_per_mol;
-  if (options.wants_report) {
+  if (options.prints_report) {
     object["receptor_report"] = report_json(pair.receptor, pair.receptor_report);
     object["ligand_report"] = report_json(pair.ligand, pair.ligand_report);
   }
-  if (options.wants_residues) {
+  if (options.prints_residues) {
     object["receptor_residues"] = residues_json(pair.receptor, found.of_receptor);
     object["ligand_residues"] = residues_json(pair.ligand, found.of_ligand);
   }
   if (!options.save.empty()) object["saved"] = options.save;
-  if (options.wants_atoms) {
+  if (options.prints_atoms) {
     object["receptor_atoms"] = atoms_json(pair.receptor, pair.receptor_report, Pose{}, found.on_receptor);
     object["ligand_atoms"] = atoms_json(pair.ligand, pair.ligand_report, found.X_AB, found.on_ligand);
   }
@@ -239,11 +239,11 @@ void print_lines(const char* what, const std::vector<std::string>& lines) {
 }
 
 void print_molecule(const char* which, const docking::Molecule& molecule, const server::StructureReport& report,
-                    bool wants_report) {
+                    bool prints_report) {
   std::printf("%s: %zu atoms, %zu without an exact entry in %s\n", which, molecule.size(), molecule.guessed.size(),
               molecule.force_field.c_str());
   print_lines("  note: ", molecule.notes);
-  if (!wants_report) return;
+  if (!prints_report) return;
   for (const auto& [atom, why] : molecule.guessed) std::printf("  guessed: %s\n", why.c_str());
   print_lines("  missing: ", report.missing);
   print_lines("  left out: ", report.dropped);
@@ -287,8 +287,8 @@ void print_close(const DockingPair& pair, const Energies& found, docking::Closen
 }
 
 void print(const DockingPair& pair, const Energies& found, const EnergyOptions& options) {
-  print_molecule("receptor", pair.receptor, pair.receptor_report, options.wants_report);
-  print_molecule("ligand", pair.ligand, pair.ligand_report, options.wants_report);
+  print_molecule("receptor", pair.receptor, pair.receptor_report, options.prints_report);
+  print_molecule("ligand", pair.ligand, pair.ligand_report, options.prints_report);
   const docking::FieldResult& result = found.result;
   const Vec3& f = result.force_on_b;
   if (found.all_pairs_kj_per_mol) {
@@ -306,7 +306,7 @@ void print(const DockingPair& pair, const Energies& found, const EnergyOptions& 
   std::printf("force on the ligand  %.8g %.8g %.8g kJ/mol/Å\n", f.x(), f.y(), f.z());
   std::printf("torque on it         %.8g %.8g %.8g kJ/mol, about its centre of mass\n", found.torque.x(),
               found.torque.y(), found.torque.z());
-  if (options.wants_residues) {
+  if (options.prints_residues) {
     print_residues("receptor", pair.receptor, found.of_receptor, result);
     print_residues("ligand", pair.ligand, found.of_ligand, result);
   }
@@ -346,7 +346,7 @@ void run_energy(const EnergyOptions& options) {
   pair.model.has_far_grid = false;
   const Energies found = energies_of(pair, options);
   if (!options.save.empty()) save(pair, found, options);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(energy_json(pair, found, options));
   } else {
     print(pair, found, options);
@@ -365,15 +365,15 @@ void add_energy_command(CLI::App& app, int& exit_code) {
           "it has no grid of what is beyond; with a grid, all pairs");
   command->add_option("--move", options->move_angstrom, "the ligand by x,y,z before [Å]")->delimiter(',')->expected(3);
   auto* const atoms =
-      command->add_flag("--atoms", options->wants_atoms, "with --json: each atom's parameters and the force on it");
-  command->add_flag("--per-residue", options->wants_residues,
+      command->add_flag("--atoms", options->prints_atoms, "with --json: each atom's parameters and the force on it");
+  command->add_flag("--per-residue", options->prints_residues,
                     "each residue's energies with the other molecule [kJ/mol], where one is at least 0.01 kJ/mol");
   command->add_option("--save", options->save,
                       "write both as FILE.pdb or FILE.cif, receptor as in its file, ligand as moved [Å]");
-  command->add_flag("--report", options->wants_report, "name each atom that is guessed, missing or left out");
+  command->add_flag("--report", options->prints_report, "name each atom that is guessed, missing or left out");
   command->add_flag("--accept-charge", options->accepts_charge,
                     "take net charges that are not whole as meant: no mark at the Coulomb energy");
-  atoms->needs(command->add_flag("--json", options->wants_json, "print JSON"));
+  atoms->needs(command->add_flag("--json", options->prints_json, "print JSON"));
   command->callback([options, &exit_code] {
     run_energy(*options);
     exit_code = 0;

@@ -27,7 +27,7 @@ struct FitOrderOptions {
   std::string fit{haptics::name_of(haptics::ArFit::kLeastSquares)};
   std::size_t most_order = 16;
   bool on_values = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 struct SeriesOrders {
@@ -113,11 +113,11 @@ void add_fit_order_command(CLI::App& app, int&) {
       ->capture_default_str()
       ->check(CLI::IsMember({"s", "ms"}));
   command->add_option("--columns", options->columns, "of a .csv, separated by commas; else all in N and N·m");
-  command->add_flag("--json", options->wants_json, "print one JSON object");
+  command->add_flag("--json", options->prints_json, "print one JSON object");
   command->footer("V: variance of the one-step error. FPE = V (1 + p/N)/(1 - p/N). Exit code: 0 done, 2 bad input.");
   command->callback([options] {
     const std::vector<SeriesOrders> all = orders_of(*options);
-    if (options->wants_json) {
+    if (options->prints_json) {
       std::cout << pretty_json(to_json(*options, all));
     } else {
       print(all);

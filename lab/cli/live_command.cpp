@@ -51,11 +51,11 @@ constexpr std::array kCompared{Compared{"free_drag_rms_n", "drag [N]", 0.05},
                                Compared{"felt_stiffness_ratio", "felt stiffness, ratio", 0}};
 
 struct Comparison {
-  const Compared* of = nullptr;
+  const Compared* compared = nullptr;
   double live = 0;
   double virtual_value = 0;
 
-  double allowed() const { return std::max(of->allowed, kAllowedShare * std::abs(virtual_value)); }
+  double allowed() const { return std::max(compared->allowed, kAllowedShare * std::abs(virtual_value)); }
   /// False where neither trial has a value to compare.
   bool is_possible() const { return !std::isnan(live) || !std::isnan(virtual_value); }
   bool agrees() const { return std::abs(live - virtual_value) <= allowed(); }
@@ -76,7 +76,7 @@ struct LiveOptions {
   std::optional<std::uint64_t> seeds;
   int realtime_priority = 0;
   bool is_single = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 std::vector<Trial> trials_of_live(const LiveOptions& options) {
@@ -93,7 +93,7 @@ std::vector<Trial> trials_of_live(const LiveOptions& options) {
 class References {
  public:
   /// In      at_zero_delay  reference_of() or same_stage_of() of a trial
-  const SessionTrace& of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
+  const SessionTrace& trace_of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
     const std::string key = compact_json(experiment_json(at_zero_delay.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
     if (is_new) place->second = run_virtual_session(at_zero_delay.experiment, scene);
@@ -126,8 +126,8 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(trial.experiment, loading);
-  const SessionTrace& reference = references.of(reference_of(trial), scene);
-  const SessionTrace& same_stage = references.of(same_stage_of(trial), scene);
+  const SessionTrace& reference = references.trace_of(reference_of(trial), scene);
+  const SessionTrace& same_stage = references.trace_of(same_stage_of(trial), scene);
   const SessionTrace beside = run_virtual_session(trial.experiment, scene);
   LiveResult result;
   result.beside = result_of(trial, {trial.experiment, beside, &reference, &same_stage});
@@ -187,7 +187,7 @@ json::object timing_json(const LiveTiming& timing) {
 json::object comparison_json(const LiveResult& result) {
   json::array compared;
   for (const Comparison& each : result.comparisons) {
-    compared.push_back(json::object{{"metric", each.of->metric},
+    compared.push_back(json::object{{"metric", each.compared->metric},
                                     {"live", each.live},
                                     {"virtual", each.virtual_value},
                                     {"allowed_difference", each.allowed()},
@@ -222,7 +222,7 @@ void print_result(const LiveResult& result) {
             << std::left << std::setw(30) << "  compared" << std::right << std::setw(10) << "live" << std::setw(10)
             << "virtual" << std::setw(12) << "difference" << std::setw(9) << "allowed" << '\n';
   for (const Comparison& each : result.comparisons) {
-    std::cout << "  " << std::left << std::setw(28) << each.of->what << std::right << std::setw(10)
+    std::cout << "  " << std::left << std::setw(28) << each.compared->what << std::right << std::setw(10)
               << number_text(each.live) << std::setw(10) << number_text(each.virtual_value) << std::setw(12)
               << number_text(each.live - each.virtual_value) << std::setw(9)
               << number_text(std::isnan(each.virtual_value) ? each.virtual_value : each.allowed()) << verdict(each)
@@ -275,10 +275,10 @@ int run_live(const LiveOptions& options) {
     for (const std::string& line : results.front().timing.realtime_not_granted) {
       if (results.size() == 1) std::cerr << line << '\n';
     }
-    if (!options.wants_json) print_result(results.back());
+    if (!options.prints_json) print_result(results.back());
     write_files(folder, results, to_seconds(wall.now() - begin));  // after each trial, because the next may fail
   }
-  if (options.wants_json) std::cout << pretty_json(comparisons_json(results));
+  if (options.prints_json) std::cout << pretty_json(comparisons_json(results));
   const bool is_good = std::all_of(results.begin(), results.end(), [](const LiveResult& result) {
     return agrees(result) && text_in(result.live.row, "outcome") != "lost";
   });
@@ -311,7 +311,7 @@ void add_live_command(CLI::App& app, int& exit_code) {
                    "SCHED_FIFO priority of the haptic threads and the room, 1 to 99; 0: normal scheduler")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print comparison.json instead of a table");
+  command->add_flag("--json", options->prints_json, "print comparison.json instead of a table");
   command->footer(
       "Exit code: 0 all agree, 1 a trial does not agree, has nothing to compare, or lost a user, 2 bad input or "
       "set-up.");

@@ -38,7 +38,7 @@ struct MeshOptions {
   std::string up = "z";
   double largest_size_m = 0;
   double scale = 1;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 std::string format_of(const fs::path& file) {
@@ -194,7 +194,7 @@ void run_mesh(const MeshOptions& options) {
       std::fprintf(stderr, "%s: warning: %s\n", file.c_str(), text.c_str());
     };
     const MeshFacts facts = mesh_facts(file, scale_of(options), warn);
-    if (options.wants_json) {
+    if (options.prints_json) {
       all.emplace_back(json_of(file, facts));
     } else {
       print(file, facts);
@@ -203,11 +203,11 @@ void run_mesh(const MeshOptions& options) {
     client::write_png(options.picture, picture_of(facts.mesh, kPicturePixels), kPicturePixels, kPicturePixels);
   }
   if (options.folders.empty()) {
-    if (options.wants_json) std::cout << pretty_json(all);
+    if (options.prints_json) std::cout << pretty_json(all);
     return;
   }
   const Tally tally = tally_of(options.folders, options);
-  if (!options.wants_json) {
+  if (!options.prints_json) {
     print(tally);
     return;
   }
@@ -241,7 +241,7 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
   command->add_option("--up", options->up, "axis that points up in files that do not state it (.obj, .stl, .ply, .off)")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print JSON: a list of files, or an object with --all");
+  command->add_flag("--json", options->prints_json, "print JSON: a list of files, or an object with --all");
   command->callback([options, &exit_code] {
     run_mesh(*options);
     exit_code = 0;

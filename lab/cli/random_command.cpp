@@ -44,10 +44,10 @@ std::vector<NumberedTrial> selected_trials(const RandomOptions& options) {
   std::vector<Trial> all = random_trials(count, options.seed);
   std::vector<NumberedTrial> selected;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool is_asked = options.only.empty() || std::ranges::count(options.only, i) > 0;
+    const bool is_requested = options.only.empty() || std::ranges::count(options.only, i) > 0;
     const bool is_of =
         options.experiments.empty() || std::ranges::count(options.experiments, all[i].experiment.name) > 0;
-    if (is_asked && is_of) selected.push_back({i, std::move(all[i])});
+    if (is_requested && is_of) selected.push_back({i, std::move(all[i])});
   }
   if (selected.empty()) {
     throw std::invalid_argument("none of the first " + std::to_string(count) +
@@ -66,8 +66,8 @@ std::vector<Trial> trials_of(const std::vector<NumberedTrial>& selected) {
 std::vector<TrialResult> run_trials(std::vector<Trial> trials, const RandomOptions& options) {
   RunSettings settings;
   settings.out = options.out;
-  settings.wants_samples = !options.only.empty();
-  if (settings.wants_samples) {
+  settings.keeps_samples = !options.only.empty();
+  if (settings.keeps_samples) {
     for (Trial& trial : trials) trial.experiment.sample_period = std::chrono::milliseconds(1);
   }
   settings.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());

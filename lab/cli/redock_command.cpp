@@ -35,7 +35,7 @@ struct RedockOptions {
   std::string kernel;
   std::string out;
   bool is_guided = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 wire::Scene scene_of(const RedockOptions& options) {
@@ -182,7 +182,7 @@ int run_redock(RedockOptions options) {
   redocked["claims"] = to_json(checks);
   const std::string text = pretty_json(redocked);
   if (!folder.empty()) write_text_file(folder / "redock.json", text);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << text;
   } else {
     print(redocked);
@@ -213,7 +213,7 @@ void add_redock_command(CLI::App& app, int& exit_code) {
   command->add_option("--threads", options->threads, "trials at a time, 1 to 256 [default: as many as there are cores]")
       ->check(CLI::Range(1, 256).description(""));
   command->add_option("--out", options->out, "folder for redock.json");
-  command->add_flag("--json", options->wants_json, "print redock.json instead of a table");
+  command->add_flag("--json", options->prints_json, "print redock.json instead of a table");
   command->footer(
       "Of each seed, a line of the table and an entry of redock.json:\n"
       "  out Å, barrier kcal/mol   how far out the way leads, and its highest Lennard-Jones energy\n"

@@ -23,7 +23,7 @@ struct ReportOptions {
   std::vector<std::string> sessions;  ///< NAME=DIR
   std::string tasks;                  ///< file; empty: none
   std::string out;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 Session session_from_option(const std::string& option) {
@@ -77,7 +77,7 @@ int run_report(const ReportOptions& options) {
   const std::vector<Check> checks = all_checks(sessions, tasks);
   write_file(options.out, session_report_html(sessions, checks));
   const bool holds = all_hold(checks);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(
         boost::json::object{{"report", options.out}, {"holds", holds}, {"checks", to_json(checks)}});
   } else {
@@ -97,7 +97,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
                    "NAME=DIR; DIR holds USER.json (--json) and USER.csv (--trace) of each client; may be repeated")
       ->required()
       ->expected(1)
-      ->take_all();
+      ->match_all();
   command
       ->add_option(
           "--tasks", options->tasks,
@@ -105,7 +105,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
           "whether it rests [m], the energy of the molecular field [kJ/mol] (lab/report/session_task.hpp)")
       ->type_name("FILE.json");
   command->add_option("--out", options->out, "the HTML file to write")->required();
-  command->add_flag("--json", options->wants_json, "print the checks as JSON instead of as a table");
+  command->add_flag("--json", options->prints_json, "print the checks as JSON instead of as a table");
   command->footer("Exit code: 0 every check holds, 1 one does not, 2 bad input.");
   command->callback([options, &exit_code] { exit_code = run_report(*options); });
 }

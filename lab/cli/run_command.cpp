@@ -45,8 +45,8 @@ struct RunOptions {
   std::size_t threads = 0;
   bool is_single = false;
   bool is_full = false;
-  bool wants_samples = false;
-  bool wants_json = false;
+  bool keeps_samples = false;
+  bool prints_json = false;
   bool is_dry = false;
   bool against_truth_alone = false;
 };
@@ -128,7 +128,7 @@ class StudyLine {
 void print_size(const StudySize& size, std::size_t threads) {
   threads = std::min(threads, std::max<std::size_t>(1, size.trials));
   std::cerr << size.trials << (size.trials == 1 ? " trial" : " trials");
-  if (size.there > 0) std::cerr << ", " << size.there << " of them done already";
+  if (size.done > 0) std::cerr << ", " << size.done << " of them done already";
   if (size.references > 0) std::cerr << ", and " << size.references << " at zero delay to hold them against";
   std::cerr << "; about " << time_text(size.virtual_s / kExpectedSpeed / static_cast<double>(threads)) << " on "
             << threads << (threads == 1 ? " core\n" : " cores\n");
@@ -168,7 +168,7 @@ int run_run(const RunOptions& options) {
   settings.out = options.out;
   settings.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
   settings.samples_lie_in_out = trials.size() == 1;
-  settings.wants_samples = options.wants_samples || settings.samples_lie_in_out;
+  settings.keeps_samples = options.keeps_samples || settings.samples_lie_in_out;
   settings.holds_against_own_stage = !options.against_truth_alone;
   settings.program = program_fingerprint() + options.kernel;
   const bool is_one_with_files = settings.samples_lie_in_out;
@@ -187,7 +187,7 @@ int run_run(const RunOptions& options) {
       runner.run([&](std::size_t done, std::size_t reused) { line.show(done, reused); });
   const double wall_s = to_seconds(wall.now() - begin);
   write_results(folder, results, wall_s, is_one_with_files);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(study_json(results));
   } else {
     print_study(std::cout, results);
@@ -226,7 +226,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->add_flag("--full", options->is_full,
                  "every stage with every predictor, passivity on and off, delay, jitter and loss")
       ->excludes(single);
-  command->add_flag("--samples", options->wants_samples, "keep the time series of every trial; of a single one always");
+  command->add_flag("--samples", options->keeps_samples, "keep the time series of every trial; of a single one always");
   command->add_option("--kernel", options->kernel,
                       "of the molecular field, instead of the widest that this CPU has: \"portable\" gives the same "
                       "bytes on every x86-64");
@@ -236,7 +236,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
                     "hold trials against the server's own touch alone, not also against their own stage at zero delay: "
                     "a third less to run, and contact_delay_error_rms_n is null");
   command->add_flag("--dry", options->is_dry, "only say how many trials there are and how long they may take");
-  command->add_flag("--json", options->wants_json, "print results.json instead of a table");
+  command->add_flag("--json", options->prints_json, "print results.json instead of a table");
   command->footer("Exit code: 0 done, 1 a user could not join, or lost its connection, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_run(*options); });
 }

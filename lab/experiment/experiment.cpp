@@ -142,7 +142,7 @@ struct UserContext {
 };
 
 /// Reads a user's links: the experiment's link, overridden by the user's `link`, and downwards by `downlink`.
-void take_links(JsonFields& user, const json::object& document, std::size_t index, const UserContext& context,
+void read_links(JsonFields& user, const json::object& document, std::size_t index, const UserContext& context,
                 ExperimentUser& result) {
   const std::string path = "users[" + std::to_string(index) + "].";
   user.object("link");  // checks that they are objects; their content is checked below
@@ -172,7 +172,7 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
   result.motion_scale = user.number("motion_scale", 1, 0.1, 10);
   result.pipeline = pipeline_of(user, context.pipeline);
   result.state_over_tcp = user.choice("transport", 0, {"udp", "tcp"}) == 1;
-  take_links(user, document, index, context, result);
+  read_links(user, document, index, context, result);
   result.tick_phase = phase_of(user, "tick_phase_ms", kSlot * static_cast<int>(1 + index % 3));
   user.finish();
   return result;

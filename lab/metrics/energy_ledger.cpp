@@ -14,22 +14,22 @@ namespace {
 /// Work on one user's hand, cumulative at each tick.
 struct HandWork {
   explicit HandWork(const UserTrace& user) {
-    asked_j.reserve(user.ticks.size());
+    requested_j.reserve(user.ticks.size());
     const double scale = user.hand_joules_per_world_joule;
     for (std::size_t k = 1; k < user.ticks.size(); ++k) {
       const TickSample& from = user.ticks[k - 1];
       const Pose& to = user.ticks[k].hand_D;
       const double done_j = held_work_j(from.displayed_D, from.hand_D, to) / scale;
-      const bool has_asked = is_finite(from.asked_D);
+      const bool has_request = is_finite(from.requested_D);
       const double withheld_now_j =
-          has_asked ? held_work_j(from.asked_D - from.displayed_D, from.hand_D, to) / scale : 0.0;
+          has_request ? held_work_j(from.requested_D - from.displayed_D, from.hand_D, to) / scale : 0.0;
       displayed_j += done_j;
       withheld_j += withheld_now_j;
-      asked_j.push_back(asked_j.back() + done_j + withheld_now_j);
+      requested_j.push_back(requested_j.back() + done_j + withheld_now_j);
     }
   }
 
-  std::vector<double> asked_j{0};
+  std::vector<double> requested_j{0};
   double displayed_j = 0;
   double withheld_j = 0;
 };
@@ -46,7 +46,7 @@ void add_shares(const UserTrace& user, std::size_t index, const HandWork& work, 
   const std::uint64_t first = user.ticks.front().tick.value;
   const auto sum_j = [&](const AnsweredInput& answer) {
     const std::uint64_t place = answer.tick.value - std::min(first, answer.tick.value);
-    return work.asked_j[std::min<std::size_t>(place, user.ticks.size() - 1)] + answer.taken_j;
+    return work.requested_j[std::min<std::size_t>(place, user.ticks.size() - 1)] + answer.taken_j;
   };
   const double before_j = sum_j(user.answered.front());
   for (const AnsweredInput& answer : user.answered) shares.push_back({answer.time, index, sum_j(answer) - before_j});

@@ -153,7 +153,7 @@ const std::vector<UserMetric>& user_metrics() {
 
 double user_metric(const UserTrace& user, std::string_view name) {
   for (const UserMetric& metric : user_metrics()) {
-    if (metric.name == name) return metric.of(user);
+    if (metric.name == name) return metric.value_of(user);
   }
   throw std::invalid_argument("metric \"" + std::string(name) + "\" is not known; see trial.json for the names");
 }

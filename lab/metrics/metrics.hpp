@@ -24,9 +24,9 @@ inline constexpr Duration kSettling{from_seconds(1.0)};
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);
 
 struct UserMetric {
-  std::string_view name;           ///< key in trial.json, including the unit
-  std::string_view meaning;        ///< one line, for the user
-  double (*of)(const UserTrace&);  ///< NaN: does not apply
+  std::string_view name;                 ///< key in trial.json, including the unit
+  std::string_view meaning;              ///< one line, for the user
+  double (*value_of)(const UserTrace&);  ///< NaN: does not apply
 };
 const std::vector<UserMetric>& user_metrics();
 /// Value of the metric with this name. Fails: std::invalid_argument for an unknown name.

@@ -172,14 +172,14 @@ double mean_hold_force_n(const UserTrace& user) {
 }  // namespace
 
 std::vector<bool> contact_phases(const UserView& view) {
-  const UserTrace& judge = view.reference != nullptr ? *view.reference : view.user;
+  const UserTrace& measured = view.reference != nullptr ? *view.reference : view.user;
   std::vector<bool> result;
   for (const std::string& name : view.user.user.hand.phases()) {
     const int phase = static_cast<int>(result.size());
     const bool is_a_way = name == "approach" || name == "move" || name == "retreat";
     const double mean = mean_over(
-        judge.ticks, [phase](const TickSample& tick) { return tick.phase == phase; },
-        [&](std::size_t k) { return displayed_force_n(judge.ticks[k]); });
+        measured.ticks, [phase](const TickSample& tick) { return tick.phase == phase; },
+        [&](std::size_t k) { return displayed_force_n(measured.ticks[k]); });
     result.push_back(!is_a_way && mean >= kContactForce_n);
   }
   return result;

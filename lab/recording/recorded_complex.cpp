@@ -26,7 +26,7 @@ class Search {
  public:
   Search(std::optional<Duration> at, const std::filesystem::path& scene_file) : at_(at), scene_file_(scene_file) {}
 
-  bool take(const std::string& topic, const recording::Message& message) {
+  bool receive(const std::string& topic, const recording::Message& message) {
     if (begun_ns_ == 0) begun_ns_ = message.log_ns;
     if (topic == "/room") return begin(message);
     if (topic != "/states" || scene == nullptr) return true;
@@ -88,7 +88,7 @@ boost::json::object save_recorded_complex(const std::filesystem::path& recording
     throw std::invalid_argument(file.string() + " is there already; give another name");
   Search search(at, scene_file);
   proto::read_recording(
-      recording, [&search](const std::string& topic, const auto& message) { return search.take(topic, message); });
+      recording, [&search](const std::string& topic, const auto& message) { return search.receive(topic, message); });
   if (search.scene == nullptr) {
     throw std::invalid_argument(recording.string() + " is no recording of a room; name one of tandem-server --record");
   }

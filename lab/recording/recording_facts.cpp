@@ -53,14 +53,14 @@ class Sequence {
 
 class Facts {
  public:
-  bool take(const std::string& topic, const recording::Message& message) {
+  bool receive(const std::string& topic, const recording::Message& message) {
     ++messages_[topic];
     if (begun_ns_ == 0) begun_ns_ = message.log_ns;
     newest_ns_ = std::max(newest_ns_, message.log_ns);
-    if (topic == "/room") return take_room(message);
-    if (topic == "/session") return take_session(message);
-    if (topic == "/step") return take_step(message);
-    if (topic == "/tick") return take_tick(message);
+    if (topic == "/room") return read_room(message);
+    if (topic == "/session") return read_session(message);
+    if (topic == "/step") return read_step(message);
+    if (topic == "/tick") return read_tick(message);
     return true;
   }
 
@@ -85,7 +85,7 @@ class Facts {
  private:
   double since_begin_s(std::uint64_t ns) const { return static_cast<double>(ns - begun_ns_) * 1e-9; }
 
-  bool take_room(const recording::Message& message) {
+  bool read_room(const recording::Message& message) {
     wire::RecordedRoom room;
     if (out_.contains("room")) return true;  // start record of a later file
     proto::require_recorded(message, room);
@@ -97,7 +97,7 @@ class Facts {
     out_["part"] = room.part();
     return true;
   }
-  bool take_session(const recording::Message& message) {
+  bool read_session(const recording::Message& message) {
     wire::RecordedSession session;
     if (out_.contains("user")) return true;  // start record of a later file
     proto::require_recorded(message, session);
@@ -111,16 +111,16 @@ class Facts {
     every_ = std::max(1U, session.every());
     return true;
   }
-  bool take_step(const recording::Message& message) {
+  bool read_step(const recording::Message& message) {
     wire::RecordedStep step;
     proto::require_recorded(message, step);
     sequence_.add(step.step(), 1);
     faults_ |= step.tick_faults();
     inputs_ += static_cast<std::uint64_t>(step.inputs_size());
-    for (const wire::RecordedCommand& command : step.commands()) take_command(command, message.log_ns);
+    for (const wire::RecordedCommand& command : step.commands()) read_command(command, message.log_ns);
     return true;
   }
-  void take_command(const wire::RecordedCommand& command, std::uint64_t at_ns) {
+  void read_command(const wire::RecordedCommand& command, std::uint64_t at_ns) {
     ++commands_;
     if (command.kind() == wire::RecordedCommand::JOIN) {
       json::object& user = users_[command.user()];
@@ -134,7 +134,7 @@ class Facts {
       users_[command.user()]["left_s"] = since_begin_s(at_ns);
     }
   }
-  bool take_tick(const recording::Message& message) {
+  bool read_tick(const recording::Message& message) {
     wire::RecordedTick tick;
     proto::require_recorded(message, tick);
     sequence_.add(tick.tick(), every_);
@@ -164,7 +164,7 @@ class Facts {
 json::object recording_facts(const std::filesystem::path& file) {
   Facts facts;
   const proto::RecordingEnd end = proto::read_recording(
-      file, [&facts](const std::string& topic, const auto& message) { return facts.take(topic, message); });
+      file, [&facts](const std::string& topic, const auto& message) { return facts.receive(topic, message); });
   return facts.object(end);
 }
 

@@ -43,13 +43,13 @@ class Row {
 
 class Tables {
  public:
-  bool take(const std::string& topic, const recording::Message& message) {
+  bool receive(const std::string& topic, const recording::Message& message) {
     if (begun_ns_ == 0) begun_ns_ = message.log_ns;
     if (topic == "/room") proto::require_recorded(message, room_);
-    if (topic == "/step") take_step(message);
-    if (topic == "/states") take_states(message);
-    if (topic == "/tick") take_tick(message);
-    if (topic == "/link") take_link(message);
+    if (topic == "/step") read_step(message);
+    if (topic == "/states") read_states(message);
+    if (topic == "/tick") read_tick(message);
+    if (topic == "/link") read_link(message);
     return true;
   }
   void parse_ticks() {
@@ -77,7 +77,7 @@ class Tables {
     return row;
   }
 
-  void take_step(const recording::Message& message) {
+  void read_step(const recording::Message& message) {
     wire::RecordedStep step;
     proto::require_recorded(message, step);
     Row row = row_of("steps", message.log_ns);
@@ -88,10 +88,10 @@ class Tables {
     for (const wire::RecordedCommand& command : step.commands()) {
       if (command.kind() == wire::RecordedCommand::JOIN) users_[command.seat()] = command.user();
     }
-    for (const wire::RecordedInput& input : step.inputs()) take_input(message.log_ns, step.step(), input);
+    for (const wire::RecordedInput& input : step.inputs()) read_input(message.log_ns, step.step(), input);
   }
 
-  void take_input(std::uint64_t log_ns, std::uint64_t step, const wire::RecordedInput& input) {
+  void read_input(std::uint64_t log_ns, std::uint64_t step, const wire::RecordedInput& input) {
     Row row = row_of("inputs", log_ns);
     const wire::ClientUpdate& update = input.update();
     row.number("step", static_cast<double>(step));
@@ -108,7 +108,7 @@ class Tables {
     row.number("round_trip_s", static_cast<double>(update.round_trip_ns()) * 1e-9);
   }
 
-  void take_states(const recording::Message& message) {
+  void read_states(const recording::Message& message) {
     wire::RecordedStates states;
     proto::require_recorded(message, states);
     Row row = row_of("bodies", message.log_ns);
@@ -117,10 +117,10 @@ class Tables {
     for (const wire::RecordedBody& body : states.bodies()) {
       row.state(body_name(body.id()), proto::read_exact(body.state()));
     }
-    for (const wire::RecordedTool& tool : states.tools()) take_tool(message.log_ns, states.step(), tool);
+    for (const wire::RecordedTool& tool : states.tools()) read_tool(message.log_ns, states.step(), tool);
   }
 
-  void take_tool(std::uint64_t log_ns, std::uint64_t step, const wire::RecordedTool& tool) {
+  void read_tool(std::uint64_t log_ns, std::uint64_t step, const wire::RecordedTool& tool) {
     Row row = row_of("tools", log_ns);
     row.number("step", static_cast<double>(step));
     row.number("tool", tool.tool());
@@ -134,12 +134,12 @@ class Tables {
 
   std::string body_name(std::uint32_t id) const {
     const int index = static_cast<int>(id) - 1;
-    const bool is_there = index >= 0 && index < room_.scene().bodies_size();
-    return is_there ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
+    const bool is_in_scene = index >= 0 && index < room_.scene().bodies_size();
+    return is_in_scene ? csv_name(room_.scene().bodies(index).name()) : "body_" + std::to_string(id);
   }
 
   /// Uses the client's own trace writer, so that the columns are those of --trace.
-  void take_tick(const recording::Message& message) {
+  void read_tick(const recording::Message& message) {
     wire::RecordedTick recorded;
     proto::require_recorded(message, recorded);
     const client::TickRecord tick = client::tick_of(recorded);
@@ -148,7 +148,7 @@ class Tables {
     if (++waiting_ == kLinesAtOnce) parse_ticks();
   }
 
-  void take_link(const recording::Message& message) {
+  void read_link(const recording::Message& message) {
     wire::RecordedLink link;
     proto::require_recorded(message, link);
     const double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -176,7 +176,7 @@ class Tables {
 std::map<std::string, CsvTable> recording_tables(const std::filesystem::path& file) {
   Tables tables;
   proto::read_recording(
-      file, [&tables](const std::string& topic, const auto& message) { return tables.take(topic, message); });
+      file, [&tables](const std::string& topic, const auto& message) { return tables.receive(topic, message); });
   tables.parse_ticks();
   return tables.tables;
 }

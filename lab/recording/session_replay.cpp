@@ -76,7 +76,7 @@ class Replay {
   Replay(const std::filesystem::path& scene, const std::function<void(const server::Room&)>& on_step)
       : scene_(scene), on_step_(on_step) {}
 
-  bool take(const std::string& topic, const recording::Message& message) {
+  bool receive(const std::string& topic, const recording::Message& message) {
     if (topic == "/room") return begin(message);
     return topic == "/step" ? step(message) : true;
   }
@@ -167,7 +167,7 @@ ReplayResult replay_session(const std::filesystem::path& recording, const std::f
                             const std::function<void(const server::Room&)>& on_step) {
   Replay replay(scene, on_step);
   const proto::RecordingEnd end = proto::read_recording(
-      recording, [&replay](const std::string& topic, const auto& message) { return replay.take(topic, message); });
+      recording, [&replay](const std::string& topic, const auto& message) { return replay.receive(topic, message); });
   ReplayResult result = replay.result();
   if (result.steps == 0 && !result.missing_step && !result.differs_at_step && result.program.empty()) {
     throw std::invalid_argument(recording.string() + " is no recording of a room; name one of tandem-server --record");

@@ -25,7 +25,7 @@ bool is_name(std::string_view text) {
 }
 
 /// Removes the text before `separator` from the front of `rest` and returns it.
-std::string_view take_until(std::string_view& rest, char separator) {
+std::string_view pop_until(std::string_view& rest, char separator) {
   const std::size_t end = std::min(rest.find(separator), rest.size());
   const std::string_view part = rest.substr(0, end);
   rest.remove_prefix(std::min(end + 1, rest.size()));
@@ -39,7 +39,7 @@ class CsvParser {
   CsvTable parse(std::string_view text) {
     while (!text.empty()) {
       ++line_;
-      std::string_view line = take_until(text, '\n');
+      std::string_view line = pop_until(text, '\n');
       if (line.ends_with('\r')) line.remove_suffix(1);
       if (line_ == 1) {
         read_header(line);
@@ -59,7 +59,7 @@ class CsvParser {
            " are read");
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const std::string_view name = take_until(line, ',');
+      const std::string_view name = pop_until(line, ',');
       if (!is_name(name)) {
         fail(where() + ", column " + std::to_string(i + 1) + " is named " + quoted(name) +
              "; a name must be of letters, digits and _");
@@ -81,7 +81,7 @@ class CsvParser {
     if (table_.row_count() == kMaxCsvRows) {
       fail(where() + " is one row too many; at most " + std::to_string(kMaxCsvRows) + " are read");
     }
-    for (std::size_t i = 0; i < count; ++i) table_.columns[i].push_back(number(take_until(line, ','), i));
+    for (std::size_t i = 0; i < count; ++i) table_.columns[i].push_back(number(pop_until(line, ','), i));
   }
 
   double number(std::string_view field, std::size_t column) const {

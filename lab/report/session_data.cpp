@@ -117,7 +117,7 @@ std::vector<double> magnitude(const CsvTable& table, const std::string& before, 
   return out;
 }
 
-Axes take_axes(const CsvTable& table, const std::string& before) {
+Axes extract_axes(const CsvTable& table, const std::string& before) {
   return {table.column(before + "p_x_m"), table.column(before + "p_y_m"), table.column(before + "p_z_m")};
 }
 
@@ -223,9 +223,9 @@ Trace make_trace(const CsvTable& table, const ClientRun& summary) {
   trace.phases = phase_bands(table, summary, trace.time_s);
   trace.force_n = magnitude(table, "displayed_force_", "_n");
   trace.torque_n_m = magnitude(table, "displayed_torque_", "_n_m");
-  trace.hand_m = take_axes(table, "handle_");
-  trace.tool_m = take_axes(table, "tool_");
-  trace.body_m = take_axes(table, "body_");
+  trace.hand_m = extract_axes(table, "handle_");
+  trace.tool_m = extract_axes(table, "tool_");
+  trace.body_m = extract_axes(table, "body_");
   trace.state_age_s = table.column("state_age_s");
   // Traces of older clients lack this column; the energy is then unknown.
   const std::vector<double>* const energy = table.find("field_energy_kj_per_mol");

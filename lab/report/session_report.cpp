@@ -149,9 +149,10 @@ Plot motion_figure(const Session& session) {
   int color = 0;
   for (const ClientRun& user : session.users) {
     const Trace& trace = user.trace;
-    const std::string& who = user.name;
-    plot.series.push_back({who + ", hand", trace.time_s, scaled(trace.hand_m[axis], kMilli), color});
-    plot.series.push_back({who + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), color, Dash::kDashed});
+    const std::string& user_name = user.name;
+    plot.series.push_back({user_name + ", hand", trace.time_s, scaled(trace.hand_m[axis], kMilli), color});
+    plot.series.push_back(
+        {user_name + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), color, Dash::kDashed});
     ++color;
   }
   plot.caption =

@@ -17,7 +17,7 @@ json::object drops_json(const proto::DropCounters& drops) {
   json::object result;
   for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    if (drops.of(reason) > 0) result[proto::name_of(reason)] = drops.of(reason);
+    if (drops.count(reason) > 0) result[proto::name_of(reason)] = drops.count(reason);
   }
   return result;
 }
@@ -46,7 +46,7 @@ json::object parameters_json(const UserTrace& trace) {
 
 json::object user_json(const UserTrace& user) {
   json::object metrics;
-  for (const UserMetric& metric : user_metrics()) metrics[metric.name] = metric.of(user);
+  for (const UserMetric& metric : user_metrics()) metrics[metric.name] = metric.value_of(user);
   haptics::SafetyFaults safety_faults = 0;
   for (const TickSample& tick : user.ticks) safety_faults |= tick.safety_faults;
   return {{"name", user.user.name},

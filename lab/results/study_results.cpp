@@ -144,9 +144,9 @@ json::object study_timing_json(std::span<const TrialResult> results, double wall
                                   {"virtual_s", result.virtual_s},
                                   {"wall_s", result.wall_s},
                                   {"times_faster_than_real_time", result.virtual_s / result.wall_s},
-                                  {"was_there", result.was_there}});
-    reused += result.was_there ? 1 : 0;
-    virtual_s += result.was_there ? 0 : result.virtual_s;
+                                  {"was_there", result.was_done}});
+    reused += result.was_done ? 1 : 0;
+    virtual_s += result.was_done ? 0 : result.virtual_s;
   }
   return {{"wall_s", wall_s},
           {"virtual_s", virtual_s},

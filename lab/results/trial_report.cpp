@@ -18,9 +18,9 @@ namespace {
 constexpr double kMilli = 1e3;
 constexpr int kHalfHeight_px = 260;
 
-/// Series of one user's ticks; `of` returns the value of a tick, NaN if unknown.
+/// Series of one user's ticks; `value_of` returns the value of a tick, NaN if unknown.
 template <class Of>
-Series series_of(const UserTrace& user, std::string label, int color, const Of& of) {
+Series series_of(const UserTrace& user, std::string label, int color, const Of& value_of) {
   Series series;
   series.label = std::move(label);
   series.color = color;
@@ -28,7 +28,7 @@ Series series_of(const UserTrace& user, std::string label, int color, const Of& 
   series.y.reserve(user.ticks.size());
   for (const TickSample& tick : user.ticks) {
     series.x.push_back(to_seconds(tick.time));
-    series.y.push_back(of(tick));
+    series.y.push_back(value_of(tick));
   }
   return series;
 }
@@ -148,9 +148,10 @@ class Figures {
     return plot;
   }
   template <class Of>
-  void add_each_user(Plot& plot, const Of& of) const {
+  void add_each_user(Plot& plot, const Of& value_of) const {
     int color = 0;
-    for (const UserTrace& user : trace_.users) plot.series.push_back(series_of(user, user.user.name, color++, of));
+    for (const UserTrace& user : trace_.users)
+      plot.series.push_back(series_of(user, user.user.name, color++, value_of));
   }
 
   const SessionTrace& trace_;
@@ -164,7 +165,7 @@ Table metrics_table(const SessionTrace& trace) {
   table.columns.push_back({.header = "Meaning", .is_text = true});
   for (const UserMetric& metric : user_metrics()) {
     std::vector<std::string> row{std::string(metric.name)};
-    for (const UserTrace& user : trace.users) row.push_back(format_significant(metric.of(user), 4));
+    for (const UserTrace& user : trace.users) row.push_back(format_significant(metric.value_of(user), 4));
     row.emplace_back(metric.meaning);
     table.rows.push_back(std::move(row));
   }

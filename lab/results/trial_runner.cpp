@@ -110,7 +110,7 @@ std::optional<TrialResult> kept_result(const fs::path& file, const std::string& 
     result.virtual_s = fields.required_number("virtual_s", 0, 1e9);
     result.wall_s = fields.required_number("wall_s", 0, 1e9);
     result.row = value.as_object().at("row").as_object();
-    result.was_there = true;
+    result.was_done = true;
     if (result.key == key) return result;
   } catch (const std::exception&) {
     return std::nullopt;  // from another program, or damaged: run again
@@ -204,8 +204,8 @@ void TrialRunner::Impl::make_jobs() {
     const KeptScene& scene = scenes.at(scene_key(trials[i].experiment));
     SharedReference& reference = shared(reference_of(trials[i]), scene);
     SharedReference* same_stage = settings.holds_against_own_stage ? &shared(same_stage_of(trials[i]), scene) : nullptr;
-    const std::string asked = settings.holds_against_own_stage ? "" : "against the truth alone";
-    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program + asked), &reference, same_stage});
+    const std::string baseline = settings.holds_against_own_stage ? "" : "against the truth alone";
+    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program + baseline), &reference, same_stage});
     if (kept(jobs.back())) continue;
     ++reference.open;
     if (same_stage != nullptr) ++same_stage->open;
@@ -221,7 +221,7 @@ fs::path TrialRunner::Impl::samples_of(const Job& job) const {
 }
 
 std::optional<TrialResult> TrialRunner::Impl::kept(const Job& job) const {
-  if (settings.wants_samples && !has_trial_files(samples_of(job), job.key)) return std::nullopt;
+  if (settings.keeps_samples && !has_trial_files(samples_of(job), job.key)) return std::nullopt;
   return kept_result(file_of(job), job.key);
 }
 
@@ -248,7 +248,7 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   result.key = job.key;
   std::optional<TrialFiles> files;
   OnTick on_tick;
-  if (settings.wants_samples) {
+  if (settings.keeps_samples) {
     files.emplace(trial.experiment, samples_of(job));
     on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
       files->write_tick(user, record, phase);
@@ -270,17 +270,17 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
 }
 
 void TrialRunner::Impl::note_done(const Job& job, TrialResult result) {
-  if (settings.wants_samples && has_trial_files(samples_of(job), job.key)) result.samples = samples_of(job);
+  if (settings.keeps_samples && has_trial_files(samples_of(job), job.key)) result.samples = samples_of(job);
   const std::lock_guard lock(mutex);
   ++done;
-  reused += result.was_there ? 1 : 0;
+  reused += result.was_done ? 1 : 0;
   results[job.trial] = std::move(result);
   if (on_progress) on_progress(done, reused);
 }
 
 void TrialRunner::Impl::do_job(const Job& job) {
-  if (auto there = kept(job)) {
-    note_done(job, std::move(*there));
+  if (auto stored = kept(job)) {
+    note_done(job, std::move(*stored));
     return;
   }
   TrialResult result = run_job(job);
@@ -314,7 +314,7 @@ StudySize TrialRunner::size() const {
   size.trials = impl_->trials.size();
   for (const Job& job : impl_->jobs) {
     if (impl_->kept(job)) {
-      ++size.there;
+      ++size.done;
     } else {
       size.virtual_s += to_seconds(impl_->trials[job.trial].experiment.duration);
     }

@@ -23,7 +23,7 @@ namespace tandem::lab {
 struct RunSettings {
   std::filesystem::path out;            ///< an existing folder
   std::size_t threads = 1;              ///< 1 or more
-  bool wants_samples = false;           ///< write the time series of every trial …
+  bool keeps_samples = false;           ///< write the time series of every trial …
   bool samples_lie_in_out = false;      ///< … or of the only trial, in `out` itself
   bool holds_against_own_stage = true;  ///< also compute the metrics of TrialView::same_stage
   std::string program;                  ///< fingerprint of this program; results of other programs are not reused
@@ -35,14 +35,14 @@ struct TrialResult {
   std::filesystem::path samples;  ///< folder with the time series; "" if there are none
   double virtual_s = 0;
   double wall_s = 0;
-  bool was_there = false;
+  bool was_done = false;
 };
 
 /// Amount of work of a study, known before it starts.
 struct StudySize {
   std::size_t trials = 0;
   std::size_t references = 0;  ///< runs at zero delay
-  std::size_t there = 0;       ///< trials that are already done
+  std::size_t done = 0;        ///< trials that are already done
   double virtual_s = 0;        ///< virtual time of all remaining runs
 };
 

@@ -56,7 +56,7 @@ struct Flow {
   udp::socket server;
   SimulatedLink up;
   SimulatedLink down;
-  LocalTime heard{};  ///< time of the client's last datagram
+  LocalTime last_received{};  ///< time of the client's last datagram
 };
 
 /// Closes with a TCP reset instead of an orderly shutdown.
@@ -81,10 +81,10 @@ struct LinkProxy::Impl {
 
   void accept();
   void carry(Stream& stream, LocalTime now);
-  void take(tcp::socket& from, Pipe& pipe, LocalTime now);
-  void give(Pipe& pipe, tcp::socket& to_socket, LocalTime now);
+  void receive(tcp::socket& from, Pipe& pipe, LocalTime now);
+  void forward(Pipe& pipe, tcp::socket& to_socket, LocalTime now);
   void connect(Flow& flow) const;
-  void take_from_clients(LocalTime now);
+  void receive_from_clients(LocalTime now);
   void carry(Flow& flow, const udp::endpoint& client, LocalTime now);
   void note(std::span<const std::byte> bytes) {
     if (capture.is_open())
@@ -123,7 +123,7 @@ void LinkProxy::Impl::accept() {
   links += 2;
 }
 
-void LinkProxy::Impl::take(tcp::socket& from, Pipe& pipe, LocalTime now) {
+void LinkProxy::Impl::receive(tcp::socket& from, Pipe& pipe, LocalTime now) {
   std::array<std::byte, kBytesAtOnce> bytes;
   error_code error;
   const std::size_t size = from.read_some(asio::buffer(bytes), error);
@@ -132,7 +132,7 @@ void LinkProxy::Impl::take(tcp::socket& from, Pipe& pipe, LocalTime now) {
   pipe.has_ended = pipe.has_ended || (error && error != asio::error::would_block);
 }
 
-void LinkProxy::Impl::give(Pipe& pipe, tcp::socket& to_socket, LocalTime now) {
+void LinkProxy::Impl::forward(Pipe& pipe, tcp::socket& to_socket, LocalTime now) {
   while (const auto chunk = pipe.link.receive(now)) pipe.unsent.insert(pipe.unsent.end(), chunk->begin(), chunk->end());
   error_code error;
   const std::size_t sent = pipe.unsent.empty() ? 0 : to_socket.write_some(asio::buffer(pipe.unsent), error);
@@ -142,10 +142,10 @@ void LinkProxy::Impl::give(Pipe& pipe, tcp::socket& to_socket, LocalTime now) {
 }
 
 void LinkProxy::Impl::carry(Stream& stream, LocalTime now) {
-  take(stream.client, stream.up, now);
-  take(stream.server, stream.down, now);
-  give(stream.up, stream.server, now);
-  give(stream.down, stream.client, now);
+  receive(stream.client, stream.up, now);
+  receive(stream.server, stream.down, now);
+  forward(stream.up, stream.server, now);
+  forward(stream.down, stream.client, now);
 }
 
 void LinkProxy::Impl::connect(Flow& flow) const {
@@ -155,7 +155,7 @@ void LinkProxy::Impl::connect(Flow& flow) const {
   flow.server.connect(udp::endpoint(to.address(), to.port()));
 }
 
-void LinkProxy::Impl::take_from_clients(LocalTime now) {
+void LinkProxy::Impl::receive_from_clients(LocalTime now) {
   std::array<std::byte, 2048> bytes;
   udp::endpoint from;
   error_code error;
@@ -171,7 +171,7 @@ void LinkProxy::Impl::take_from_clients(LocalTime now) {
       connect(*flow);
     }
     if (!error && !is_cut) flow->up.send(now, std::span(bytes).first(size));
-    flow->heard = now;
+    flow->last_received = now;
     note(std::span(bytes).first(size));
   }
 }
@@ -198,9 +198,9 @@ LinkProxy::LinkProxy(const LinkProxySettings& settings) : impl_(std::make_unique
 LinkProxy::~LinkProxy() = default;
 
 void LinkProxy::step(LocalTime now) {
-  impl_->take_from_clients(now);
+  impl_->receive_from_clients(now);
   for (const auto& [client, flow] : impl_->flows) impl_->carry(*flow, client, now);
-  std::erase_if(impl_->flows, [now](const auto& known) { return now - known.second->heard > kForgetAfter; });
+  std::erase_if(impl_->flows, [now](const auto& known) { return now - known.second->last_received > kForgetAfter; });
   if (impl_->is_cut) return;
   impl_->accept();
   for (const auto& stream : impl_->streams) impl_->carry(*stream, now);

@@ -77,7 +77,7 @@ class LiveTrialServer {
   void record_from(LocalTime start) { start_ns_.store(start.time_since_epoch().count(), std::memory_order_release); }
   void stop();
   /// Moves the records into the trace; after stop().
-  void take(SessionTrace& trace, LiveTiming& timing);
+  void collect(SessionTrace& trace, LiveTiming& timing);
 
  private:
   void record(const server::Room& room) noexcept;
@@ -131,7 +131,7 @@ void LiveTrialServer::stop() {
   serving_.get();
 }
 
-void LiveTrialServer::take(SessionTrace& trace, LiveTiming& timing) {
+void LiveTrialServer::collect(SessionTrace& trace, LiveTiming& timing) {
   bodies_.resize(bodies_taken_);
   trace.bodies = std::move(bodies_);
   std::size_t tool = 0;
@@ -156,7 +156,7 @@ class LiveUser {
   /// granted.
   std::vector<std::string> start_loop();
   /// Moves the ring's content to ticks().
-  void take_ticks();
+  void collect_ticks();
   void stop();
 
   client::ClientIoSnapshot io() const { return io_.snapshot(); }
@@ -165,8 +165,8 @@ class LiveUser {
   const std::vector<LiveTick>& ticks() const { return ticks_; }
   /// Returns whether the hand has the server's state and, if the stage needs one, the local model.
   bool is_ready() const;
-  /// Same as take_ticks(), then drops all ticks but the newest.
-  void take_newest_tick();
+  /// Same as collect_ticks(), then drops all ticks but the newest.
+  void collect_newest_tick();
   void forget_ticks_before(LocalTime time);
 
   // after stop()
@@ -229,7 +229,7 @@ void LiveUser::after_tick() noexcept {
   passivity_dissipated_at_start_j_ = passivity_dissipated_j(io_.haptics(), user_.pipeline);
 }
 
-void LiveUser::take_ticks() {
+void LiveUser::collect_ticks() {
   const Duration round_trip = io_.snapshot().round_trip;
   LiveTick tick;
   while (ring_.pop(tick)) {
@@ -245,8 +245,8 @@ bool LiveUser::is_ready() const {
   return newest()->is_local || !(client::needs_local_model(stage) || client::needs_proxy_world(stage));
 }
 
-void LiveUser::take_newest_tick() {
-  take_ticks();
+void LiveUser::collect_newest_tick() {
+  collect_ticks();
   if (ticks_.size() > 1) ticks_.erase(ticks_.begin(), ticks_.end() - 1);
 }
 
@@ -281,8 +281,8 @@ struct LiveSession {
   void start_hands();
   void keep_going();
   void follow(std::size_t index);
-  SessionTrace take_trace();
-  void take_user(std::size_t index);
+  SessionTrace collect_trace();
+  void collect_user(std::size_t index);
 
   const Experiment& experiment;
   std::shared_ptr<const server::LoadedScene> scene;
@@ -295,7 +295,7 @@ struct LiveSession {
   LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
-  std::vector<std::size_t> told;  // ticks already passed to on_tick
+  std::vector<std::size_t> reported;  // ticks already passed to on_tick
   SessionTrace trace;
   LiveTiming& timing;
   const OnTick& on_tick;
@@ -316,7 +316,7 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
   trace.body_can_move = beside.body_can_move;
   trace.field_kernel = beside.field_kernel;
   timing.users.resize(experiment.users.size());
-  told.resize(experiment.users.size());
+  reported.resize(experiment.users.size());
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
     const ExperimentUser& user = experiment.users[i];
     if (user.pipeline.model != client::ModelErrors{}) {
@@ -347,7 +347,7 @@ void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDo
                          " could not join: " + (status.why.empty() ? missing : status.why));
     }
     std::this_thread::sleep_for(kMainPeriod);
-    for (const auto& each : users) each->take_newest_tick();
+    for (const auto& each : users) each->collect_newest_tick();
   }
 }
 
@@ -378,11 +378,11 @@ void LiveSession::start_hands() {
 
 void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
-  user.take_ticks();
-  // Before the first tick of the moving hand `told` is 0, and all ticks are older than the start.
-  if (told[index] == 0) user.forget_ticks_before(hands_started);
-  for (; told[index] < user.ticks().size(); ++told[index]) {
-    const client::TickRecord& record = user.ticks()[told[index]].record;
+  user.collect_ticks();
+  // Before the first tick of the moving hand `reported` is 0, and all ticks are older than the start.
+  if (reported[index] == 0) user.forget_ticks_before(hands_started);
+  for (; reported[index] < user.ticks().size(); ++reported[index]) {
+    const client::TickRecord& record = user.ticks()[reported[index]].record;
     if (record.at >= hands_started + experiment.duration) break;
     if (on_tick) on_tick(index, record, user.user().hand.phase_at(record.at - hands_started));
   }
@@ -402,7 +402,7 @@ void LiveSession::keep_going() {
   }
 }
 
-void LiveSession::take_user(std::size_t index) {
+void LiveSession::collect_user(std::size_t index) {
   LiveUser& live = *users[index];
   UserTrace& user = trace.users[index];
   const client::ClientIoSnapshot io = live.io();
@@ -419,13 +419,13 @@ void LiveSession::take_user(std::size_t index) {
   user.traffic = traffic_of(io);
   user.traffic.datagrams -= traffic_at_start[index].datagrams;
   user.traffic.bytes -= traffic_at_start[index].bytes;
-  timing.users[index] = {told[index], skipped, live.lost(), live.loop_report()};
+  timing.users[index] = {reported[index], skipped, live.lost(), live.loop_report()};
 }
 
-SessionTrace LiveSession::take_trace() {
-  for (std::size_t i = 0; i < users.size(); ++i) take_user(i);
+SessionTrace LiveSession::collect_trace() {
+  for (std::size_t i = 0; i < users.size(); ++i) collect_user(i);
   server.stop();
-  server.take(trace, timing);
+  server.collect(trace, timing);
   return std::move(trace);
 }
 
@@ -438,7 +438,7 @@ SessionTrace run_live_session(const Experiment& experiment, const std::shared_pt
   session.join_all();
   session.start_hands();
   session.keep_going();
-  return session.take_trace();
+  return session.collect_trace();
 }
 
 }  // namespace tandem::lab

@@ -78,7 +78,7 @@ struct ServerLoad::User {
     state.non_blocking(true);
   }
 
-  void say(const wire::ClientControl& message) {
+  void send_control(const wire::ClientControl& message) {
     proto::Bytes frame;
     proto::append_frame(message, frame);
     proto::Bytes out;
@@ -95,21 +95,22 @@ struct ServerLoad::User {
     std::array<std::byte, 4096> bytes;
     proto::Bytes out;
     const std::size_t size = control.read_some(asio::buffer(bytes));
-    if (!tls.receive(std::span(bytes).first(size), heard, out)) throw std::runtime_error(tls.problem());
+    if (!tls.receive(std::span(bytes).first(size), unparsed, out)) throw std::runtime_error(tls.problem());
     asio::write(control, asio::buffer(out));
   }
   /// Reads and removes the next `size` bytes of the stream.
-  proto::Bytes take(std::size_t size) {
-    while (heard.size() < size) read_more();
-    const auto end = heard.begin() + static_cast<std::ptrdiff_t>(size);
-    proto::Bytes taken(heard.begin(), end);
-    heard.erase(heard.begin(), end);
+  proto::Bytes read_bytes(std::size_t size) {
+    while (unparsed.size() < size) read_more();
+    const auto end = unparsed.begin() + static_cast<std::ptrdiff_t>(size);
+    proto::Bytes taken(unparsed.begin(), end);
+    unparsed.erase(unparsed.begin(), end);
     return taken;
   }
-  wire::ServerControl hear() {
+  wire::ServerControl read_message() {
     std::size_t size = 0;
-    for (const std::byte byte : take(proto::kFrameLengthBytes)) size = size << 8U | std::to_integer<std::size_t>(byte);
-    const proto::Bytes payload = take(size);
+    for (const std::byte byte : read_bytes(proto::kFrameLengthBytes))
+      size = size << 8U | std::to_integer<std::size_t>(byte);
+    const proto::Bytes payload = read_bytes(size);
     wire::ServerControl message;
     if (!proto::parse_control(payload, message)) throw std::runtime_error("the server said what nobody can read");
     return message;
@@ -118,8 +119,8 @@ struct ServerLoad::User {
     wire::ClientControl hello;
     hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion);
     hello.mutable_hello()->add_capabilities(proto::kCapabilityStateUdp);
-    say(hello);
-    const wire::ServerControl welcome = hear();
+    send_control(hello);
+    const wire::ServerControl welcome = read_message();
     connection = ConnectionId{welcome.welcome().connection_id()};
     epoch = static_cast<std::uint8_t>(welcome.welcome().epoch());
     wire::ClientControl join;
@@ -131,8 +132,8 @@ struct ServerLoad::User {
     using Use = proto::DatagramSeal::Use;
     seal = proto::DatagramSeal(secret, Use::kSeal, true, epoch);
     opener = proto::DatagramSeal(secret, Use::kOpen, false, epoch);
-    say(join);
-    const wire::ServerControl joined = hear();
+    send_control(join);
+    const wire::ServerControl joined = read_message();
     if (!joined.has_joined()) throw std::runtime_error(name + " cannot join " + room + ": " + joined.error().text());
     const wire::Tool& tool = joined.joined().scene().tools(static_cast<int>(joined.joined().tool()));
     X_WT = proto::pose_from_placement(tool.placement());
@@ -189,8 +190,8 @@ struct ServerLoad::User {
       if (update.sent > server_time_of_own_clock(deadline + kMaxAge))
         continue;  // the deadline of this step is not known yet
       result.added_latency.record(update.sent - server_time_of_own_clock(deadline));
-      if (heard_at != LocalTime{}) silence = std::max(silence, now - heard_at);
-      heard_at = now;
+      if (received_at != LocalTime{}) silence = std::max(silence, now - received_at);
+      received_at = now;
       const bool is_known = update.answered_input.value + sent_at.size() > newest.value;
       if (update.answered_input <= answered || !is_known) continue;
       answered = update.answered_input;
@@ -201,7 +202,7 @@ struct ServerLoad::User {
 
   tcp::socket control;
   secure::TlsStream tls;
-  proto::Bytes heard;  ///< bytes of the stream, not yet parsed
+  proto::Bytes unparsed;  ///< bytes of the stream, not yet parsed
   udp::socket state;
   proto::DatagramSeal seal{{}, proto::DatagramSeal::Use::kSeal, true, 0};
   proto::DatagramSeal opener{{}, proto::DatagramSeal::Use::kOpen, false, 0};
@@ -212,7 +213,7 @@ struct ServerLoad::User {
   proto::Bytes datagram;
   std::array<LocalTime, 1024> sent_at{};  ///< indexed by tick modulo its size
   Tick answered;
-  LocalTime heard_at{};
+  LocalTime received_at{};
   Duration silence{0};
 };
 

@@ -8,7 +8,7 @@ TickSample sample_of(const client::TickRecord& record) {
   sample.handle_W = record.handle_W;
   sample.tool_W = record.tool_W.X;
   sample.stage_D = record.stage_wrench_on_hand_D;
-  sample.asked_D = record.stage_wrench_on_hand_D * record.passivity_gain;
+  sample.requested_D = record.stage_wrench_on_hand_D * record.passivity_gain;
   sample.displayed_D = record.displayed_on_hand_D;
   sample.server_wrench_W = record.server_wrench_on_hand_W;
   sample.state_age = record.state_age;

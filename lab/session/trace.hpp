@@ -30,7 +30,7 @@ struct TickSample {
   RigidState handle_W;
   Pose tool_W;             ///< newest from the server
   Wrench stage_D;          ///< on the hand, before the safety stages
-  Wrench asked_D;          ///< on the hand, after the passivity controller, before safety stages and clamp
+  Wrench requested_D;      ///< on the hand, after the passivity controller, before safety stages and clamp
   Wrench displayed_D;      ///< on the hand
   Wrench server_wrench_W;  ///< on the hand, newest from the server
   Duration state_age{0};   ///< negative: no state yet

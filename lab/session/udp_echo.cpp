@@ -34,8 +34,8 @@ class Echo {
  public:
   /// In      from  datagrams sent earlier are not counted
   Echo(int priority, LocalTime from) : from_(from), socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
-    timeval look_again{.tv_sec = 0, .tv_usec = 10'000};
-    setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &look_again, sizeof look_again);
+    timeval receive_timeout{.tv_sec = 0, .tv_usec = 10'000};
+    setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &receive_timeout, sizeof receive_timeout);
     thread_ = std::thread([this, priority] { run(priority); });
   }
   ~Echo() { stop(); }

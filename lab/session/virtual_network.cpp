@@ -85,7 +85,7 @@ void VirtualClientTransport::collect(LocalTime now) {
   collect_from(datagrams_down_, now, arrived_datagrams_down_);
   collect_from(stream_up_, now, arrived_stream_up_);
   collect_from(stream_down_, now, arrived_stream_down_);
-  if (!arrived_datagrams_up_.empty() || !arrived_stream_up_.empty()) heard_at_server_ = now;
+  if (!arrived_datagrams_up_.empty() || !arrived_stream_up_.empty()) received_at_server_ = now;
 }
 
 void VirtualClientTransport::deliver(client::ClientSession& session, LocalTime now) {

@@ -54,7 +54,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   /// Wait of the server's datagrams for the line, which they share with the stream.
   const Histogram& waits_down() const { return waits_down_; }
   /// Time of the last arrival at the server's end.
-  LocalTime heard_at_server() const { return heard_at_server_; }
+  LocalTime received_at_server() const { return received_at_server_; }
 
  private:
   friend class VirtualNetwork;
@@ -75,7 +75,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   net::SimulatedLink stream_down_;
   TrafficCounters traffic_;
   Histogram waits_down_;
-  LocalTime heard_at_server_{};
+  LocalTime received_at_server_{};
   // Arrived packets that are not yet passed on.
   Packets arrived_datagrams_up_;
   Packets arrived_datagrams_down_;

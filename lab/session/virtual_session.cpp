@@ -86,7 +86,7 @@ TickSample sample_of(VirtualUser& user, Duration time, LocalTime now) {
   sample.hand_D = user.device.hand_pose();
   sample.hand_twist_D = user.device.hand_twist();
   sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
-  sample.input_age = now - user.transport.heard_at_server();
+  sample.input_age = now - user.transport.received_at_server();
   sample.round_trip = user.client.session().clock_sync().round_trip();
   return sample;
 }
@@ -108,7 +108,7 @@ struct VirtualSession {
   void record_tick(std::size_t index);
   void record_bodies();
   void record_step();
-  SessionTrace take_trace();
+  SessionTrace collect_trace();
 
   const Experiment& experiment;
   const OnTick& on_tick;
@@ -268,7 +268,7 @@ void VirtualSession::record_bodies() {
   next_sample += experiment.sample_period;
 }
 
-SessionTrace VirtualSession::take_trace() {
+SessionTrace VirtualSession::collect_trace() {
   for (std::size_t i = 0; i < users.size(); ++i) {
     UserTrace& user = trace.users[i];
     const client::HapticCounters& end = users[i]->client.haptics().counters();
@@ -299,7 +299,7 @@ SessionTrace run_virtual_session(const Experiment& experiment, const std::shared
   session.start_hands();
   const LocalTime end = session.clock.now() + experiment.duration;
   while (session.clock.now() < end) session.run_slot();
-  return session.take_trace();
+  return session.collect_trace();
 }
 
 }  // namespace tandem::lab

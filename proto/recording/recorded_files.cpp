@@ -70,7 +70,7 @@ class Reading {
     std::uint64_t last_ns = 0, unknown = 0;
     while (const auto message = goes_on ? reader.next() : std::nullopt) {
       const std::string topic = reader.channel(message->channel)->topic;
-      if (std::exchange(is_first, false) && !take_first(path, part_of(topic, *message))) return true;
+      if (std::exchange(is_first, false) && !accept_first(path, part_of(topic, *message))) return true;
       if (begun_ns_ == 0) begun_ns_ = message->log_ns;
       last_ns = message->log_ns;
       unknown += std::ranges::find(kTopics, topic) == kTopics.end() ? 1 : 0;
@@ -84,7 +84,7 @@ class Reading {
 
  private:
   /// Returns false for a file of another recording.
-  bool take_first(const std::filesystem::path& path, const PartOf& own) {
+  bool accept_first(const std::filesystem::path& path, const PartOf& own) {
     if (!end.files.empty() && own.recording != recording_) return false;
     if (!end.files.empty() && own.part > part_ + 1) {
       note(path, std::to_string(own.part - part_ - 1) + " part" + (own.part > part_ + 2 ? "s" : "") +

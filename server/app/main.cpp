@@ -54,10 +54,10 @@ struct Options {
 };
 
 void add_duration(CLI::App& app, const std::string& name, const std::string& help,
-                  const std::function<void(Duration)>& take) {
-  const auto parse = [name, take](const std::string& text) {
+                  const std::function<void(Duration)>& store) {
+  const auto parse = [name, store](const std::string& text) {
     try {
-      take(parse_duration(text, "s"));
+      store(parse_duration(text, "s"));
     } catch (const std::invalid_argument& error) {
       throw CLI::ValidationError(name, error.what());
     }

@@ -17,7 +17,7 @@ boost::json::object drops(const proto::DropCounters& counters) {
   boost::json::object object;
   for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    if (counters.of(reason) > 0) object[proto::name_of(reason)] = counters.of(reason);
+    if (counters.count(reason) > 0) object[proto::name_of(reason)] = counters.count(reason);
   }
   return object;
 }

@@ -64,15 +64,15 @@ double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& 
 }
 
 template <class Numbers>
-void put(Numbers* out, const Vec3& values, double step) {
+void append_rounded(Numbers* out, const Vec3& values, double step) {
   for (const double value : values) out->Add(rounded(value, step));
 }
 
 /// Places a molecule at `y_m` on the line of centres. `q` turns that line to y.
 void place(wire::Placement& placement, double y_m, const Quat& q) {
-  put(placement.mutable_position_m(), {0, y_m, 0}, 1e-6);
+  append_rounded(placement.mutable_position_m(), {0, y_m, 0}, 1e-6);
   const Vec3 zyx = q.toRotationMatrix().eulerAngles(2, 1, 0);
-  put(placement.mutable_rotation_xyz_deg(), zyx.reverse() * 180 / std::numbers::pi, 1e-4);
+  append_rounded(placement.mutable_rotation_xyz_deg(), zyx.reverse() * 180 / std::numbers::pi, 1e-4);
 }
 
 void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource& source, double y_m, const Quat& q) {
@@ -90,7 +90,7 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   tool.set_name(name);
   tool.set_holds(name);
   tool.set_mass_kg(body.mass_kg());
-  put(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
+  append_rounded(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
 /// Sets the default law. Small molecules get about the stiffness that the linear spring of the shipped docking scene

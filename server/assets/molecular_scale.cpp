@@ -32,7 +32,7 @@ constexpr double kTouching_kcal_per_mol = 5;
 /// Largest number of pairs that is minimised, which takes a second or two.
 constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
-constexpr double kLookOut_angstrom = 4, kLookIn_angstrom = 2;
+constexpr double kSearchOut_angstrom = 4, kSearchIn_angstrom = 2;
 constexpr double kAside_angstrom = 6;
 constexpr int kSides = 6;
 /// Numbers for drawing one molecule out of the other: directions, descent steps at the start, descent steps after each
@@ -108,7 +108,7 @@ class Approach {
   Way along(const Vec3& direction_A) {
     Way way{direction_A, contact(direction_A)};
     way.best = way.contact;
-    for (double out = 0; out < kLookOut_angstrom; out += kFineStep_angstrom) {
+    for (double out = 0; out < kSearchOut_angstrom; out += kFineStep_angstrom) {
       const auto [energy, pushes] = at(field_, direction_A, way.contact + out);
       way.strongest_pull = std::max(way.strongest_pull, -pushes);
       if (energy >= way.least_kcal_per_mol) continue;
@@ -136,7 +136,7 @@ class Approach {
       const Vec3 direction_A = side(i, kExits);
       Pose X = inside;
       double strongest = 0, energy = 0;
-      for (double out = 0; out < kLookOut_angstrom && energy < kBlocked_kcal_per_mol && strongest < easiest;
+      for (double out = 0; out < kSearchOut_angstrom && energy < kBlocked_kcal_per_mol && strongest < easiest;
            out += kDrawStep_angstrom) {
         X.p += kDrawStep_angstrom * direction_A;
         const docking::FieldResult here = descend(X, direction_A, kSlidingSteps);
@@ -152,7 +152,7 @@ class Approach {
   /// Energy on the way in at which the repulsion reaches `push` [kcal/mol].
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
-    for (double in = -kLookOut_angstrom; in < kLookIn_angstrom; in += kFineStep_angstrom) {
+    for (double in = -kSearchOut_angstrom; in < kSearchIn_angstrom; in += kFineStep_angstrom) {
       const auto [here, pushes] = at(field_, way.direction_A, way.contact - in);
       energy = here;
       if (pushes >= push) break;

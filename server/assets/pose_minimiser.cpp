@@ -56,18 +56,18 @@ bool PoseMinimiser::step() {
   const std::optional<Pose> wanted = next();
   is_over_ = !wanted;
   if (is_over_) return false;
-  docking::Matrix6 gradient_there;
-  const docking::FieldResult there =
-      docking::exact_field(*a_, *b_, *wanted, *model_, {nullptr, nullptr, &gradient_there});
-  const double gain = here_.energy_kj_per_mol() - there.energy_kj_per_mol();
+  docking::Matrix6 next_gradient;
+  const docking::FieldResult next_field =
+      docking::exact_field(*a_, *b_, *wanted, *model_, {nullptr, nullptr, &next_gradient});
+  const double gain = here_.energy_kj_per_mol() - next_field.energy_kj_per_mol();
   if (!(gain > 0)) {
     damping_ *= 4;
     is_over_ = way_ < kShortest_angstrom;
     return !is_over_;
   }
   X_ = *wanted;
-  here_ = there;
-  gradient_ = gradient_there;
+  here_ = next_field;
+  gradient_ = next_gradient;
   damping_ = std::max(kMinDamping, damping_ / 3);
   is_over_ = gain < kGain_kj_per_mol;
   return !is_over_;

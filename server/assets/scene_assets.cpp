@@ -185,7 +185,7 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
   try {
     geometry::ContactMesh repaired_mesh = geometry::repaired(mesh);
     for (const std::string& line : geometry::part_lines(repaired_mesh)) notes.push_back(message.file() + ": " + line);
-    for (const std::string& note : repaired_mesh.notes) tell_users(message.file() + ": " + note);
+    for (const std::string& note : repaired_mesh.notes) add_user_note(message.file() + ": " + note);
     return repaired_mesh;
   } catch (const geometry::MeshError& error) {
     file_field.refuse("is " + file.string() + ", which cannot be touched: " + error.what());
@@ -274,7 +274,7 @@ void SceneAssets::add_drawings(const geometry::TriangleMesh& mesh, const wire::M
   }
 }
 
-void SceneAssets::tell_users(const std::string& note) {
+void SceneAssets::add_user_note(const std::string& note) {
   notes.push_back(note);
   notes_for_users.push_back(note);
 }
@@ -324,7 +324,7 @@ std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);
-  for (const std::string& note : molecule->notes) tell_users(message.file() + ": " + note);
+  for (const std::string& note : molecule->notes) add_user_note(message.file() + ": " + note);
   try {
     add_molecule(*molecule, message);
   } catch (const std::invalid_argument& error) {

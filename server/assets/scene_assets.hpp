@@ -79,7 +79,7 @@ class SceneAssets {
                                                                  const SceneField& field, Vec3& centre_angstrom);
 
   /// Adds a note that is also shown to users.
-  void tell_users(const std::string& note);
+  void add_user_note(const std::string& note);
 
   std::vector<Asset> assets;
   std::vector<std::string> notes;            ///< for the operator

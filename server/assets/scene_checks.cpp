@@ -54,13 +54,13 @@ void complete_molecular_field(wire::Scene& scene) {
 /// Largest initial distance of bodies and tools from the origin.
 double farthest_start_m(const wire::Scene& scene) {
   double farthest_m = 0;
-  const auto look_at = [&farthest_m](const wire::Placement& placement) {
+  const auto note_distance = [&farthest_m](const wire::Placement& placement) {
     double squared = 0;
     for (const double x : placement.position_m()) squared += x * x;
     farthest_m = std::max(farthest_m, std::sqrt(squared));
   };
-  for (const wire::Body& body : scene.bodies()) look_at(body.placement());
-  for (const wire::Tool& tool : scene.tools()) look_at(tool.placement());
+  for (const wire::Body& body : scene.bodies()) note_distance(body.placement());
+  for (const wire::Tool& tool : scene.tools()) note_distance(tool.placement());
   return farthest_m;
 }
 

@@ -68,8 +68,8 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
 /// Checks that the values of both polynomials over the range are within the ranges of the wire format.
 void check_values(const Numbers& range, const haptics::Cubic& stiffness, const haptics::Cubic& damping,
                   std::string_view stiffness_name, std::string_view damping_name, const SceneField& fit) {
-  for (int i = 0; i <= haptics::kFitLooks; ++i) {
-    const double x = range[0] + (range[1] - range[0]) * i / haptics::kFitLooks;
+  for (int i = 0; i <= haptics::kFitSamples; ++i) {
+    const double x = range[0] + (range[1] - range[0]) * i / haptics::kFitSamples;
     const double k = stiffness(x);
     const auto check = [&](std::string_view name, double value) {
       const proto::CouplingField& field = *proto::find_coupling_field("coupling." + std::string(name));

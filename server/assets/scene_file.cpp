@@ -167,7 +167,7 @@ class SceneBuilder {
   void note_thinness(const contact::ContactShape& shape, const wire::Shape& message, const SceneField& field) {
     const std::string why = contact::why_too_thin(shape);
     if (why.empty()) return;
-    assets_.tell_users(field.name() + (message.has_mesh() ? " (" + message.mesh().file() + ") " : " ") + why);
+    assets_.add_user_note(field.name() + (message.has_mesh() ? " (" + message.mesh().file() + ") " : " ") + why);
   }
 
   static SceneField shape_field(const SceneField& field, int shape) {
@@ -244,7 +244,7 @@ class SceneBuilder {
     try {
       for (const std::string& note :
            complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model, progress_)) {
-        assets_.tell_users(note);
+        assets_.add_user_note(note);
       }
     } catch (const std::invalid_argument& error) {
       file_.in("molecular_field").refuse(error.what());

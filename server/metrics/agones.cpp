@@ -22,7 +22,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using boost::system::error_code;
 
-constexpr Duration kLookEvery = std::chrono::milliseconds(100);
+constexpr Duration kAgonesPeriod = std::chrono::milliseconds(100);
 /// Time limit of a call, from connecting to the end of its answer.
 constexpr Duration kCallWithin = std::chrono::seconds(1);
 constexpr std::size_t kMaxHeadBytes = 8192, kMaxBodyBytes = std::size_t{256} << 10U;
@@ -34,7 +34,7 @@ const char* path_of(AgonesPlan::Call call) {
       return "/ready";
     case Call::kHealth:
       return "/health";
-    case Call::kLook:
+    case Call::kGameServer:
       return "/gameserver";
     case Call::kAllocate:
       return "/allocate";
@@ -73,7 +73,7 @@ struct Agones::Reply {
 };
 
 AgonesPlan::Call AgonesPlan::due(const Seen& seen, LocalTime now) {
-  if (seen.has_ended) return is_told_shutdown_ ? Call::kNone : Call::kShutdown;
+  if (seen.has_ended) return has_sent_shutdown_ ? Call::kNone : Call::kShutdown;
   if (seen.users > 0) {
     left_.reset();
   } else if (!left_) {
@@ -81,8 +81,8 @@ AgonesPlan::Call AgonesPlan::due(const Seen& seen, LocalTime now) {
   }
   if (now < not_before_) return Call::kNone;
   if (seen.is_healthy && now >= next_health_) return Call::kHealth;
-  if (!is_told_ready_) return seen.is_ready ? Call::kReady : Call::kNone;
-  if (seen.users > 0 && !is_allocated_) return has_looked_ ? Call::kAllocate : Call::kLook;
+  if (!has_sent_ready_) return seen.is_ready ? Call::kReady : Call::kNone;
+  if (seen.users > 0 && !is_allocated_) return has_game_server_ ? Call::kAllocate : Call::kGameServer;
   // After an allocation from outside, its user may still be arriving: the server becomes free only after it was used.
   if (is_allocated_ && left_ && now - *left_ >= kReturnAfter) return Call::kReady;
   return Call::kNone;
@@ -97,23 +97,23 @@ void AgonesPlan::note_answer(Call call, bool is_good, LocalTime now, bool is_all
   again_ = Duration{0};
   if (call == Call::kHealth) next_health_ = now + kHealthEvery;
   if (call == Call::kReady) {
-    is_told_ready_ = true;
-    has_looked_ = is_allocated_ = false;
+    has_sent_ready_ = true;
+    has_game_server_ = is_allocated_ = false;
   }
-  if (call == Call::kLook) {
-    has_looked_ = true;
+  if (call == Call::kGameServer) {
+    has_game_server_ = true;
     is_allocated_ = is_allocated;
   }
   if (call == Call::kAllocate) is_allocated_ = true;
-  if (call == Call::kShutdown) is_told_shutdown_ = true;
+  if (call == Call::kShutdown) has_sent_shutdown_ = true;
 }
 
-Agones::Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> look,
+Agones::Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> read_status,
                std::function<void(const std::string&)> on_news)
     : port_(port),
-      look_(std::move(look)),
+      read_status_(std::move(read_status)),
       on_news_(std::move(on_news)),
-      thread_(std::make_unique<recording::RecorderThread>(kLookEvery, [this] { work(); })) {}
+      thread_(std::make_unique<recording::RecorderThread>(kAgonesPeriod, [this] { work(); })) {}
 
 Agones::~Agones() {
   finish();
@@ -125,16 +125,16 @@ void Agones::finish() {
 
 void Agones::work() {
   const SteadyClock clock;
-  const AgonesPlan::Call due = plan_.due(look_(), clock.now());
+  const AgonesPlan::Call due = plan_.due(read_status_(), clock.now());
   if (due == AgonesPlan::Call::kNone) return;
-  const Reply reply = call(path_of(due), due != AgonesPlan::Call::kLook);
+  const Reply reply = call(path_of(due), due != AgonesPlan::Call::kGameServer);
   plan_.note_answer(due, reply.is_good, clock.now(), is_allocated(reply.body));
-  tell(reply);
+  report(reply);
 }
 
-void Agones::tell(const Reply& reply) {
-  if (is_there_ == reply.is_good) return;
-  is_there_ = reply.is_good;
+void Agones::report(const Reply& reply) {
+  if (is_reachable_ == reply.is_good) return;
+  is_reachable_ = reply.is_good;
   const std::string sidecar = "the Agones sidecar at 127.0.0.1:" + std::to_string(port_);
   on_news_(reply.is_good ? sidecar + " answers"
                          : sidecar + " does not answer: " + reply.problem + "; the server goes on, and tries again");

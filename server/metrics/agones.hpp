@@ -26,7 +26,7 @@ std::uint16_t agones_port(const std::string& text);
 /// Decides which call is due, without socket or clock.
 class AgonesPlan {
  public:
-  enum class Call : std::uint8_t { kNone, kReady, kHealth, kLook, kAllocate, kShutdown };
+  enum class Call : std::uint8_t { kNone, kReady, kHealth, kGameServer, kAllocate, kShutdown };
   /// State of the server.
   struct Seen {
     bool is_ready = false;
@@ -43,12 +43,12 @@ class AgonesPlan {
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
-  /// In      is_allocated  state in the answer to kLook
+  /// In      is_allocated  state in the answer to kGameServer
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 
  private:
-  bool is_told_ready_ = false, is_told_shutdown_ = false;
-  bool has_looked_ = false, is_allocated_ = false;
+  bool has_sent_ready_ = false, has_sent_shutdown_ = false;
+  bool has_game_server_ = false, is_allocated_ = false;
   LocalTime next_health_{};
   LocalTime not_before_{};
   Duration again_{0};  ///< pause after the next failure
@@ -59,24 +59,25 @@ class AgonesPlan {
 class Agones {
  public:
   /// In      port  sidecar's port on this machine
-  ///         look  called on the thread
+  ///         read_status  called on the thread
   ///         on_news  messages for the operator when the sidecar starts or stops answering; called on the thread
-  Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> look, std::function<void(const std::string&)> on_news);
+  Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> read_status,
+         std::function<void(const std::string&)> on_news);
   ~Agones();
-  /// Reports the last state from `look`, within about a second. Idempotent.
+  /// Reports the last state from `read_status`, within about a second. Idempotent.
   void finish();
 
  private:
   struct Reply;
   void work();
   Reply call(const std::string& path, bool is_post) const;
-  void tell(const Reply& reply);
+  void report(const Reply& reply);
 
   std::uint16_t port_;
-  std::function<AgonesPlan::Seen()> look_;
+  std::function<AgonesPlan::Seen()> read_status_;
   std::function<void(const std::string&)> on_news_;
   AgonesPlan plan_;
-  std::optional<bool> is_there_;
+  std::optional<bool> is_reachable_;
   std::unique_ptr<recording::RecorderThread> thread_;
 };
 

@@ -7,14 +7,14 @@ namespace tandem::server {
 
 std::string standstill(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now) {
   std::ostringstream text;
-  const auto look = [&](const std::string& who, LocalTime went_round) {
+  const auto check = [&](const std::string& name, LocalTime went_round) {
     if (now - went_round <= kGoesRoundWithin) return;
-    text << (text.tellp() > 0 ? "; " : "") << who << " has stood still for " << std::fixed << std::setprecision(1)
+    text << (text.tellp() > 0 ? "; " : "") << name << " has stood still for " << std::fixed << std::setprecision(1)
          << to_seconds(now - went_round) << " s";
   };
   if (!pulse.is_serving) return "";
-  look("io", pulse.io);
-  for (std::size_t i = 0; i < pulse.rooms.size(); ++i) look("room " + rooms[i], pulse.rooms[i]);
+  check("io", pulse.io);
+  for (std::size_t i = 0; i < pulse.rooms.size(); ++i) check("room " + rooms[i], pulse.rooms[i]);
   return text.str();
 }
 

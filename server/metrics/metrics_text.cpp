@@ -88,7 +88,7 @@ class Page {
     whole(to_seconds(histogram.sum()), "_sum");
     whole(histogram.count(), "_count");
   }
-  std::string take() { return std::move(text_); }
+  std::string finish() { return std::move(text_); }
 
  private:
   std::string text_;
@@ -134,18 +134,18 @@ void add_datagrams(Page& page, const HubCounters& hub) {
     // Skips reasons of sending; an accepted datagram can also be overwritten.
     if (reason == DropReason::kOverwritten || reason == DropReason::kSendFailed || reason == DropReason::kSimulatedLoss)
       continue;
-    page.sample({{"result", proto::name_of(reason)}}, hub.received_drops.of(reason));
-    dropped += hub.received_drops.of(reason);
+    page.sample({{"result", proto::name_of(reason)}}, hub.received_drops.count(reason));
+    dropped += hub.received_drops.count(reason);
   }
   page.sample({{"result", "accepted"}}, hub.datagrams_received - dropped);
   page.single("tandem_inputs_overwritten_total", "counter", "Inputs that a newer one replaced before a step used them.",
-              hub.received_drops.of(DropReason::kOverwritten));
+              hub.received_drops.count(DropReason::kOverwritten));
   page.single("tandem_datagrams_sent_total", "counter", "States that were sent.", hub.datagrams_sent);
   page.family("tandem_states_unsent_total", "counter",
               "States that were not sent: a newer one came, the socket took none, unchanged (deadband), too many for "
               "the link.");
-  page.sample({{"reason", "overwritten"}}, hub.sent_drops.of(DropReason::kOverwritten));
-  page.sample({{"reason", "send_failed"}}, hub.sent_drops.of(DropReason::kSendFailed));
+  page.sample({{"reason", "overwritten"}}, hub.sent_drops.count(DropReason::kOverwritten));
+  page.sample({{"reason", "send_failed"}}, hub.sent_drops.count(DropReason::kSendFailed));
   page.sample({{"reason", "suppressed"}}, hub.updates_suppressed);
   page.sample({{"reason", "paced"}}, hub.updates_paced);
   page.single("tandem_state_items_thinned_total", "counter", "Bodies and users that did not fit into a state.",
@@ -226,7 +226,7 @@ std::string metrics_text(const MetricsSnapshot& snapshot) {
   add_timing(page, snapshot);
   add_physics(page, snapshot);
   add_disk(page, snapshot);
-  return page.take();
+  return page.finish();
 }
 
 std::string process_metrics_text() {
@@ -249,7 +249,7 @@ std::string process_metrics_text() {
        !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
     ++descriptors;
   page.single("process_open_fds", "gauge", "Open file descriptors.", descriptors);
-  return page.take();
+  return page.finish();
 }
 
 }  // namespace tandem::server

@@ -114,7 +114,7 @@ AsioServerTransport::~AsioServerTransport() {
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
   // Makes "::" accept IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
-  const auto take_both_families = [&address, &error](auto& socket) {
+  const auto accept_both_families = [&address, &error](auto& socket) {
     if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
   };
   // A free TCP port may be taken for UDP, so "any port" needs a few tries.
@@ -125,14 +125,14 @@ void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t
     acceptor_.open(wanted.protocol(), error);
     if (error) break;
     acceptor_.set_option(tcp::acceptor::reuse_address(true));
-    take_both_families(acceptor_);
+    accept_both_families(acceptor_);
     if (!error) acceptor_.bind(wanted, error);
     if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
     if (error) continue;
     port_ = acceptor_.local_endpoint().port();
     udp_.open(address.is_v6() ? udp::v6() : udp::v4());
     udp_.set_option(net::SharedPort(true));
-    take_both_families(udp_);
+    accept_both_families(udp_);
     if (!error) udp_.bind(udp::endpoint(address, port_), error);
     if (error) continue;
     udp_.non_blocking(true);
@@ -161,7 +161,7 @@ void AsioServerTransport::stop_accepting() {
 
 void AsioServerTransport::begin_turn() {
   count_turn(clock_.now());
-  for (const auto& go_on : std::exchange(resting_, {})) go_on();
+  for (const auto& resume : std::exchange(resting_, {})) resume();
   has_unread_users_ = reads_in_turns_;
 }
 
@@ -194,7 +194,7 @@ void AsioServerTransport::accept() {
   acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
-      accepts_.take(1, clock_.now());
+      accepts_.consume(1, clock_.now());
       welcome(std::move(socket));
       accept();
       return;
@@ -247,8 +247,8 @@ bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
 bool AsioServerTransport::read_some(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
   if (must_wait(*peer, now)) return true;  // other peers have used up the turn since the wait began
-  peer->reads.take(1, now);
-  reads_.take(1, now);
+  peer->reads.consume(1, now);
+  reads_.consume(1, now);
   error_code error;
   const std::size_t size = peer->socket.read_some(asio::buffer(incoming_), error);
   if (error == asio::error::would_block) return true;
@@ -256,17 +256,17 @@ bool AsioServerTransport::read_some(const PeerPointer& peer) {
     drop(peer);
     return false;
   }
-  take_bytes(peer, std::span(incoming_).first(size));
+  receive_bytes(peer, std::span(incoming_).first(size));
   return true;
 }
 
-void AsioServerTransport::take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes) {
+void AsioServerTransport::receive_bytes(const PeerPointer& peer, std::span<const std::byte> bytes) {
   if (peer->is_closing) return;
   plain_.clear();
   const bool had_answered = peer->tls.has_answered();
   const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
   // A partial TLS greeting costs only its bytes: it must not use up the turn of complete ones.
-  if (peer->tls.has_answered() && !had_answered) handshakes_.take(1, clock_.now());
+  if (peer->tls.has_answered() && !had_answered) handshakes_.consume(1, clock_.now());
   if (peer->unsent.size() > kMaxQueuedControlBytes) return drop(peer);
   flush(peer);
   if (!plain_.empty()) hub_->on_control_bytes(peer->handle, plain_, clock_.now());
@@ -353,7 +353,7 @@ bool AsioServerTransport::send_datagram(ConnectionHandle connection, std::span<c
 }
 
 bool AsioServerTransport::send_on(Path& path, std::span<const std::byte> datagram) {
-  if (!path.check.take(datagram.size())) return false;
+  if (!path.check.consume(datagram.size())) return false;
   error_code error;
   if (path.is_open()) return ::send(path.socket, datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0;
   udp_.send_to(asio::const_buffer(datagram.data(), datagram.size()), path.to, 0, error);
@@ -369,9 +369,9 @@ void AsioServerTransport::await_datagrams() {
     udp::endpoint from;
     error_code problem;
     while (problem != asio::error::would_block && strangers_.has_some(clock_.now())) {
-      strangers_.take(1, clock_.now());
+      strangers_.consume(1, clock_.now());
       const std::size_t size = udp_.receive_from(asio::buffer(buffer), from, 0, problem);
-      if (!problem) take_datagram(std::span(buffer).first(size), from);  // otherwise an error of an earlier send
+      if (!problem) receive_datagram(std::span(buffer).first(size), from);  // otherwise an error of an earlier send
     }
     await_datagrams();
   });
@@ -421,10 +421,10 @@ void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_p
     const int count = ::recvmmsg(path->socket, datagrams.data(), kAtOnce, MSG_DONTWAIT, nullptr);
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     // An error of an earlier send costs as much.
-    peer->datagram_turn.take(std::max(1, count), now);
+    peer->datagram_turn.consume(std::max(1, count), now);
     for (int i = 0; i < count && path->is_open(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      take_datagram(std::span(buffers[at]).first(datagrams[at].msg_len), path->to);
+      receive_datagram(std::span(buffers[at]).first(datagrams[at].msg_len), path->to);
     }
     if (count >= 0 && count < static_cast<int>(kAtOnce)) return;
   }
@@ -440,7 +440,7 @@ void AsioServerTransport::expect_of(Path& path, ConnectionHandle peer, bool is_n
   if (epoll_ctl(users_, is_new ? EPOLL_CTL_ADD : EPOLL_CTL_MOD, path.socket, &event) != 0) path.close();
 }
 
-void AsioServerTransport::take_datagram(std::span<const std::byte> datagram, const udp::endpoint& from) {
+void AsioServerTransport::receive_datagram(std::span<const std::byte> datagram, const udp::endpoint& from) {
   // Without encryption only the address identifies the owner of a datagram.
   const auto comes_from_its_user = [this, &from](ConnectionHandle connection) {
     const auto found = peers_.find(connection);
@@ -460,7 +460,7 @@ void AsioServerTransport::note_path(const PeerPointer& peer, const AcceptedDatag
   check.note_received(bytes);
   if (datagram.path_answer) check.note_answer(*datagram.path_answer);
   if (tls_ == nullptr) check.trust();
-  if (!check.is_valid()) return ask(*peer);
+  if (!check.is_valid()) return challenge(*peer);
   if (peer->path != nullptr) peer->path->close();
   peer->path = std::exchange(peer->new_path, nullptr);
 }
@@ -488,7 +488,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   expect_of(*path, peer->handle, true, true);
 }
 
-void AsioServerTransport::ask(Peer& peer) {
+void AsioServerTransport::challenge(Peer& peer) {
   Path& path = *peer.new_path;
   const LocalTime now = clock_.now();
   if (!path.check.is_due(now)) return;

@@ -91,22 +91,22 @@ class AsioServerTransport final : public ServerTransport {
   void flush(const PeerPointer& peer);
   void finish_sending(const PeerPointer& peer);
   void drop(const PeerPointer& peer);
-  void rest(std::function<void()> go_on) { resting_.push_back(std::move(go_on)); }
+  void rest(std::function<void()> resume) { resting_.push_back(std::move(resume)); }
   void make_room();
   bool must_wait(const Peer& peer, LocalTime now) const;
   bool read_some(const PeerPointer& peer);
-  void take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes);
+  void receive_bytes(const PeerPointer& peer, std::span<const std::byte> bytes);
   void await_datagrams();
   void count_turn(LocalTime now);
   void await_users();
   bool read_users();
   void read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path);
   void expect_of(Path& path, ConnectionHandle peer, bool is_new, bool expects);
-  void take_datagram(std::span<const std::byte> datagram, const boost::asio::ip::udp::endpoint& from);
+  void receive_datagram(std::span<const std::byte> datagram, const boost::asio::ip::udp::endpoint& from);
   void note_path(const PeerPointer& peer, const AcceptedDatagram& datagram, std::size_t bytes,
                  const boost::asio::ip::udp::endpoint& from);
   void open_path(const PeerPointer& peer, const boost::asio::ip::udp::endpoint& to);
-  void ask(Peer& peer);
+  void challenge(Peer& peer);
   bool send_on(Path& path, std::span<const std::byte> datagram);
 
   boost::asio::io_context& io_;

@@ -27,7 +27,7 @@ using boost::system::error_code;
 
 /// Time-outs are checked at least this often, even when no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
-constexpr Duration kTellMetricsEvery = std::chrono::milliseconds(100);
+constexpr Duration kMetricsPeriod = std::chrono::milliseconds(100);
 /// Approximate time to read the datagrams of a few users. Reading waits if new states are about to come, at most this
 /// long after their expected time.
 constexpr Duration kReading = std::chrono::microseconds(25);
@@ -55,15 +55,15 @@ struct LiveServer::Impl {
   void run();
   void serve();
   void begin_stop(const std::string& why);
-  void say_goodbye_when_answered(LocalTime deadline);
+  void send_goodbye_when_answered(LocalTime deadline);
   void finish_when_closed(LocalTime deadline);
   void wake();
-  void go_round();
+  void run_cycle();
   void poll();
   void await_steps();
   void await_poll_time();
   void publish_figures();
-  void tell_of_slow_rooms();
+  void report_slow_rooms();
   void log(const std::string& line) const {
     if (owner.on_log) owner.on_log("server", line);
   }
@@ -177,7 +177,7 @@ void LiveServer::Impl::serve() {
       if (!error) begin_stop("stopping after the asked duration");
     });
   }
-  go_round();
+  run_cycle();
 }
 
 /// Wakes the io thread if it sleeps; an awake one checks for new states before it sleeps. Thread: any.
@@ -190,7 +190,7 @@ void LiveServer::Impl::wake() {
 
 /// Replaces io_context::run() and checks for new states before it sleeps. Rooms wake it only from sleep, before the end
 /// of a short step. Between consecutive states it reads the datagrams of a few users only.
-void LiveServer::Impl::go_round() {
+void LiveServer::Impl::run_cycle() {
   bool has_read = false;
   while (!io.stopped()) {
     const LocalTime expected = expects_news_at.load();
@@ -230,7 +230,7 @@ void LiveServer::Impl::await_poll_time() {
     if (error) return;
     poll();
     scheduler.share(clock.now());
-    tell_of_slow_rooms();
+    report_slow_rooms();
     publish_figures();
     await_poll_time();
   });
@@ -239,7 +239,7 @@ void LiveServer::Impl::await_poll_time() {
 void LiveServer::Impl::publish_figures() {
   const LocalTime now = clock.now();
   io_went_round.store(now, std::memory_order_relaxed);
-  if (now < published + kTellMetricsEvery) return;
+  if (now < published + kMetricsPeriod) return;
   published = now;
   users.store(hub.user_count(), std::memory_order_relaxed);
   ServerFigures& newest = figures.back();
@@ -250,7 +250,7 @@ void LiveServer::Impl::publish_figures() {
   figures.publish();
 }
 
-void LiveServer::Impl::tell_of_slow_rooms() {
+void LiveServer::Impl::report_slow_rooms() {
   for (const std::string& line : scheduler.news())
     if (owner.on_log) owner.on_log("rate", line);
 }
@@ -260,10 +260,10 @@ void LiveServer::Impl::begin_stop(const std::string& why) {
   log(why);
   transport.stop_accepting();
   hub.begin_stop();
-  say_goodbye_when_answered(clock.now() + kAnswerWithin);
+  send_goodbye_when_answered(clock.now() + kAnswerWithin);
 }
 
-void LiveServer::Impl::say_goodbye_when_answered(LocalTime deadline) {
+void LiveServer::Impl::send_goodbye_when_answered(LocalTime deadline) {
   hub.poll(clock);
   if (!hub.owes_answers() || clock.now() >= deadline) {
     hub.stop(clock.now());
@@ -271,7 +271,7 @@ void LiveServer::Impl::say_goodbye_when_answered(LocalTime deadline) {
     return;
   }
   stop_timer.expires_after(kPollPeriod);
-  stop_timer.async_wait([this, deadline](const error_code&) { say_goodbye_when_answered(deadline); });
+  stop_timer.async_wait([this, deadline](const error_code&) { send_goodbye_when_answered(deadline); });
 }
 
 void LiveServer::Impl::finish_when_closed(LocalTime deadline) {

@@ -7,9 +7,9 @@ namespace tandem::server {
 namespace {
 
 // Shares of a worker's time.
-constexpr double kMaxToTake = 0.7;   ///< load up to which a worker accepts a room
-constexpr double kMaxToBear = 0.85;  ///< load above which a room is moved away
-constexpr double kUneven = 0.25;     ///< difference of two workers that moves a room
+constexpr double kMaxAcceptedLoad = 0.7;  ///< load up to which a worker accepts a room
+constexpr double kMaxToBear = 0.85;       ///< load above which a room is moved away
+constexpr double kUneven = 0.25;          ///< difference of two workers that moves a room
 
 using Places = std::span<std::optional<std::size_t>>;
 
@@ -44,7 +44,7 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   std::vector<double> sums = loads_of_workers(loads, workers, count);
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const std::size_t to = idlest_of(sums);
-    if (workers[i] || sums[to] + loads[i] > kMaxToTake) continue;
+    if (workers[i] || sums[to] + loads[i] > kMaxAcceptedLoad) continue;
     workers[i] = to;
     sums[to] += loads[i];
   }
@@ -54,8 +54,8 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
   // If the loads are only uneven, moving more than half of the difference would reverse it.
-  const double room_there = kMaxToTake - sums[idlest];
-  const double most = has_too_much ? room_there : std::min(room_there, difference / 2);
+  const double room_left = kMaxAcceptedLoad - sums[idlest];
+  const double most = has_too_much ? room_left : std::min(room_left, difference / 2);
   const auto one = largest_of(busiest, most, loads, workers);
   if (one && loads[*one] > 0) {
     workers[*one] = idlest;

@@ -16,15 +16,15 @@ namespace tandem::server {
 namespace {
 
 /// Period of checks for users in empty rooms.
-constexpr Duration kLookAgain = std::chrono::milliseconds(5);
+constexpr Duration kUserCheckPeriod = std::chrono::milliseconds(5);
 /// Approximate time to sleep and wake up. A thread continues at once instead of sleeping for less.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
 /// Limit of the mean answer time for waking io ahead: io then wakes up during the step and waits for its end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
 // Shares of a core: above the first, io is not notified after each short step until it falls below the second. New
-// states then wait for states of the next rooms, at most kTellWithin.
+// states then wait for states of the next rooms, at most kNotifyWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
-constexpr Duration kTellWithin = std::chrono::microseconds(60);
+constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery = std::chrono::milliseconds(100);
 constexpr double kWindowsOfAMean = 10;
@@ -112,7 +112,7 @@ struct RoomScheduler::Loop {
   Duration step{0};                      ///< mean step time
   std::atomic<bool> has_priority{true};  ///< read by its stepper
   LocalTime no_priority_before{}, alone_until{};
-  bool is_told_slow = false;
+  bool is_reported_slow = false;
 };
 
 /// A thread and its rooms.
@@ -125,7 +125,7 @@ struct RoomScheduler::Stepper {
   std::size_t index = 0;
   double place = 0;                     ///< 0 to 1: phase of its first room's deadlines in a period
   std::vector<Loop*> loops;             ///< in the order of their deadlines
-  LocalTime looked{};                   ///< last check for users of empty rooms
+  LocalTime users_checked{};            ///< last check for users of empty rooms
   LocalTime news_since{};               ///< time of the oldest states not announced; LocalTime{}: none
   std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
   std::counting_semaphore<> called{0};  ///< used to sleep until a call; trying it yields the processor several times
@@ -198,18 +198,18 @@ void RoomScheduler::run(Stepper& stepper) {
     // hand_over() may have consumed the call of stop(), which is not repeated.
     if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
-      tell(stepper);
+      notify(stepper);
       stepper.called.acquire();
       continue;
     }
     const LocalTime now = SteadyClock().now();
-    look_for_users(stepper, now);
+    check_for_users(stepper, now);
     Loop* next = nullptr;
     for (Loop* loop : stepper.loops) {
       if (loop->is_awake && (next == nullptr || loop->timer.due() < next->timer.due())) next = loop;
     }
     const Duration time = next != nullptr ? next->timer.due() - now : Duration::max();
-    if (time > kNotWorthASleep) tell(stepper);
+    if (time > kNotWorthASleep) notify(stepper);
     const auto answered = std::ranges::find_if(stepper.loops, &Loop::is_answered);
     if (answered != stepper.loops.end() &&
         time > std::max(kNotWorthASleep, (*answered)->mean_step - (*answered)->mean_turn)) {
@@ -217,7 +217,7 @@ void RoomScheduler::run(Stepper& stepper) {
     } else if (time <= kLongSleep) {
       answer(stepper, *next);
     } else {
-      stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kLookAgain));
+      stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kUserCheckPeriod));
     }
   }
   for (Loop* loop : stepper.loops) finish(stepper, *loop);
@@ -242,9 +242,9 @@ void RoomScheduler::hand_over(Stepper& stepper) {
   }
 }
 
-void RoomScheduler::look_for_users(Stepper& stepper, LocalTime now) {
-  if (now < stepper.looked + kLookAgain) return;
-  stepper.looked = now;
+void RoomScheduler::check_for_users(Stepper& stepper, LocalTime now) {
+  if (now < stepper.users_checked + kUserCheckPeriod) return;
+  stepper.users_checked = now;
   for (Loop* loop : stepper.loops) {
     if (loop->is_awake) continue;
     loop->went_round.store(now, std::memory_order_relaxed);
@@ -255,7 +255,7 @@ void RoomScheduler::look_for_users(Stepper& stepper, LocalTime now) {
   }
 }
 
-void RoomScheduler::tell(Stepper& stepper) {
+void RoomScheduler::notify(Stepper& stepper) {
   if (std::exchange(stepper.news_since, LocalTime{}) != LocalTime{}) on_news_();
 }
 
@@ -265,16 +265,16 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
   // A long answer justifies waking io for it alone.
   const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
-  const bool tells_at_once = cores_ > 1 && is_worth_it;
+  const bool notifies_at_once = cores_ > 1 && is_worth_it;
   // If every core is stepping, io would delay the end of a step.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
-  const bool wakes_io = tells_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
+  const bool wakes_io = notifies_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer);
   loop.room.answer(server_time_of_own_clock(begin));
   const LocalTime now = SteadyClock().now();
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
-  if (tells_at_once || now + loop.mean_answer - stepper.news_since >= kTellWithin) tell(stepper);
+  if (notifies_at_once || now + loop.mean_answer - stepper.news_since >= kNotifyWithin) notify(stepper);
   // Without help, the next room's users wait for these sends. If every core is answering, io may have no core.
   const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
   if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);
@@ -302,7 +302,7 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   keep_rate(loop, end);
   // A single slow step is usually a hiccup of the machine.
   loop.slow_steps = step > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
-  if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) put_io_first(end);
+  if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) raise_io_priority(end);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
   loop.went_round.store(end, std::memory_order_relaxed);
   loop.mean_step += (step - loop.mean_step) / kStepsOfAMean;
@@ -435,14 +435,14 @@ void RoomScheduler::give_io_priority(LocalTime now) {
   for (const auto& loop : loops_) {
     if (loop->has_priority) steps[loop->stepper.load(std::memory_order_relaxed)] += loop->step;
   }
-  if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return put_io_first(now);
+  if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return raise_io_priority(now);
   if (now < io_first_at_.load(std::memory_order_relaxed) + kIoWaitsAgainAfter || io_waits_.exchange(true)) return;
   realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
 }
 
 /// Puts io above the rooms. Rooms may call this too: if they use all processors, io has no time to detect it.
 /// Thread  io, rooms
-void RoomScheduler::put_io_first(LocalTime now) {
+void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
   // Set even if unchanged: io may be about to lower its priority, and could not raise it again itself.
@@ -476,7 +476,7 @@ std::vector<std::string> RoomScheduler::news() {
   std::vector<std::string> lines;
   for (const auto& loop : loops_) {
     const bool is_slow = loop->is_slow.load(std::memory_order_relaxed);
-    if (std::exchange(loop->is_told_slow, is_slow) == is_slow) continue;
+    if (std::exchange(loop->is_reported_slow, is_slow) == is_slow) continue;
     const std::string room = "room " + loop->room.name();
     lines.push_back(is_slow
                         ? room +

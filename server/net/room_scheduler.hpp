@@ -76,8 +76,8 @@ class RoomScheduler {
   struct Stepper;
   void run(Stepper& stepper);
   void hand_over(Stepper& stepper);
-  void look_for_users(Stepper& stepper, LocalTime now);
-  void tell(Stepper& stepper);
+  void check_for_users(Stepper& stepper, LocalTime now);
+  void notify(Stepper& stepper);
   void answer(Stepper& stepper, Loop& loop);
   void finish(Stepper& stepper, Loop& loop);
   void keep_rate(Loop& loop, LocalTime now);
@@ -86,7 +86,7 @@ class RoomScheduler {
   void measure(LocalTime now, Duration window);
   void give_priority(LocalTime now);
   void give_io_priority(LocalTime now);
-  void put_io_first(LocalTime now);
+  void raise_io_priority(LocalTime now);
   void place(LocalTime now);
 
   int realtime_priority_;

@@ -88,18 +88,18 @@ bool SoftBody::finish(double step_s, double speed_limit_m_per_s) {
   return is_limited;
 }
 
-void SoftBody::put(std::span<const Vec3> nodes_W) {
+void SoftBody::set_nodes(std::span<const Vec3> nodes_W) {
   if (nodes_W.size() != model_.nodes_W.size()) throw std::invalid_argument("a soft body of another number of nodes");
   for (int i = 0; i < node_count(); ++i) {
-    if (inverse_mass(i) > 0) put_at_rest(i, to_bullet(nodes_W[static_cast<std::size_t>(i)]));
+    if (inverse_mass(i) > 0) set_at_rest(i, to_bullet(nodes_W[static_cast<std::size_t>(i)]));
   }
 }
 
 void SoftBody::copy(const SoftBody& other) {
-  for (int i = 0; i < node_count(); ++i) put_at_rest(i, other.body_->m_nodes[i].m_x);
+  for (int i = 0; i < node_count(); ++i) set_at_rest(i, other.body_->m_nodes[i].m_x);
 }
 
-void SoftBody::put_at_rest(int index, const btVector3& p_W) {
+void SoftBody::set_at_rest(int index, const btVector3& p_W) {
   btSoftBody::Node& node = body_->m_nodes[index];
   node.m_x = node.m_q = p_W;
   node.m_v.setZero();

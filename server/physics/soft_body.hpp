@@ -37,10 +37,10 @@ class SoftBody {
   /// Computes velocities from positions, damped along the links and limited. Returns true if a node was slowed.
   bool finish(double step_s, double speed_limit_m_per_s);
   /// Resets to the initial state, at rest.
-  void reset() { put(model_.nodes_W); }
+  void reset() { set_nodes(model_.nodes_W); }
   /// Sets the positions of all free nodes, at rest.
   /// Fails   std::invalid_argument: wrong number of nodes
-  void put(std::span<const Vec3> nodes_W);
+  void set_nodes(std::span<const Vec3> nodes_W);
   /// Copies the positions of another body of the same model, at rest.
   void copy(const SoftBody& other);
 
@@ -65,7 +65,7 @@ class SoftBody {
   double volume_gain() const { return volume_gain_; }
 
  private:
-  void put_at_rest(int index, const btVector3& p_W);
+  void set_at_rest(int index, const btVector3& p_W);
   void damp_links();
   double update_volume();
 

@@ -74,7 +74,7 @@ class Stepper {
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
-  void put(std::size_t body, std::span<const Vec3> nodes_W) { bodies_[body]->step.body().put(nodes_W); }
+  void set_nodes(std::size_t body, std::span<const Vec3> nodes_W) { bodies_[body]->step.body().set_nodes(nodes_W); }
 
   void copy_nodes(Result& result) const {
     result.nodes_W.resize(bodies_.size());
@@ -199,7 +199,7 @@ struct SoftWorld::Impl {
     return settings.waits_for_worker;
   }
 
-  TickFaults take() {
+  TickFaults collect() {
     is_known_late = false;
     std::swap(taken, made);
     return taken.faults;
@@ -221,7 +221,7 @@ struct SoftWorld::Impl {
   std::vector<std::optional<Pose>> input;  ///< poses for the step in progress
   Result made;                             ///< result of the step in progress
   Result taken;                            ///< result that the room reads
-  int steps_to_go = 0;
+  int steps_left = 0;
   bool is_under_way = false;
   bool is_known_late = false;
   std::atomic<std::uint64_t> late{0};
@@ -238,15 +238,15 @@ SoftWorld::~SoftWorld() = default;
 TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcept {
   Impl& impl = *impl_;
   TickFaults faults = 0;
-  if (impl.steps_to_go > 0) --impl.steps_to_go;
-  if (impl.steps_to_go == 0) {
+  if (impl.steps_left > 0) --impl.steps_left;
+  if (impl.steps_left == 0) {
     if (impl.is_under_way && !impl.is_ready()) {
       faults = kFaultSoftLate;
     } else {
-      if (impl.is_under_way) faults = impl.take();
+      if (impl.is_under_way) faults = impl.collect();
       impl.begin(X_WT);
       impl.is_under_way = true;
-      impl.steps_to_go = impl.period;
+      impl.steps_left = impl.period;
     }
   }
   // Clears the contact of a tool that has left, else its next user would feel it.
@@ -266,7 +266,7 @@ std::span<const Vec3> SoftWorld::nodes_W(std::size_t body) const {
   return impl_->taken.nodes_W[body];
 }
 void SoftWorld::set_nodes(std::size_t body, std::span<const Vec3> nodes_W) {
-  impl_->stepper.put(body, nodes_W);
+  impl_->stepper.set_nodes(body, nodes_W);
   impl_->stepper.copy_nodes(impl_->taken);
 }
 const SoftModel& SoftWorld::model(std::size_t body) const {

@@ -54,8 +54,8 @@ class PoseKeeper final : public RoomService {
   const std::vector<wire::KeptPose>& kept(const Room& room) const;
   /// Accepts a request of any kind except CANCEL.
   /// Out     empty, or the reason for the refusal as text for users
-  std::string ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
-                  const wire::AskPose& asked);
+  std::string submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
+                     const wire::AskPose& message);
   /// Cancels pending and running minimisations of the room, of one user or of all.
   /// In      why  literal that answers those requests
   /// Out     false: there is none

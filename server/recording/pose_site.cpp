@@ -96,8 +96,8 @@ void PoseSite::on_command(const RoomCommand& command) noexcept {
 
 void PoseSite::on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept {
   // For an empty room, only a new placing is published.
-  if (of.is_empty() && placings_ == placings_told_) return;
-  placings_told_ = placings_;
+  if (of.is_empty() && placings_ == published_placings_) return;
+  published_placings_ = placings_;
   samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done(), placings_};
   samples_.publish();
 }
@@ -154,7 +154,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
     return kPairsOfARequest;
   };
   if (const char* const why = *request.called_off) return refuse(wire::ERROR_NOT_ALLOWED, why);
-  const Kind::Kind kind = request.asked.kind();
+  const Kind::Kind kind = request.message.kind();
   if (kind == Kind::DELETE || kind == Kind::RENAME) {
     answers.push_back(kind == Kind::DELETE ? delete_pose(request) : rename_pose(request));
     return kPairsOfARequest;
@@ -184,9 +184,9 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
 PoseAnswer PoseSite::move_on(const PoseRequest& request) {
   before_placing_ = trail_;
   placed_from_ = X_AB_;
-  switch (request.asked.kind()) {
+  switch (request.message.kind()) {
     case Kind::GO_TO: {
-      const wire::KeptPose* const found = find(request.asked.number());
+      const wire::KeptPose* const found = find(request.message.number());
       if (found == nullptr) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
       return leave_for(*in_first(*found), "to " + found->name(), request);
     }
@@ -204,7 +204,7 @@ PoseAnswer PoseSite::move_on(const PoseRequest& request) {
 }
 
 PoseAnswer PoseSite::delete_pose(const PoseRequest& request) {
-  const std::uint32_t number = request.asked.number();
+  const std::uint32_t number = request.message.number();
   if (number == 0) return refusal(request, wire::ERROR_BAD_VALUE, "the pose of the files themselves stays");
   if (find(number) == nullptr) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
   KeptPoseList left = list_;
@@ -221,12 +221,12 @@ PoseAnswer PoseSite::delete_pose(const PoseRequest& request) {
 
 /// Renames a pose. Only the list contains names; files are named by numbers.
 PoseAnswer PoseSite::rename_pose(const PoseRequest& request) {
-  const std::uint32_t number = request.asked.number();
+  const std::uint32_t number = request.message.number();
   if (number == 0) return refusal(request, wire::ERROR_BAD_VALUE, "the pose of the files themselves keeps its name");
   KeptPoseList renamed = list_;
   const auto found = std::ranges::find(renamed.poses, number, &wire::KeptPose::number);
   if (found == renamed.poses.end()) return refusal(request, wire::ERROR_BAD_VALUE, kNoSuchPose);
-  found->set_name(request.asked.name());
+  found->set_name(request.message.name());
   if (const std::string problem = write_down(renamed, nullptr); !problem.empty())
     return refusal(request, wire::ERROR_NOT_ALLOWED, "the pose cannot be renamed: " + problem);
   PoseAnswer answer = answer_to(request);
@@ -267,9 +267,9 @@ std::uint64_t PoseSite::minimise_slice(std::uint64_t unix_ms, std::deque<PoseAns
   const bool is_over = !has_more || ++running.steps >= running.max_steps;
   const std::uint64_t work = kPairsOfARequest + a_.size() * b_.size();
   // The clock may be set back.
-  const bool is_due = unix_ms < running.told_ms || unix_ms - running.told_ms >= kProgressEvery_ms;
+  const bool is_due = unix_ms < running.reported_ms || unix_ms - running.reported_ms >= kProgressEvery_ms;
   if (is_due || is_over) answers.push_back(progress(is_over));
-  if (is_due) running.told_ms = unix_ms;
+  if (is_due) running.reported_ms = unix_ms;
   if (!is_over) return work;
   const Minimisation done = std::move(*std::exchange(minimising_, std::nullopt));
   const std::string energy = text_of(done.minimiser.energy_kj_per_mol()) + " kJ/mol";
@@ -289,12 +289,12 @@ void PoseSite::end_minimising(const std::string& why, std::deque<PoseAnswer>& an
 
 PoseAnswer PoseSite::progress(bool is_over) {
   PoseAnswer news{this, 0, minimising_->request.user, {}, std::nullopt};
-  wire::PoseProgress& told = *news.message.mutable_pose_progress();
-  told.set_user(minimising_->request.user.value);
-  told.set_steps(static_cast<std::uint32_t>(minimising_->steps));
-  told.set_max_steps(static_cast<std::uint32_t>(minimising_->max_steps));
-  told.set_energy_kj_per_mol(minimising_->minimiser.energy_kj_per_mol());
-  told.set_is_over(is_over);
+  wire::PoseProgress& progress = *news.message.mutable_pose_progress();
+  progress.set_user(minimising_->request.user.value);
+  progress.set_steps(static_cast<std::uint32_t>(minimising_->steps));
+  progress.set_max_steps(static_cast<std::uint32_t>(minimising_->max_steps));
+  progress.set_energy_kj_per_mol(minimising_->minimiser.energy_kj_per_mol());
+  progress.set_is_over(is_over);
   return news;
 }
 
@@ -324,7 +324,7 @@ PoseAnswer PoseSite::keep(const Keeping& keeping, std::uint64_t unix_ms) {
   const PoseRequest& request = keeping.request;
   wire::KeptPose pose = described(keeping.evaluation);
   pose.set_number(list_.next_number);
-  pose.set_name(request.asked.name().empty() ? "pose " + std::to_string(pose.number()) : request.asked.name());
+  pose.set_name(request.message.name().empty() ? "pose " + std::to_string(pose.number()) : request.message.name());
   pose.set_user_name(request.user_name);
   pose.set_kept_ms(unix_ms);
   KeptPoseList longer = list_;
@@ -357,7 +357,7 @@ PoseAnswer PoseSite::place(const Pose& X_AB, const std::string& text, const Pose
   PoseAnswer answer = answer_to(request);
   wire::PoseTaken& taken = *answer.message.mutable_pose_taken();
   taken.set_user(request.user.value);
-  taken.set_kind(request.asked.kind());
+  taken.set_kind(request.message.kind());
   taken.set_text(request.user_name + ": " + text);
   Pose X_SB = X_AB;
   X_SB.p *= scene_->world.metres_per_angstrom;

@@ -34,7 +34,7 @@ struct PoseRequest {
   UserId user;
   std::string user_name;
   std::uint32_t number = 0;  ///< request number on the wire
-  wire::AskPose asked;
+  wire::AskPose message;
   /// Literal with the reason for dropping the request, set by io; null: it is still to be served.
   std::shared_ptr<std::atomic<const char*>> called_off;
 };
@@ -79,7 +79,7 @@ class PoseSite final : public RoomWatcher {
 
   // io thread:
   /// Request that was pushed, kept until its answer is delivered.
-  struct Asked {
+  struct OpenRequest {
     std::uint64_t id;
     UserId user;
     std::uint32_t number;
@@ -87,7 +87,7 @@ class PoseSite final : public RoomWatcher {
     std::shared_ptr<std::atomic<const char*>> called_off;
   };
   const Room* const room;
-  std::vector<Asked> asked;
+  std::vector<OpenRequest> unanswered;
   std::vector<wire::KeptPose> kept;  ///< number 0 and the users' poses, as known to io
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
   /// Reports that the room did not accept the last placing.
@@ -119,7 +119,7 @@ class PoseSite final : public RoomWatcher {
     PoseRequest request;
     PoseMinimiser minimiser;
     std::size_t steps = 0, max_steps = 0;
-    std::uint64_t told_ms = 0;
+    std::uint64_t reported_ms = 0;
   };
 
   std::uint64_t begin(PoseRequest request, std::uint64_t unix_ms, std::deque<PoseAnswer>& answers);
@@ -157,7 +157,7 @@ class PoseSite final : public RoomWatcher {
   const Duration period_;
   std::filesystem::path folder_;
 
-  std::uint64_t placings_ = 0, placings_told_ = 0;  ///< used by the room's thread only
+  std::uint64_t placings_ = 0, published_placings_ = 0;  ///< used by the room's thread only
   realtime::Mailbox<Sample> samples_;
   std::atomic<bool> is_refused_{false};
 

@@ -106,7 +106,7 @@ void RoomRecorder::on_step(const Room& room, ServerTime now, TickFaults faults) 
 }
 
 /// Assembles the records of a step; drops a step with missing records.
-void RoomRecorder::take(const Record& record) {
+void RoomRecorder::write(const Record& record) {
   if (record.step != taken_step_) {
     taken_step_ = record.step;
     taken_records_ = 0;
@@ -150,7 +150,7 @@ void RoomRecorder::write_step(const Record& record, const Stepped& stepped) {
 
 void RoomRecorder::drain() {
   const std::uint64_t before_ns = newest_ns_;
-  while (ring_.pop(record_)) take(record_);
+  while (ring_.pop(record_)) write(record_);
   // For an idle room, everything is flushed at once.
   if (newest_ns_ != before_ns && newest_ns_ < flushed_ns_ + kFlushEvery_ns) return;
   flushed_ns_ = newest_ns_;
@@ -158,16 +158,16 @@ void RoomRecorder::drain() {
 }
 
 void RoomRecorder::finish() {
-  while (ring_.pop(record_)) take(record_);
+  while (ring_.pop(record_)) write(record_);
   file_.finish();
 }
 
-std::string RoomRecorder::take_news() {
-  std::string news = file_.take_news();
+std::string RoomRecorder::pop_news() {
+  std::string news = file_.pop_news();
   const std::uint64_t lost = steps_lost();
-  if (!news.empty() || lost == told_lost_) return news;
-  const bool is_first = told_lost_ == 0;
-  told_lost_ = lost;
+  if (!news.empty() || lost == reported_lost_) return news;
+  const bool is_first = reported_lost_ == 0;
+  reported_lost_ = lost;
   return is_first ? "recording " + file_.path().string() + " does not keep up: steps are left out, and counted" : "";
 }
 

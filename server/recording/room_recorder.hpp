@@ -53,7 +53,7 @@ class RoomRecorder final : public RoomWatcher {
   /// Thread  that of drain(); counters: any
   const recording::RecordingFile& file() const { return file_; }
   /// News for the operator since the last call; empty: none. Thread: that of drain().
-  std::string take_news();
+  std::string pop_news();
 
  private:
   struct Stepped {
@@ -81,7 +81,7 @@ class RoomRecorder final : public RoomWatcher {
   void push(const What& what) noexcept;
   void push_states(const Room& room) noexcept;
   wire::RecordedRoom description(std::uint32_t part) const;
-  void take(const Record& record);
+  void write(const Record& record);
   void write_step(const Record& record, const Stepped& stepped);
 
   RoomRecording settings_;
@@ -103,7 +103,7 @@ class RoomRecorder final : public RoomWatcher {
   std::uint32_t taken_records_ = 0;
   wire::RecordedStep message_;
   wire::RecordedStates states_;
-  std::uint64_t newest_ns_ = 0, flushed_ns_ = 0, told_lost_ = 0;
+  std::uint64_t newest_ns_ = 0, flushed_ns_ = 0, reported_lost_ = 0;
 };
 
 }  // namespace tandem::server

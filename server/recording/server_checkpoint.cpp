@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* kFileName = "checkpoint.pb";
 constexpr Duration kCheckpointEvery = std::chrono::milliseconds(500), kMaxBackOff = std::chrono::seconds(8);
-constexpr double kTakeEvery_s = 0.1;
-constexpr Duration kLookEvery = std::chrono::milliseconds(20);
+constexpr double kCheckpointEvery_s = 0.1;
+constexpr Duration kCheckpointPeriod = std::chrono::milliseconds(20);
 /// Size limit: 64 rooms, each with the nodes of eight soft bodies, and all state of Admission.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
@@ -29,7 +29,7 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
       : name(room.name()),
         scene(room.shared_scene()),
         states(with_all_nodes(*scene)),
-        every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kTakeEvery_s / to_seconds(room.period()))))) {}
+        every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kCheckpointEvery_s / to_seconds(room.period()))))) {}
 
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
@@ -79,7 +79,7 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
 }
 
 void ServerCheckpoint::start() {
-  thread_ = std::make_unique<recording::RecorderThread>(kLookEvery, [this] { work(SteadyClock().now()); });
+  thread_ = std::make_unique<recording::RecorderThread>(kCheckpointPeriod, [this] { work(SteadyClock().now()); });
 }
 
 ServerCheckpoint::~ServerCheckpoint() {

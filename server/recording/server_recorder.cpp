@@ -57,7 +57,7 @@ ServerRecorder::~ServerRecorder() {
 void ServerRecorder::drain() {
   for (const auto& recorder : recorders_) {
     recorder->drain();
-    const std::string news = recorder->take_news();
+    const std::string news = recorder->pop_news();
     if (!news.empty()) on_news_(news);
   }
 }

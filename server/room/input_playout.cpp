@@ -51,7 +51,7 @@ const PlayedInput& InputPlayout::input(std::size_t age) const noexcept {
   return inputs_[(newest_ + kHistory - age) % kHistory];
 }
 
-void InputPlayout::take(const proto::ClientUpdate& update, Duration now) noexcept {
+void InputPlayout::receive(const proto::ClientUpdate& update, Duration now) noexcept {
   const Duration sent = update.sent.time_since_epoch();
   if (count_ > 0) {
     if (update.input_tick <= input(0).tick || sent <= input(0).sent) return;

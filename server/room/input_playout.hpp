@@ -55,7 +55,7 @@ class InputPlayout {
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
   /// Stores a valid input first seen in the step at `now`. Discards an input that is not newer than the last.
-  void take(const proto::ClientUpdate& update, Duration now) noexcept;
+  void receive(const proto::ClientUpdate& update, Duration now) noexcept;
   /// Returns the input to use in the step at `now`; called once a step. Before the first input is due, it is held.
   /// Returns nothing when there is no input.
   std::optional<PlayedInput> play(Duration now) noexcept;

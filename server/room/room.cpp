@@ -14,7 +14,7 @@ constexpr double kSoftOffsets_hz = 20;
 
 }  // namespace
 
-proto::ServerUpdate RoomUpdate::of(std::size_t seat) const {
+proto::ServerUpdate RoomUpdate::for_seat(std::size_t seat) const {
   proto::ServerUpdate update;
   static_cast<proto::OwnUpdate&>(update) = own[seat];
   update.bodies = bodies;
@@ -32,7 +32,7 @@ struct Room::User {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
   }
   /// Stops the tool's drive until the next input.
-  void let_tool_be() noexcept {
+  void release_tool() noexcept {
     input.answered = input.newest.input_tick;
     driver->stop();
     port.clear_handle();
@@ -117,7 +117,7 @@ void Room::answer(ServerTime now) noexcept {
   apply_commands();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
-  faults |= take_inputs();
+  faults |= receive_inputs();
   keep_left_things();
   faults |= world_.answer();
   ++step_.value;
@@ -132,7 +132,7 @@ void Room::answer(ServerTime now) noexcept {
 void Room::finish() noexcept {
   if (!std::exchange(is_answered_, false)) return;
   late_faults_ = world_.finish();
-  for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
+  for (const BodyId body : world_.returned_bodies()) emit({RoomEvent::Kind::kReturned, UserId{}, body, 0, {}});
   publish_soft_offsets();
   for (RoomWatcher* const watcher : watchers_) watcher->on_step(*this, answered_, answered_faults_ | late_faults_);
   world_.look_ahead();
@@ -152,7 +152,7 @@ void Room::reset() noexcept {
   for (const auto& user : users_) {
     if (user->seat.is_manipulator()) held[user->seat.index] = held_by(*user);
   }
-  world_.put_all_back();
+  world_.return_all();
   for (const auto& user : users_) {
     const BodyId before = held[user->seat.index];
     if (!user->seat.is_manipulator() || !before.is_valid() || held_by(*user) == before) continue;
@@ -257,18 +257,18 @@ void Room::keep_left_things() noexcept {
 }
 
 void Room::resume(const RoomState& state) {
-  const auto is_there = [](const RigidState& of) {
+  const auto is_in_range = [](const RigidState& of) {
     return is_finite(of) && of.X.p.norm() <= proto::kMaxPositionM && of.V.v.norm() <= proto::kMaxSpeedMPerS &&
            of.V.w.norm() <= proto::kMaxTurnRadPerS;
   };
   for (const proto::BodyState& body : state.bodies) {
-    if (!moves(body.id) || !is_there(body.state)) continue;
+    if (!moves(body.id) || !is_in_range(body.state)) continue;
     world_.set_body(body.id, body.state);
     is_as_at_start_ = false;
   }
   for (const RoomState::Tool& tool : state.tools) {
     const bool holds = moves(tool.held);
-    if (tool.tool >= scene_->world.tools.size() || !is_there(tool.state) || !is_finite(tool.X_BT)) continue;
+    if (tool.tool >= scene_->world.tools.size() || !is_in_range(tool.state) || !is_finite(tool.X_BT)) continue;
     left_[tool.tool] = tool;
     if (!holds) left_[tool.tool]->held = BodyId{};
     is_as_at_start_ = false;
@@ -279,8 +279,8 @@ void Room::resume(const RoomState& state) {
 void Room::resume_soft_bodies(std::span<const Vec3> nodes_W) {
   std::size_t count = 0;
   for (const SoftModel& body : scene_->soft_bodies) count += body.nodes_W.size();
-  const auto is_there = [](const Vec3& p) { return p.allFinite() && p.norm() <= proto::kMaxPositionM; };
-  if (nodes_W.empty() || nodes_W.size() != count || !std::ranges::all_of(nodes_W, is_there)) return;
+  const auto is_in_range = [](const Vec3& p) { return p.allFinite() && p.norm() <= proto::kMaxPositionM; };
+  if (nodes_W.empty() || nodes_W.size() != count || !std::ranges::all_of(nodes_W, is_in_range)) return;
   for (std::size_t i = 0; i < scene_->soft_bodies.size(); ++i) {
     const std::size_t nodes = scene_->soft_bodies[i].nodes_W.size();
     world_.set_soft_nodes(i, nodes_W.first(nodes));
@@ -370,26 +370,26 @@ void Room::release(User& user, std::uint32_t request) noexcept {
   emit({RoomEvent::Kind::kReleased, user.seat.user, held, request, {}});
 }
 
-TickFaults Room::take_inputs() noexcept {
+TickFaults Room::receive_inputs() noexcept {
   TickFaults faults = 0;
   for (const auto& user : users_) {
-    if (user->seat.is_manipulator()) faults |= take_input(*user);
+    if (user->seat.is_manipulator()) faults |= receive_input(*user);
   }
   return faults;
 }
 
-TickFaults Room::take_input(User& user) noexcept {
+TickFaults Room::receive_input(User& user) noexcept {
   if (user.inbox.poll()) {
     for (RoomWatcher* const watcher : watchers_) watcher->on_input(user.seat.index, user.inbox.front());
-    take_newest(user);
+    receive_newest(user);
   }
   const UserInput& input = user.input;
-  if (!input.is_there) return 0;
+  if (!input.has_arrived) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
     // Pending inputs are dropped, so a released button must act now.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
-    user.let_tool_be();
+    user.release_tool();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
   }
   const TickFaults faults = user.port.limit(to_seconds(period_));
@@ -398,14 +398,14 @@ TickFaults Room::take_input(User& user) noexcept {
   return faults;
 }
 
-void Room::take_newest(User& user) noexcept {
+void Room::receive_newest(User& user) noexcept {
   UserInput& input = user.input;
   const Tick tick_before = input.newest.input_tick;
   input.newest = user.inbox.front();
   input.since_last = time_done() - std::exchange(input.arrived, time_done());
-  const bool has_left_a_gap = input.is_there && input.newest.input_tick.value > tick_before.value + 1;
+  const bool has_left_a_gap = input.has_arrived && input.newest.input_tick.value > tick_before.value + 1;
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
-  input.is_there = true;
+  input.has_arrived = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
   // A release acts at once even without a valid handle, so that a lost hand can open.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
@@ -413,9 +413,9 @@ void Room::take_newest(User& user) noexcept {
   if (&driver != user.driver) {
     user.driver->reset();
     user.driver = &driver;
-    user.let_tool_be();
+    user.release_tool();
   }
-  driver.take(input, time_done());
+  driver.receive(input, time_done());
 }
 
 void Room::follow_grab_button(User& user, std::uint32_t buttons) noexcept {
@@ -439,19 +439,19 @@ void Room::settle_tools() noexcept {
 }
 
 void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
-  RoomUpdate& told = output_.back();
-  told.bodies.clear();
-  for (const BodyId id : moving_bodies_) told.bodies.push_back({id, world_.body(id), UserId{}});
-  told.users.clear();
+  RoomUpdate& update = output_.back();
+  update.bodies.clear();
+  for (const BodyId id : moving_bodies_) update.bodies.push_back({id, world_.body(id), UserId{}});
+  update.users.clear();
   for (const auto& user : users_) {
     if (!user->seat.is_manipulator()) continue;
     const physics::ToolState tool = world_.tool(user->seat.tool);
     const BodyId held = tool.held;
-    told.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
-                          user->input.handle_age(), user->input.on_hand_W});
-    const auto body = std::ranges::find(told.bodies, held, &proto::BodyState::id);
+    update.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
+                            user->input.handle_age(), user->input.on_hand_W});
+    const auto body = std::ranges::find(update.bodies, held, &proto::BodyState::id);
     // If several users hold a body, the one in the first seat is named.
-    if (body != told.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
+    if (body != update.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
   }
   proto::OwnUpdate common;
   common.step = step_;
@@ -463,13 +463,13 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
 
 void Room::describe_user(std::size_t seat, const proto::OwnUpdate& common) noexcept {
   const User& user = *users_[seat];
-  RoomUpdate& told = output_.back();
-  told.user[seat] = user.seat.user;
+  RoomUpdate& update = output_.back();
+  update.user[seat] = user.seat.user;
   if (!user.seat.user.is_valid()) return;
-  told.requests_served[seat] = user.requests_served;
-  told.own[seat] = common;
-  told.own[seat].answered_input = user.input.answered;
-  if (user.seat.is_manipulator()) describe_tool(user, told.own[seat]);
+  update.requests_served[seat] = user.requests_served;
+  update.own[seat] = common;
+  update.own[seat].answered_input = user.input.answered;
+  if (user.seat.is_manipulator()) describe_tool(user, update.own[seat]);
 }
 
 void Room::describe_tool(const User& user, proto::OwnUpdate& update) const noexcept {
@@ -481,7 +481,7 @@ void Room::describe_tool(const User& user, proto::OwnUpdate& update) const noexc
   update.energy_into_world_j = tool.energy_into_world_j;
   update.energy_from_world_j = tool.energy_from_world_j;
   update.soft_contact = world_.soft_contact(user.seat.tool);
-  if (user.input.is_there) user.driver->describe(update);
+  if (user.input.has_arrived) user.driver->describe(update);
 }
 
 Tick Room::answered(std::size_t tool) const {

@@ -49,9 +49,9 @@ struct RoomCommand {
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
 };
 
-/// Event from the room to the io thread. kPutBack concerns all users; of its fields only `body` is valid.
+/// Event from the room to the io thread. kReturned concerns all users; of its fields only `body` is valid.
 struct RoomEvent {
-  enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased, kPutBack };
+  enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased, kReturned };
   Kind kind = Kind::kGrabbed;
   UserId user;
   BodyId body;
@@ -62,14 +62,14 @@ struct RoomEvent {
 /// State that a room publishes for its users after a step. Arrays are indexed by Seat::index.
 struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// all users with tools; of() leaves out the recipient
+  /// all users with tools; for_seat() leaves out the recipient
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
   std::array<UserId, proto::kMaxUsers> user;                      ///< user that the seat's entry is for; invalid: none
   std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the user so far
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
-  proto::ServerUpdate of(std::size_t seat) const;
+  proto::ServerUpdate for_seat(std::size_t seat) const;
 };
 
 /// Deformation of the scene's soft bodies, for windows: for each body the offsets of its proto::soft_lattice() points
@@ -209,9 +209,9 @@ class Room {
   void serve_request(User& user, const RoomCommand& command) noexcept;
   void grab(User& user, BodyId body, std::uint32_t request) noexcept;
   void release(User& user, std::uint32_t request) noexcept;
-  TickFaults take_inputs() noexcept;
-  TickFaults take_input(User& user) noexcept;
-  void take_newest(User& user) noexcept;
+  TickFaults receive_inputs() noexcept;
+  TickFaults receive_input(User& user) noexcept;
+  void receive_newest(User& user) noexcept;
   void follow_grab_button(User& user, std::uint32_t buttons) noexcept;
   void settle_tools() noexcept;
   void reset() noexcept;

@@ -43,8 +43,9 @@ bool RoomSeats::has_place(UserRole role) const {
   return has_seat && count(role) < limit && waiting_.size() < kMaxNewUsers && (!has_tool(role) || free_tool({}));
 }
 
-std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds,
-                                    std::string_view user_name, std::optional<std::uint8_t> wanted_tool) {
+std::optional<Seat> RoomSeats::allocate(UserRole role, bool leaves_gaps,
+                                        const haptics::CouplingParameters& device_bounds, std::string_view user_name,
+                                        std::optional<std::uint8_t> wanted_tool) {
   if (!has_place(role)) return std::nullopt;
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
   Seat seat{static_cast<std::uint8_t>(free - seats_.begin()), UserId{}, role, 0, leaves_gaps};
@@ -99,7 +100,7 @@ bool RoomSeats::reset(const Seat& seat, LocalTime now) {
   flush();
   if (!waiting_.empty() || !resets_.has_some(now)) return false;
   if (!room_.post({.kind = RoomCommand::Kind::kReset, .seat = seat})) return false;
-  resets_.take(1, now);
+  resets_.consume(1, now);
   return true;
 }
 
@@ -116,9 +117,9 @@ haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const
   return physics::coupling_in_force(coupling_, moved_mass(room_.scene(), seat.tool, body));
 }
 
-void RoomSeats::on_update(const Seat& seat, const RoomUpdate& told) {
-  served_[seat.index] = told.requests_served[seat.index];
-  held_[seat.index] = told.own[seat.index].held_body;
+void RoomSeats::on_update(const Seat& seat, const RoomUpdate& update) {
+  served_[seat.index] = update.requests_served[seat.index];
+  held_[seat.index] = update.own[seat.index].held_body;
 }
 
 bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {

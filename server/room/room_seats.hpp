@@ -41,10 +41,10 @@ class RoomSeats {
   ///         device_bounds  largest coupling that this user's device supports, in device newtons and metres
   ///         user_name  for recordings
   ///         tool  preferred if it is free: the one that the user had before
-  std::optional<Seat> take(UserRole role, bool leaves_gaps = false,
-                           const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
-                           std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
-  /// Whether take() would now find a seat, and a tool if the role has one.
+  std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
+                               const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
+                               std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
+  /// Whether allocate() would now find a seat, and a tool if the role has one.
   bool has_place(UserRole role) const;
   /// Releases a seat. When an operator leaves, the coupling returns to the scene's.
   void leave(const Seat& seat);
@@ -52,11 +52,11 @@ class RoomSeats {
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// In      law  allowed for the scene (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
-  /// Moves all bodies back to their start (World::put_all_back()). Returns false, without effect, when the room's queue
+  /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, when the room's queue
   /// is full or kResetRate is exceeded: each reset causes an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
-  bool may_ask_pose(LocalTime now) { return poses_.has_some(now) && poses_.take(1, now); }
-  bool may_point(LocalTime now) { return points_.take(1, now); }
+  bool may_request_pose(LocalTime now) { return poses_.has_some(now) && poses_.consume(1, now); }
+  bool may_point(LocalTime now) { return points_.consume(1, now); }
   /// In      placing  without the seat
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
@@ -66,7 +66,7 @@ class RoomSeats {
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the served requests and the held body of the seat's user from an update. Every step repeats them, so a lost
   /// event causes no lasting error.
-  void on_update(const Seat& seat, const RoomUpdate& told);
+  void on_update(const Seat& seat, const RoomUpdate& update);
   /// Retries the commands that the room's full queue refused.
   void flush();
 

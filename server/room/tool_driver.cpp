@@ -23,7 +23,7 @@ class HandleDriver final : public ToolDriver {
  public:
   explicit HandleDriver(ToolPort& port) : port_(port) {}
 
-  void take(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
+  void receive(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
   std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept override {
     input.answered = input.newest.input_tick;
     RigidState handle = input.newest.handle;
@@ -45,8 +45,8 @@ class PlayoutDriver final : public ToolDriver {
   PlayoutDriver(Duration period, ToolPort& port) : period_(period), port_(port), playout_(to_seconds(period)) {}
 
   bool delays_buttons() const noexcept override { return true; }
-  void take(const UserInput& input, Duration now) noexcept override {
-    if (input.newest.handle_valid) playout_.take(input.newest, now);
+  void receive(const UserInput& input, Duration now) noexcept override {
+    if (input.newest.handle_valid) playout_.receive(input.newest, now);
   }
   std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept override {
     auto played = playout_.play(now);
@@ -74,7 +74,7 @@ class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}
 
-  void take(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
+  void receive(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
   std::optional<std::uint32_t> drive(UserInput& input, Duration /*now*/) noexcept override {
     input.answered = input.newest.input_tick;
     wave_.receive(input.newest.sent.time_since_epoch(), input.newest.wave);
@@ -96,12 +96,12 @@ class WaveDriver final : public ToolDriver {
 
 ToolDrivers make_tool_drivers(Duration period, ToolPort& port) {
   ToolDrivers drivers;
-  const auto of = [&drivers](proto::ClientMode mode) -> auto& {
+  const auto driver_of = [&drivers](proto::ClientMode mode) -> auto& {
     return drivers.at(static_cast<std::size_t>(mode));
   };
-  of(proto::ClientMode::kHandle) = std::make_unique<HandleDriver>(port);
-  of(proto::ClientMode::kLocalModel) = std::make_unique<PlayoutDriver>(period, port);
-  of(proto::ClientMode::kWave) = std::make_unique<WaveDriver>(period, port);
+  driver_of(proto::ClientMode::kHandle) = std::make_unique<HandleDriver>(port);
+  driver_of(proto::ClientMode::kLocalModel) = std::make_unique<PlayoutDriver>(period, port);
+  driver_of(proto::ClientMode::kWave) = std::make_unique<WaveDriver>(period, port);
   return drivers;
 }
 

@@ -16,19 +16,19 @@ namespace tandem::server {
 /// Newest input of a user, and the one in use.
 struct UserInput {
   proto::ClientUpdate newest;
-  Duration arrived{0};     ///< time of arrival, in the room's steps
-  Duration since_last{0};  ///< since the previous arrival
-  bool is_there = false;   ///< an input has arrived
-  bool has_gaps = false;   ///< the handle is extrapolated between inputs
-  Tick answered;           ///< tick of the handle in use
-  Wrench on_hand_W;        ///< wrench displayed to the hand at that tick, if the client reports it
+  Duration arrived{0};       ///< time of arrival, in the room's steps
+  Duration since_last{0};    ///< since the previous arrival
+  bool has_arrived = false;  ///< an input has arrived
+  bool has_gaps = false;     ///< the handle is extrapolated between inputs
+  Tick answered;             ///< tick of the handle in use
+  Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 
-  bool has_handle() const { return is_there && newest.handle_valid; }
+  bool has_handle() const { return has_arrived && newest.handle_valid; }
   /// Approximate age of the handle in use: half of the round trip; 0: unknown.
   Duration handle_age() const { return newest.round_trip / 2; }
 };
 
-/// Strategy for one seat. Call order in a step: take() for a new input, drive(), the world's step, settle().
+/// Strategy for one seat. Call order in a step: receive() for a new input, drive(), the world's step, settle().
 ///
 /// Thread  room: no allocation, no throw
 class ToolDriver {
@@ -39,7 +39,7 @@ class ToolDriver {
   /// arrival.
   virtual bool delays_buttons() const noexcept { return false; }
   /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
-  virtual void take(const UserInput& input, Duration now) noexcept = 0;
+  virtual void receive(const UserInput& input, Duration now) noexcept = 0;
   /// Sets the tool's handle and `answered` for the step at `now`.
   /// In      input  with a valid handle
   /// Out     buttons that act now, from a driver that delays buttons

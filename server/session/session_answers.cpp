@@ -74,9 +74,9 @@ std::string shortened(std::string note) {
 void fill_notes(const std::vector<std::string>& notes, wire::Joined& joined) {
   constexpr std::size_t kMaxNotes = 20;
   for (const std::string& note : notes) {
-    const auto told = static_cast<std::size_t>(joined.notes_size());
-    if (told + 1 == kMaxNotes && notes.size() > kMaxNotes) {
-      joined.add_notes("and " + std::to_string(notes.size() - told) + " more, which the server's log names");
+    const auto sent = static_cast<std::size_t>(joined.notes_size());
+    if (sent + 1 == kMaxNotes && notes.size() > kMaxNotes) {
+      joined.add_notes("and " + std::to_string(notes.size() - sent) + " more, which the server's log names");
       return;
     }
     joined.add_notes(shortened(note));

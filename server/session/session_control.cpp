@@ -25,7 +25,7 @@ constexpr int kMaxCapabilities = 32;
 
 }  // namespace
 
-void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now) {
+void SessionHub::Impl::receive_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now) {
   if (!connection.reader.feed(bytes)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message was too long");
     return;
@@ -42,7 +42,7 @@ void SessionHub::Impl::serve(Connection& connection, LocalTime now) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message could not be read");
       return;
     }
-    connection.last_heard = now;
+    connection.last_received = now;
     if (!can_afford(connection, message, now)) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
           "too many control messages: at most " + whole(kControlRate.per_second) + " a second, and " +
@@ -78,13 +78,13 @@ bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientCont
   const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
   const double price = has_own_pace ? kOwnPace : 1.0;
   const double work = message.has_get_asset() || message.has_join() ? kBigAnswer : 1.0;
-  turn.take(work, now);
-  connection.turn.take(work, now);
+  turn.consume(work, now);
+  connection.turn.consume(work, now);
   // A joined user's own-pace messages cost only the connection, so that they delay no newcomer of the address.
   if (connection.is_half_open() || !has_own_pace) {
-    connection.address->control.take(message.has_join() ? kJoinPrice : price, now);
+    connection.address->control.consume(message.has_join() ? kJoinPrice : price, now);
   }
-  return connection.control.take(price, now);
+  return connection.control.consume(price, now);
 }
 
 void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {
@@ -199,14 +199,14 @@ std::string SessionHub::Impl::room_names() const {
 void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message) {
   wire::ClientControl granted = message;
   Admission::Ticket ticket;
-  if (let_in(connection, message.request(), *granted.mutable_join(), ticket)) {
+  if (admit_user(connection, message.request(), *granted.mutable_join(), ticket)) {
     join_as_granted(connection, granted, ticket);
   }
 }
 
 /// Checks the join against admission, and limits `wanted` to the granted rights.
-bool SessionHub::Impl::let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted,
-                              Admission::Ticket& ticket) {
+bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted,
+                                  Admission::Ticket& ticket) {
   if (!admission) return true;
   const auto exported =
       transport.exported(connection.handle, secure::kResumeExport, proto::seal_context(connection.id));
@@ -253,7 +253,7 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   } else if (admission && ticket.uses_token() && admission->use_of(ticket) != InvitationLedger::Use::kWritten) {
     hold(connection, message, ticket);
   } else {
-    take_seat(connection, message, *seats, ticket);
+    assign_seat(connection, message, *seats, ticket);
   }
 }
 
@@ -278,8 +278,8 @@ void SessionHub::Impl::settle(Connection& connection) {
   if (connection.state != ConnectionState::kActive) admission->release(held->ticket);
 }
 
-void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
-                                 const Admission::Ticket& ticket) {
+void SessionHub::Impl::assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
+                                   const Admission::Ticket& ticket) {
   const wire::JoinRoom& wanted = message.join();
   auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
   // With tokens, no datagram is sent unsealed.
@@ -291,7 +291,7 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   }
   const std::string user_name = name_beside(wanted.user_name(), taken);
   const auto seat =
-      seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), user_name, ticket.tool);
+      seats.allocate(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), user_name, ticket.tool);
   if (!seat) return refuse(connection, message.request(), wire::ERROR_ROOM_FULL, kRoomBusy);
   connection.user_name = user_name;
   connection.seats = &seats;
@@ -344,15 +344,15 @@ void SessionHub::Impl::introduce(Connection& newcomer) {
 }
 
 /// If a user leaves before others were notified of the join, they get neither message.
-void SessionHub::Impl::announce_presence(const Connection& whose, const wire::ServerControl& message) {
-  const auto is_his_coming = [&whose](const wire::ServerControl& told) {
-    return told.has_user_joined() && told.user_joined().user() == whose.seat.user.value;
+void SessionHub::Impl::announce_presence(const Connection& subject, const wire::ServerControl& message) {
+  const auto is_join_of_subject = [&subject](const wire::ServerControl& pending) {
+    return pending.has_user_joined() && pending.user_joined().user() == subject.seat.user.value;
   };
   for (const auto& [handle, user] : connections) {
-    if (user.get() == &whose || !user->is_in(*whose.seats)) continue;
-    if (!message.has_user_left() || std::erase_if(user->presence, is_his_coming) == 0)
+    if (user.get() == &subject || !user->is_in(*subject.seats)) continue;
+    if (!message.has_user_left() || std::erase_if(user->presence, is_join_of_subject) == 0)
       user->presence.push_back(message);
-    tell_news(*user);
+    send_news(*user);
   }
 }
 
@@ -448,7 +448,7 @@ void SessionHub::Impl::change_coupling(RoomSeats& seats, const std::function<voi
     if (!user->is_in(seats)) continue;
     if (user != but && law_before != seats.coupling().law) user->has_new_law = true;
     user->note_changes(coupling);
-    tell_news(*user);
+    send_news(*user);
   }
 }
 
@@ -476,7 +476,7 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
   for (const auto& [handle, user] : connections) {
     if (!user->is_in(*setter.seats) || user.get() == &setter) continue;
     user->changed_parameters.set(index);
-    tell_news(*user);
+    send_news(*user);
   }
   wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(setter.seat));
   answer.set_request(request);
@@ -484,7 +484,7 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
 }
 
 /// Sends merged news once the user has read the earlier bytes, so that many changes by others do not add up.
-void SessionHub::Impl::tell_news(Connection& connection) {
+void SessionHub::Impl::send_news(Connection& connection) {
   const bool has_news = !connection.presence.empty() || connection.has_new_law || connection.changed_parameters.any();
   if (!has_news || transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeNews) return;
   for (const wire::ServerControl& message : std::exchange(connection.presence, {})) send(connection, message);

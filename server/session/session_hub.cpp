@@ -82,9 +82,9 @@ AddressUse& SessionHub::Impl::most_half_open(const Connection& but) {
   return *most;
 }
 
-proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now,
-                                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                                  AcceptedDatagram& accepted) {
+proto::DropReason SessionHub::Impl::receive_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                                     const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                                     AcceptedDatagram& accepted) {
   proto::DatagramHeader header;
   if (const proto::DropReason reason = proto::read_header(datagram, proto::DatagramType::kClientUpdate, header);
       reason != proto::DropReason::kNone) {
@@ -103,8 +103,8 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
                                             : connection.stream->receive_path(header, datagram, path_answer);
   collect(connection);
   if (reason != proto::DropReason::kNone) return reason;
-  connection.last_heard = now;
-  if (!connection.updates.take(1, now)) {
+  connection.last_received = now;
+  if (!connection.updates.consume(1, now)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
         "too many client updates: at most " + std::to_string(static_cast<int>(kUpdateRate.per_second)) + " a second");
     return proto::DropReason::kNotAllowed;
@@ -134,7 +134,7 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   seats.flush();
   RoomEvent event;
   while (seats.room().next_event(event)) {
-    if (event.kind == RoomEvent::Kind::kPutBack) {
+    if (event.kind == RoomEvent::Kind::kReturned) {
       broadcast(seats, body_returned(event.body));
       continue;
     }
@@ -162,20 +162,21 @@ void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& 
     refuse_with(wire::ERROR_BAD_VALUE, "a place is three numbers in metres, -1000 to 1000");
   } else if (point.body() > connection.seats->room().scene().world.bodies.size()) {
     refuse_with(wire::ERROR_UNKNOWN_BODY, "no body has that number here");
-  } else if (!connection.points.take(1, called_at)) {
+  } else if (!connection.points.consume(1, called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "you point too often: one place a second, two at once; try again later");
   } else if (!connection.seats->may_point(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
   } else {
-    wire::ServerControl told;
-    told.mutable_pointed()->set_user(connection.seat.user.value);
-    *told.mutable_pointed()->mutable_point() = point;
-    tell_room(connection.seats->room(), connection.seat.user, message.request(), told);
+    wire::ServerControl announcement;
+    announcement.mutable_pointed()->set_user(connection.seat.user.value);
+    *announcement.mutable_pointed()->mutable_point() = point;
+    send_to_room(connection.seats->room(), connection.seat.user, message.request(), announcement);
   }
 }
 
 /// Sends a message to all in a room; the request's number goes only to the user who made the request.
-void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message) {
+void SessionHub::Impl::send_to_room(const Room& room, UserId asker, std::uint32_t request,
+                                    wire::ServerControl message) {
   for (const auto& [handle, connection] : connections) {
     if (connection->state != ConnectionState::kActive || &connection->seats->room() != &room) continue;
     message.set_request(connection->seat.user == asker ? request : 0);
@@ -184,37 +185,37 @@ void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t r
 }
 
 /// Sends the soft bodies' shapes to the users who requested them.
-void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
+void SessionHub::Impl::send_soft_shapes(RoomSeats& seats) {
   if (!seats.room().soft_offsets().poll()) return;
   const SoftOffsets& offsets = seats.room().soft_offsets().front();
   for (std::size_t body = 0; body < offsets.size(); ++body) {
     const wire::ServerControl message = soft_shape(body, offsets[body]);
     for (const auto& [handle, connection] : connections) {
-      if (connection->is_in(seats) && connection->wants_soft_shapes) tell_soft_shape(*connection, message);
+      if (connection->is_in(seats) && connection->wants_soft_shapes) send_soft_shape(*connection, message);
     }
   }
 }
 
 /// Shapes never queue: a shape is skipped while any byte is queued, or if it is unchanged.
-void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::ServerControl& message) {
-  std::string& told = connection.soft_shapes_told[message.soft_shape().soft_body()];
-  if (told == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
-  told = message.soft_shape().offsets();
+void SessionHub::Impl::send_soft_shape(Connection& connection, const wire::ServerControl& message) {
+  std::string& last_sent = connection.sent_soft_shapes[message.soft_shape().soft_body()];
+  if (last_sent == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
+  last_sent = message.soft_shape().offsets();
   send(connection, message);
 }
 
 /// Applies a room update; news about the coupling are sent after all states.
-void SessionHub::Impl::take_room_update(Connection& connection, const RoomUpdate& told) {
+void SessionHub::Impl::apply_room_update(Connection& connection, const RoomUpdate& update) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
   const haptics::CouplingParameters before = seats.coupling_in_force(seat);
-  seats.on_update(seat, told);
+  seats.on_update(seat, update);
   connection.note_changes(before);
 }
 
 void SessionHub::Impl::end_overdue(Connection& connection, LocalTime now) {
   if (connection.state == ConnectionState::kActive) {
-    if (now - connection.last_heard < settings.silence_timeout) return;
+    if (now - connection.last_received < settings.silence_timeout) return;
     end(connection, wire::DISCONNECT_SILENCE,
         "nothing heard for " + std::to_string(settings.silence_timeout / std::chrono::milliseconds(1)) + " ms");
     return;
@@ -294,37 +295,37 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
 void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
   const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
   const std::optional<Admission::Id> second = admission->revoke(first);
-  const std::optional<Admission::Id> gone = first == credential ? second : first;
-  if (!gone) return;
+  const std::optional<Admission::Id> revoked = first == credential ? second : first;
+  if (!revoked) return;
   for (const auto& [handle, other] : connections) {
-    const bool is_it = other->credential == gone && other->state == ConnectionState::kActive;
+    const bool is_it = other->credential == revoked && other->state == ConnectionState::kActive;
     if (is_it) end(*other, reason, "the user's other device went");
   }
 }
 
 void SessionHub::Impl::sweep() {
-  const auto gone = std::erase_if(connections, [](const auto& entry) {
+  const auto erased = std::erase_if(connections, [](const auto& entry) {
     const bool is_closed = entry.second->state == ConnectionState::kClosed;
     if (is_closed) --entry.second->address->connections;
     return is_closed;
   });
   // An address is kept until its token bucket is full again, so reconnecting gives no new budget.
-  if (gone == 0 && addresses.size() <= connections.size()) return;
+  if (erased == 0 && addresses.size() <= connections.size()) return;
   std::erase_if(addresses, [this](auto& entry) {
     return entry.second.connections == 0 && entry.second.control.is_full(called_at);
   });
 }
 
-void SessionHub::Impl::tell_admission() {
-  if (!admission || !owner.on_admission || admission->changes() == admission_told) return;
-  admission_told = admission->changes();
+void SessionHub::Impl::report_admission() {
+  if (!admission || !owner.on_admission || admission->changes() == reported_admission) return;
+  reported_admission = admission->changes();
   owner.on_admission(admission->state(called_at));
 }
 
 Connection* SessionHub::Impl::find(ConnectionHandle handle) {
   const auto found = connections.find(handle);
-  const bool is_there = found != connections.end() && found->second->state != ConnectionState::kClosed;
-  return is_there ? found->second.get() : nullptr;
+  const bool is_open = found != connections.end() && found->second->state != ConnectionState::kClosed;
+  return is_open ? found->second.get() : nullptr;
 }
 
 SessionHub::SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport)
@@ -337,7 +338,7 @@ void SessionHub::on_connected(ConnectionHandle connection, LocalTime now, const 
   auto& entry = impl_->connections[connection];
   entry = std::make_unique<Connection>();
   entry->handle = connection;
-  entry->connected = entry->last_heard = now;
+  entry->connected = entry->last_received = now;
   entry->address = &impl_->addresses[address];
   ++entry->address->connections;
   impl_->make_room(*entry);
@@ -346,7 +347,7 @@ void SessionHub::on_connected(ConnectionHandle connection, LocalTime now, const 
 
 void SessionHub::on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now) {
   impl_->called_at = now;
-  if (Connection* found = impl_->find(connection)) impl_->take_control_bytes(*found, bytes, now);
+  if (Connection* found = impl_->find(connection)) impl_->receive_control_bytes(*found, bytes, now);
   impl_->sweep();
 }
 
@@ -362,7 +363,7 @@ AcceptedDatagram SessionHub::on_datagram(std::span<const std::byte> datagram, Lo
                                          const std::function<bool(ConnectionHandle)>& may_belong_to) {
   impl_->called_at = now;
   AcceptedDatagram accepted;
-  impl_->counters.count_received(impl_->take_datagram(datagram, now, may_belong_to, accepted));
+  impl_->counters.count_received(impl_->receive_datagram(datagram, now, may_belong_to, accepted));
   return accepted;
 }
 
@@ -379,18 +380,18 @@ void SessionHub::poll(const Clock& clock) {
   for (std::size_t room = 0; room < impl_->rooms.size(); ++room) impl_->send_updates(room, clock);
   for (const auto& seats : impl_->rooms) {
     impl_->deliver_events(*seats);
-    impl_->tell_soft_shapes(*seats);
+    impl_->send_soft_shapes(*seats);
   }
-  impl_->tell_poses();
+  impl_->send_pose_answers();
   if (impl_->admission) impl_->admission->poll(now);
   for (const auto& [handle, connection] : impl_->connections) {
     if (connection->held_join) impl_->settle(*connection);
-    if (connection->state == ConnectionState::kActive) impl_->tell_news(*connection);
+    if (connection->state == ConnectionState::kActive) impl_->send_news(*connection);
     if (connection->state != ConnectionState::kClosed) impl_->end_overdue(*connection, now);
   }
   impl_->serve_waiting(now);
   impl_->sweep();
-  impl_->tell_admission();
+  impl_->report_admission();
 }
 
 void SessionHub::begin_stop() {
@@ -408,7 +409,7 @@ void SessionHub::stop(LocalTime now) {
     impl_->end(*connection, wire::DISCONNECT_SERVER_STOPPING, "the server is stopping");
   }
   impl_->sweep();
-  impl_->tell_admission();
+  impl_->report_admission();
 }
 
 bool SessionHub::is_behind(ConnectionHandle connection) const {

@@ -41,7 +41,7 @@ struct Connection {
   ConnectionId id;
   std::uint8_t epoch = 0;
   LocalTime connected{};
-  LocalTime last_heard{};
+  LocalTime last_received{};
   AddressUse* address = nullptr;
   proto::FrameReader reader{proto::kMaxClientControlBytes};
   net::TokenBucket control{kControlRate};
@@ -61,7 +61,7 @@ struct Connection {
   net::TokenBucket poses{kUserPoseRate};
   net::TokenBucket points{kUserPointRate};
   bool wants_soft_shapes = false;
-  std::map<std::uint32_t, std::string> soft_shapes_told;  ///< last sent offsets, by soft body
+  std::map<std::uint32_t, std::string> sent_soft_shapes;  ///< last sent offsets, by soft body
   std::optional<Admission::Id> credential;                ///< for a later resume by the user
   // News not sent to the user yet.
   bool has_new_law = false;
@@ -85,7 +85,7 @@ struct SessionHub::Impl {
        ServerTransport& hub_transport);
 
   // session_control.cpp
-  void take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
+  void receive_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
   void serve(Connection& connection, LocalTime now);
   void serve_waiting(LocalTime now);
   bool has_turn(const Connection& connection, LocalTime now) const;
@@ -95,10 +95,10 @@ struct SessionHub::Impl {
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void greet(Connection& connection, const wire::ClientControl& message);
   void join(Connection& connection, const wire::ClientControl& message);
-  bool let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted, Admission::Ticket& ticket);
+  bool admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted, Admission::Ticket& ticket);
   void join_as_granted(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
-  void take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
-                 const Admission::Ticket& ticket);
+  void assign_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
+                   const Admission::Ticket& ticket);
   void hold(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
   void settle(Connection& connection);
   void give_credential(Connection& connection, const wire::JoinRoom& granted, const Admission::Ticket& ticket,
@@ -111,35 +111,35 @@ struct SessionHub::Impl {
   void set_parameter(Connection& connection, const wire::ClientControl& message);
   void reset_room(Connection& connection, const wire::ClientControl& message);
   void ask_pose(Connection& connection, const wire::ClientControl& message);
-  std::string pose_edit_problem(const Connection& connection, const wire::AskPose& asked) const;
+  std::string pose_edit_problem(const Connection& connection, const wire::AskPose& request) const;
   void cancel_minimising(Connection& connection, std::uint32_t request);
   void refuse_unanswered_poses();
   void point(Connection& connection, const wire::ClientControl& message);
-  void tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message);
+  void send_to_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message);
   void set_law(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
   void change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but = nullptr);
-  void announce_presence(const Connection& whose, const wire::ServerControl& message);
-  void tell_news(Connection& connection);
+  void announce_presence(const Connection& subject, const wire::ServerControl& message);
+  void send_news(Connection& connection);
 
   // session_hub.cpp
   void make_room(Connection& newcomer);
   Connection* oldest_half_open(const AddressUse& address, const Connection& but);
   AddressUse& most_half_open(const Connection& but);
   std::size_t half_open_of(const AddressUse& address) const;
-  proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
-                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                  AcceptedDatagram& accepted);
+  proto::DropReason receive_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                     const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                     AcceptedDatagram& accepted);
   void send_updates(std::size_t room, const Clock& clock);
-  void send_update(Connection& connection, const RoomUpdate& told, LocalTime now);
+  void send_update(Connection& connection, const RoomUpdate& update, LocalTime now);
   void collect(Connection& connection);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void note_start(const Connection& connection, bool (RoomStart::*change)(UserId, ServerTime));
   void deliver_events(RoomSeats& seats);
-  void tell_poses();
-  void tell_soft_shapes(RoomSeats& seats);
-  void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
-  void take_room_update(Connection& connection, const RoomUpdate& told);
+  void send_pose_answers();
+  void send_soft_shapes(RoomSeats& seats);
+  void send_soft_shape(Connection& connection, const wire::ServerControl& message);
+  void apply_room_update(Connection& connection, const RoomUpdate& update);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);
@@ -150,7 +150,7 @@ struct SessionHub::Impl {
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
   void sweep();
   void end_other_device(const Admission::Id& credential, wire::DisconnectReason reason);
-  void tell_admission();
+  void report_admission();
   Connection* find(ConnectionHandle handle);
   void log(std::string_view kind, const std::string& line) const {
     if (owner.on_log) owner.on_log(kind, line);
@@ -160,7 +160,7 @@ struct SessionHub::Impl {
   HubSettings settings;
   ServerTransport& transport;
   std::optional<Admission> admission;
-  std::uint64_t admission_told = 0;
+  std::uint64_t reported_admission = 0;
   std::vector<std::unique_ptr<RoomSeats>> rooms;
   std::deque<SharedTurns> updates;     ///< per room, for its UDP users
   std::vector<Connection*> updated{};  ///< UDP users of the current room

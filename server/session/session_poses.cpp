@@ -16,30 +16,30 @@ std::string rate_text(const net::Rate& rate) {
 
 }  // namespace
 
-/// Starts a request; tell_poses() sends the answer.
+/// Starts a request; send_pose_answers() sends the answer.
 void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientControl& message) {
   const Room& room = connection.seats->room();
-  const wire::AskPose& asked = message.ask_pose();
-  const std::string& name = asked.name();
+  const wire::AskPose& request = message.ask_pose();
+  const std::string& name = request.name();
   const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
   if (settings.poses == nullptr || !settings.poses->has_molecules(room)) {
     refuse_with(wire::ERROR_NOT_ALLOWED,
                 "poses are kept in rooms of two molecules, of 300 million pairs of atoms at most; there are none here");
   } else if (!connection.seat.is_manipulator()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "observers keep no poses; join as a manipulator");
-  } else if ((!name.empty() || asked.kind() == wire::AskPose::RENAME) && !is_acceptable_user_name(name)) {
+  } else if ((!name.empty() || request.kind() == wire::AskPose::RENAME) && !is_acceptable_user_name(name)) {
     refuse_with(wire::ERROR_BAD_NAME, "a pose's name is 1 to 64 bytes of printable UTF-8; choose another");
-  } else if (asked.kind() == wire::AskPose::CANCEL) {
+  } else if (request.kind() == wire::AskPose::CANCEL) {
     cancel_minimising(connection, message.request());
-  } else if (const std::string problem = pose_edit_problem(connection, asked); !problem.empty()) {
+  } else if (const std::string problem = pose_edit_problem(connection, request); !problem.empty()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, problem);
-  } else if (!connection.poses.has_some(called_at) || !connection.poses.take(1, called_at)) {
+  } else if (!connection.poses.has_some(called_at) || !connection.poses.consume(1, called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED, "a user asks for at most " + rate_text(kUserPoseRate) + "; wait a second");
-  } else if (!connection.seats->may_ask_pose(called_at)) {
+  } else if (!connection.seats->may_request_pose(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED,
                 "the users of a room ask for at most " + rate_text(kPoseRate) + " together; wait a second");
   } else if (const std::string why =
-                 settings.poses->ask(room, connection.seat.user, connection.user_name, message.request(), asked);
+                 settings.poses->submit(room, connection.seat.user, connection.user_name, message.request(), request);
              !why.empty()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, why);
   }
@@ -47,11 +47,11 @@ void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientContro
 
 /// A kept pose belongs to the user name that kept it. After that user has left, everybody may edit it; otherwise a room
 /// could fill up for good.
-std::string SessionHub::Impl::pose_edit_problem(const Connection& connection, const wire::AskPose& asked) const {
-  const bool edits = asked.kind() == wire::AskPose::DELETE || asked.kind() == wire::AskPose::RENAME;
+std::string SessionHub::Impl::pose_edit_problem(const Connection& connection, const wire::AskPose& request) const {
+  const bool edits = request.kind() == wire::AskPose::DELETE || request.kind() == wire::AskPose::RENAME;
   if (!edits || connection.seat.role == UserRole::kOperator) return {};
   const std::vector<wire::KeptPose>& kept = settings.poses->kept(connection.seats->room());
-  const auto pose = std::ranges::find(kept, asked.number(), &wire::KeptPose::number);
+  const auto pose = std::ranges::find(kept, request.number(), &wire::KeptPose::number);
   if (pose == kept.end() || pose->user_name() == connection.user_name) return {};
   const bool is_here = std::ranges::any_of(connections, [&](const auto& entry) {
     return entry.second->is_in(*connection.seats) && entry.second->user_name == pose->user_name();
@@ -63,8 +63,8 @@ std::string SessionHub::Impl::pose_edit_problem(const Connection& connection, co
 
 void SessionHub::Impl::cancel_minimising(Connection& connection, std::uint32_t request) {
   const bool is_operator = connection.seat.role == UserRole::kOperator;
-  const auto whose = is_operator ? std::nullopt : std::optional(connection.seat.user);
-  if (!settings.poses->cancel(connection.seats->room(), whose, kMinimisingCancelled)) {
+  const auto requester = is_operator ? std::nullopt : std::optional(connection.seat.user);
+  if (!settings.poses->cancel(connection.seats->room(), requester, kMinimisingCancelled)) {
     return send(connection, error_answer(request, wire::ERROR_NOT_ALLOWED,
                                          is_operator ? "no minimisation is under way here"
                                                      : "no minimisation of yours is under way; only the user who asked "
@@ -80,7 +80,7 @@ void SessionHub::Impl::cancel_minimising(Connection& connection, std::uint32_t r
 /// Refuses open requests at a stop, so that a hung disk or a long evaluation does not delay it.
 void SessionHub::Impl::refuse_unanswered_poses() {
   if (settings.poses == nullptr) return;
-  tell_poses();
+  send_pose_answers();
   settings.poses->refuse_unanswered([this](const Room& room, UserId user, std::uint32_t request) {
     for (const auto& [handle, connection] : connections) {
       const bool is_asker = connection->state == ConnectionState::kActive && &connection->seats->room() == &room &&
@@ -94,7 +94,7 @@ void SessionHub::Impl::refuse_unanswered_poses() {
   });
 }
 
-void SessionHub::Impl::tell_poses() {
+void SessionHub::Impl::send_pose_answers() {
   if (settings.poses == nullptr) return;
   settings.poses->deliver(
       [this](const Room& room, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
@@ -112,7 +112,7 @@ void SessionHub::Impl::tell_poses() {
         if (answer.has_error()) {
           send(*asker->second, answer);
         } else {
-          tell_room(room, user, answer.request(), answer);
+          send_to_room(room, user, answer.request(), answer);
         }
         return true;
       });

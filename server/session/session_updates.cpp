@@ -16,8 +16,8 @@ constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
     const auto reason = static_cast<proto::DropReason>(i);
-    to.received_drops.add(reason, more.received_drops.of(reason));
-    to.sent_drops.add(reason, more.sent_drops.of(reason));
+    to.received_drops.add(reason, more.received_drops.count(reason));
+    to.sent_drops.add(reason, more.sent_drops.count(reason));
   }
   to.datagrams_received += more.datagrams_received;
   to.datagrams_sent += more.datagrams_sent;
@@ -31,28 +31,29 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   auto& output = rooms[room]->room().output();
   if (!output.poll()) return;
-  const RoomUpdate& told = output.front();
+  const RoomUpdate& update = output.front();
   updated.clear();
   for (const auto& [handle, connection] : connections) {
     if (connection->is_in(*rooms[room]) && !connection->state_over_tcp) updated.push_back(connection.get());
   }
-  const auto send = [&](std::size_t i) { send_update(*updated[i], told, clock.now()); };
+  const auto send = [&](std::size_t i) { send_update(*updated[i], update, clock.now()); };
   updates[room].run(updated.size(), std::ref(send));
   for (const auto& [handle, connection] : connections) {
     if (!connection->is_in(*rooms[room])) continue;
-    if (connection->state_over_tcp) send_update(*connection, told, clock.now());
+    if (connection->state_over_tcp) send_update(*connection, update, clock.now());
     collect(*connection);
   }
 }
 
 /// Thread  io or the helping thread; changes nothing but this connection
-void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& told, LocalTime now) {
+void SessionHub::Impl::send_update(Connection& connection, const RoomUpdate& update, LocalTime now) {
   // The seat's previous user is skipped.
-  if (told.user[connection.seat.index] != connection.seat.user) return;
-  take_room_update(connection, told);
+  if (update.user[connection.seat.index] != connection.seat.user) return;
+  apply_room_update(connection, update);
   const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
-  connection.bodies_thinned += connection.stream->send(
-      told, is_blocked, now, [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
+  connection.bodies_thinned +=
+      connection.stream->send(update, is_blocked, now,
+                              [&](std::span<const std::byte> datagram) { return deliver_state(connection, datagram); });
 }
 
 void SessionHub::Impl::collect(Connection& connection) {

@@ -28,7 +28,7 @@ class SharedTurns {
     count_ = count;
     next_.store(0, std::memory_order_relaxed);
     is_open_.store(true);
-    take();
+    run_open_turns();
     is_open_.store(false);
     while (helpers_.load() > 0) {
     }
@@ -42,12 +42,12 @@ class SharedTurns {
       if (clock.now() >= until) return;
     }
     helpers_.fetch_add(1);
-    if (is_open_.load()) take();
+    if (is_open_.load()) run_open_turns();
     helpers_.fetch_sub(1);
   }
 
  private:
-  void take() {
+  void run_open_turns() {
     for (std::size_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) (*turn_)(i);
   }
 

@@ -42,7 +42,7 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   channel_.count_overwritten(own.step.value);
   unsent_faults_ |= own.tick_faults;
   // The destination of a user's datagrams is unknown until the first one arrives.
-  if (!channel_.has_heard() && !is_stream_) return 0;
+  if (!channel_.has_received() && !is_stream_) return 0;
   const auto changed = [&](const net::Deadband& deadband, Duration since) {
     return has_changed(deadband, since, own, published.users.size());
   };
@@ -68,11 +68,11 @@ bool StateStream::has_changed(const net::Deadband& deadband, Duration since, con
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;
   if (own.tick_faults != sent_.tick_faults || users != users_sent_) return true;
   const haptics::CouplingParameters coupling = seats_.coupling_in_force(seat_);
-  const RigidState& told = sent_.tool;
+  const RigidState& sent = sent_.tool;
   const bool has_model = mode_ == proto::ClientMode::kLocalModel;
-  const Pose X_believed = has_model ? integrate(told.X, told.V, to_seconds(since)) : told.X;
+  const Pose X_believed = has_model ? integrate(sent.X, sent.V, to_seconds(since)) : sent.X;
   return deadband.notices(own.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
-         deadband.notices(own.tool, told.V, X_believed, own.wrench_on_hand_W, coupling.stiffness_n_per_m,
+         deadband.notices(own.tool, sent.V, X_believed, own.wrench_on_hand_W, coupling.stiffness_n_per_m,
                           coupling.stiffness_n_m_per_rad);
 }
 

@@ -35,7 +35,7 @@ bool is_invisible(std::uint32_t code) {
 std::string first_characters(std::string_view name, std::size_t most_bytes) {
   std::string_view rest = name;
   std::size_t size = 0;
-  while (!rest.empty() && net::take_code_point(rest) && name.size() - rest.size() <= most_bytes) {
+  while (!rest.empty() && net::pop_code_point(rest) && name.size() - rest.size() <= most_bytes) {
     size = name.size() - rest.size();
   }
   return std::string(name.substr(0, size));
@@ -47,7 +47,7 @@ bool is_acceptable_user_name(std::string_view name) {
   if (name.empty() || name.size() > kMaxNameBytes) return false;
   bool was_space = true;  // at either end a space is invisible
   while (!name.empty()) {
-    const auto code = net::take_code_point(name);
+    const auto code = net::pop_code_point(name);
     if (!code || !net::is_harmless(*code) || is_invisible(*code)) return false;
     // Blanks other than U+0020 look like it, so two names could look equal.
     if (is_space(*code) && (was_space || *code != ' ')) return false;

@@ -70,10 +70,10 @@ class ClientBench {
     welcome.mutable_welcome()->set_connection_id(7);
     welcome.mutable_welcome()->set_epoch(5);
     welcome.mutable_welcome()->set_datagram_port(4711);
-    say(welcome);
+    send(welcome);
     wire::ServerControl answer;
     *answer.mutable_joined() = joined;
-    say(answer);
+    send(answer);
     sequence_ = 0;
   }
   void join_again(const wire::Joined& joined) {
@@ -110,7 +110,7 @@ class ClientBench {
   std::vector<std::string> log;
 
  private:
-  void say(const wire::ServerControl& message) {
+  void send(const wire::ServerControl& message) {
     proto::Bytes frame;
     proto::append_frame(message, frame);
     client.session().on_control_bytes(frame, now);
@@ -148,7 +148,7 @@ TEST(Client, ShowsAWindowTheBodiesThatAreFeltAndThoseThatTheServerTells) {
   ASSERT_NE(view, nullptr);
   ASSERT_EQ(view->bodies.size(), 1U);
   EXPECT_TRUE(view->record.is_local);
-  EXPECT_LT((view->told_bodies[0].state.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << "single precision on the wire";
+  EXPECT_LT((view->received_bodies[0].state.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << "single precision on the wire";
   const RigidState felt = bench.client.haptics().local_model()->body(BodyId{1});
   EXPECT_LT((view->bodies[0].state.X.p - felt.X.p).norm(), 0.01) << "up to a few ticks old";
 }

@@ -1,7 +1,7 @@
 // Runs a program with an emulated USB device: fake_device falcon|spacemouse PROGRAM ARGUMENT...
 //
-// Needs umockdev-wrapper. Lines on stdin move the device and inject faults; the command `tell` prints a line on stderr,
-// `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
+// Needs umockdev-wrapper. Lines on stdin move the device and inject faults; the command `report_state` prints a line on
+// stderr, `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
@@ -26,7 +26,7 @@ constexpr std::size_t kFirmwareSize = 7914;
 /// Handler of each command, by the first word of its line.
 using Commands = std::map<std::string, std::function<void(std::istream&)>>;
 
-void say(const std::string& line) {
+void write_line(const std::string& line) {
   std::cerr << "fake: " + line + "\n" << std::flush;
 }
 
@@ -52,7 +52,7 @@ struct FakeFalcon {
             {"unplug", [this](std::istream&) { bus.unplug(); }},
             {"plug", [this](std::istream&) { bus.plug_in(); }},
             {"power", [this](std::istream&) { bus.with_falcon([](FalconSimulator& f) { f.cycle_power(); }); }},
-            {"tell", [this](std::istream&) { tell(); }}};
+            {"tell", [this](std::istream&) { report_state(); }}};
   }
   void grip(std::istream& in) {
     Vec3 p;
@@ -73,13 +73,13 @@ struct FakeFalcon {
       if (name == "mute") faults.is_mute = value != 0;
     });
   }
-  void tell() {
+  void report_state() {
     std::ostringstream line;
     bus.with_falcon([&line](FalconSimulator& f) {
       line << "motors " << f.motors.cwiseAbs().maxCoeff() << " light " << int{f.lights_and_home} << " uploads "
            << f.uploads_begun;
     });
-    say(line.str());
+    write_line(line.str());
   }
 };
 
@@ -90,7 +90,7 @@ struct FakeSpaceMouse {
     return {{"report", [this](std::istream& in) { report(in); }},
             {"unplug", [this](std::istream&) { node.unplug(); }},
             {"plug", [this](std::istream&) { node.plug_in(); }},
-            {"tell", [this](std::istream&) { say("light " + std::to_string(node.light())); }}};
+            {"tell", [this](std::istream&) { write_line("light " + std::to_string(node.light())); }}};
   }
   /// Parses a report of hexadecimal bytes. It is sent repeatedly, like a cap that is held deflected.
   void report(std::istream& in) {

@@ -66,8 +66,8 @@ EXPORTED int dhdGetButton(int index, char) {
 #ifndef WITHOUT_FORCE
 EXPORTED int dhdSetForceAndTorque(double fx, double fy, double fz, double tx, double ty, double tz, char) {
   if (fake_is_there == 0 || fake_refuses_force != 0) return -1;
-  const double told[6] = {fx, fy, fz, tx, ty, tz};
-  std::memcpy(fake_force, told, sizeof told);
+  const double written[6] = {fx, fy, fz, tx, ty, tz};
+  std::memcpy(fake_force, written, sizeof written);
   return 0;
 }
 #endif

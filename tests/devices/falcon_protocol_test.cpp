@@ -70,7 +70,7 @@ TEST(FalconPacket, ANumberThatIsTooLargeIsCutAndNeverChangesItsSign) {
 std::vector<FalconReply> parsed(FalconPacketParser& parser, std::string_view text) {
   std::vector<FalconReply> replies;
   for (const char c : text) {
-    if (const auto reply = parser.take(static_cast<std::uint8_t>(c))) replies.push_back(*reply);
+    if (const auto reply = parser.parse(static_cast<std::uint8_t>(c))) replies.push_back(*reply);
   }
   return replies;
 }

@@ -25,7 +25,7 @@ bool FalconSimulator::control(std::uint8_t request, std::uint16_t value) {
       has_dtr_risen_ = true;
       is_fast_ = false;
       uploaded.clear();
-      said_to_loader_.clear();
+      loader_bytes_.clear();
     }
     is_dtr_high_ = is_high;
   }
@@ -34,7 +34,7 @@ bool FalconSimulator::control(std::uint8_t request, std::uint16_t value) {
 
 bool FalconSimulator::write(std::span<const std::uint8_t> bytes) {
   if (faults.is_unplugged) return false;
-  for (const std::uint8_t byte : bytes) take(byte);
+  for (const std::uint8_t byte : bytes) receive(byte);
   return true;
 }
 
@@ -53,29 +53,29 @@ void FalconSimulator::cycle_power() {
   to_host_.clear();
 }
 
-void FalconSimulator::take(std::uint8_t byte) {
+void FalconSimulator::receive(std::uint8_t byte) {
   if (faults.is_mute) return;
-  if (baud_ == kFtdiBaudLoader && has_dtr_risen_) return take_in_loader(byte);
-  if (baud_ == kFtdiBaudUpload && has_dtr_risen_) return take_in_upload(byte);
+  if (baud_ == kFtdiBaudLoader && has_dtr_risen_) return receive_in_loader(byte);
+  if (baud_ == kFtdiBaudUpload && has_dtr_risen_) return receive_in_upload(byte);
   if (baud_ != kFtdiBaudRun || !has_firmware) return;
-  if (const auto command = parser_.take(byte)) take_in_run(*command);
+  if (const auto command = parser_.parse(byte)) receive_in_run(*command);
 }
 
-void FalconSimulator::take_in_loader(std::uint8_t byte) {
-  said_to_loader_.push_back(byte);
-  if (said_to_loader_.size() < kGreeting.size()) return;
-  const bool is_greeting = std::ranges::equal(said_to_loader_, kGreeting);
-  said_to_loader_.clear();
+void FalconSimulator::receive_in_loader(std::uint8_t byte) {
+  loader_bytes_.push_back(byte);
+  if (loader_bytes_.size() < kGreeting.size()) return;
+  const bool is_greeting = std::ranges::equal(loader_bytes_, kGreeting);
+  loader_bytes_.clear();
   if (!is_greeting || --faults.greetings_ignored >= 0) return;
   constexpr std::array<std::uint8_t, 5> kAnswer{0x00, 0x0a, 0x44, 0x2c, 0x0d};
-  say(std::span(kAnswer).subspan(faults.greets_with_zero ? 0 : 1));
+  queue_reply(std::span(kAnswer).subspan(faults.greets_with_zero ? 0 : 1));
 }
 
-void FalconSimulator::take_in_upload(std::uint8_t byte) {
+void FalconSimulator::receive_in_upload(std::uint8_t byte) {
   if (!is_fast_) {
     is_fast_ = byte == 0x41;
     ++uploads_begun;
-    return say(std::array{byte});
+    return queue_reply(std::array{byte});
   }
   uploaded.push_back(byte);
   if (faults.stops_in_upload && uploaded.size() > 1000) return;
@@ -85,12 +85,12 @@ void FalconSimulator::take_in_upload(std::uint8_t byte) {
   if (!to_host_.empty() && to_host_.back().size() < 62) {
     to_host_.back().push_back(back);
   } else {
-    say(std::array{back});
+    queue_reply(std::array{back});
   }
   has_firmware = uploaded.size() == firmware_size_;
 }
 
-void FalconSimulator::take_in_run(const FalconReply& command) {
+void FalconSimulator::receive_in_run(const FalconReply& command) {
   motors = command.encoders;
   lights_and_home = command.bits;
   if ((lights_and_home & kFalconHome) != 0 && grip_m.z() < kHomeStop_m) is_homed = true;
@@ -99,15 +99,15 @@ void FalconSimulator::take_in_run(const FalconReply& command) {
   reply[13] = static_cast<std::uint8_t>('A' + (buttons | (is_homed ? kFalconHomed : 0)));
   for (int i = 0; i < faults.replies_delayed_by; ++i) to_host_.emplace_back();
   constexpr std::array<std::uint8_t, 5> kGarbage{'<', 'x', 0x00, '<', 'A'};
-  if (faults.sends_garbage) say(kGarbage);
-  if (!faults.splits_replies) return say(reply);
+  if (faults.sends_garbage) queue_reply(kGarbage);
+  if (!faults.splits_replies) return queue_reply(reply);
   const std::span bytes(reply);
-  say(bytes.subspan(0, 1));
-  say(bytes.subspan(1, 9));
-  say(bytes.subspan(10));
+  queue_reply(bytes.subspan(0, 1));
+  queue_reply(bytes.subspan(1, 9));
+  queue_reply(bytes.subspan(10));
 }
 
-void FalconSimulator::say(std::span<const std::uint8_t> bytes) {
+void FalconSimulator::queue_reply(std::span<const std::uint8_t> bytes) {
   to_host_.emplace_back(bytes.begin(), bytes.end());
 }
 

@@ -56,11 +56,11 @@ class FalconSimulator {
   int uploads_begun = 0;
 
  private:
-  void take(std::uint8_t byte);
-  void take_in_loader(std::uint8_t byte);
-  void take_in_upload(std::uint8_t byte);
-  void take_in_run(const FalconReply& command);
-  void say(std::span<const std::uint8_t> bytes);
+  void receive(std::uint8_t byte);
+  void receive_in_loader(std::uint8_t byte);
+  void receive_in_upload(std::uint8_t byte);
+  void receive_in_run(const FalconReply& command);
+  void queue_reply(std::span<const std::uint8_t> bytes);
   FalconCounts encoders();
 
   std::size_t firmware_size_;
@@ -68,7 +68,7 @@ class FalconSimulator {
   bool is_dtr_high_ = false;
   bool has_dtr_risen_ = false;
   bool is_fast_ = false;
-  std::vector<std::uint8_t> said_to_loader_;
+  std::vector<std::uint8_t> loader_bytes_;
   FalconPacketParser parser_;
   std::deque<std::vector<std::uint8_t>> to_host_;
   FalconCounts encoders_ = FalconCounts::Zero();

@@ -132,7 +132,7 @@ TEST_F(FalconUsb, ZeroIsSaidByTheDescriptorThatIsOpen) {
     static_cast<void>(port->read(reply, milliseconds(5)));
   const auto zero = falcon_zero();
   ASSERT_TRUE(zero);
-  EXPECT_TRUE(say_zero(*zero));
+  EXPECT_TRUE(send_zero(*zero));
   EXPECT_TRUE(bus.with_falcon([](FalconSimulator& f) { return f.motors.isZero(); }));
 }
 

@@ -79,12 +79,12 @@ class FakeService {
       ++connections;
       const auto connection = std::make_shared<Connection>(std::move(socket));
       connection->stream.async_accept([this, connection](const boost::system::error_code& refused) {
-        if (!refused) say(connection);
+        if (!refused) send_state(connection);
       });
       accept();
     });
   }
-  void say(const std::shared_ptr<Connection>& connection) {
+  void send_state(const std::shared_ptr<Connection>& connection) {
     if (is_mute) return listen(connection);
     connection->timer.expires_after(milliseconds(delay_ms));
     connection->timer.async_wait([this, connection](const boost::system::error_code&) {
@@ -104,14 +104,14 @@ class FakeService {
     connection->stream.async_read(connection->buffer,
                                   [this, connection](const boost::system::error_code& error, std::size_t) {
                                     if (error) return;
-                                    take(beast::buffers_to_string(connection->buffer.data()));
+                                    receive(beast::buffers_to_string(connection->buffer.data()));
                                     connection->buffer.clear();
                                     if (hangs_up.exchange(false))
                                       return beast::get_lowest_layer(connection->stream).close();
-                                    say(connection);
+                                    send_state(connection);
                                   });
   }
-  void take(std::string command) {
+  void receive(std::string command) {
     ++commands;
     const std::lock_guard lock(mutex_);
     last_command_ = std::move(command);
@@ -292,8 +292,8 @@ TEST(Inverse3, WithoutAServiceItSaysWhatToStart) {
   options.name = "inverse3";
   options.profile = find_device_profile("inverse3");
   {
-    const FakeService gone;
-    options.service = "127.0.0.1:" + std::to_string(gone.endpoint().port());
+    const FakeService absent;
+    options.service = "127.0.0.1:" + std::to_string(absent.endpoint().port());
   }
   try {
     open_device(options);

@@ -53,7 +53,7 @@ struct Pad : testing::Test {
   void answer(UMockdevIoctlClient* client) {
     const gulong request = umockdev_ioctl_client_get_request(client);
     UMockdevIoctlData* const argument = umockdev_ioctl_client_get_arg(client);
-    if (is_gone) return umockdev_ioctl_client_complete(client, -1, ENODEV);
+    if (is_removed) return umockdev_ioctl_client_complete(client, -1, ENODEV);
     if (_IOC_NR(request) == _IOC_NR(EVIOCGBIT(EV_FF, 0))) {
       const std::size_t size = _IOC_SIZE(request);
       UMockdevIoctlData* const bits = umockdev_ioctl_data_resolve(argument, 0, size, nullptr);
@@ -90,7 +90,7 @@ struct Pad : testing::Test {
 
   UMockdevTestbed* testbed;
   UMockdevIoctlBase* handler;
-  std::atomic<bool> rumbles{true}, is_gone{false}, is_of_one_effect{true};
+  std::atomic<bool> rumbles{true}, is_removed{false}, is_of_one_effect{true};
   std::atomic<int> strong{-1}, uploads{0}, length_ms{0};
 };
 
@@ -122,10 +122,10 @@ TEST_F(Pad, OneThatIsUnpluggedIsOpenedAgain) {
   ASSERT_NE(rumble, nullptr) << "found by itself";
   const auto show_half = [&] { rumble->show(0.5); };
   ASSERT_TRUE(comes([this] { return strong > 0; }, show_half));
-  is_gone = true;
+  is_removed = true;
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   strong = -1;
-  is_gone = false;
+  is_removed = false;
   EXPECT_TRUE(comes([this] { return strong == 0xffff / 2; }, show_half));
 }
 

@@ -24,7 +24,7 @@ using Kind = SpaceMouseReports::Kind;
 /// Scripted device: its next reports, and the bytes it received.
 struct Table {
   std::deque<Bytes> reports;
-  std::vector<Bytes> told;
+  std::vector<Bytes> writes;
   bool is_plugged_in = true;
   int ports_open = 0;
 };
@@ -44,7 +44,7 @@ class TablePort final : public HidPort {
     return static_cast<int>(next.size());
   }
   bool write(std::span<const std::uint8_t> report) override {
-    if (table_.is_plugged_in) table_.told.emplace_back(report.begin(), report.end());
+    if (table_.is_plugged_in) table_.writes.emplace_back(report.begin(), report.end());
     return table_.is_plugged_in;
   }
 
@@ -91,44 +91,44 @@ const Bytes kFullRight{1, 0x5e, 0x01, 0, 0, 0, 0};  // x = 350
 
 TEST(SpaceMouseReports, ReadsTheSamplesOfASpaceNavigator) {
   SpaceMouseReports reports;
-  EXPECT_EQ(reports.take(kNoTranslation), Kind::kMotion);
+  EXPECT_EQ(reports.parse(kNoTranslation), Kind::kMotion);
   EXPECT_TRUE(reports.deflection().isZero(0));
-  EXPECT_EQ(reports.take(Bytes{2, 0, 0, 0xe2, 0xff, 0, 0}), Kind::kMotion);  // Ry = −30
+  EXPECT_EQ(reports.parse(Bytes{2, 0, 0, 0xe2, 0xff, 0, 0}), Kind::kMotion);  // Ry = −30
   EXPECT_EQ(reports.deflection(), (Vec6() << 0, 0, 0, 0, 30.0 / 350, 0).finished()) << "y of D is away from the user";
-  EXPECT_EQ(reports.take(Bytes{3, 1, 0}), Kind::kButtons);
+  EXPECT_EQ(reports.parse(Bytes{3, 1, 0}), Kind::kButtons);
   EXPECT_EQ(reports.buttons(), kButtonGrab);
-  EXPECT_EQ(reports.take(Bytes{3, 3, 0}), Kind::kButtons);
+  EXPECT_EQ(reports.parse(Bytes{3, 3, 0}), Kind::kButtons);
   EXPECT_EQ(reports.buttons(), kButtonGrab | kButtonClutch);
-  EXPECT_EQ(reports.take(Bytes{3, 0, 0}), Kind::kButtons);
+  EXPECT_EQ(reports.parse(Bytes{3, 0, 0}), Kind::kButtons);
   EXPECT_EQ(reports.buttons(), 0U);
 }
 
 TEST(SpaceMouseReports, TellsTheTwoLayoutsByTheirLength) {
   SpaceMouseReports joined, split;
-  joined.take(Bytes{1, 35, 0, 70, 0, 105, 0, 140, 0, 175, 0, 210, 0});
-  split.take(Bytes{1, 35, 0, 70, 0, 105, 0});
+  joined.parse(Bytes{1, 35, 0, 70, 0, 105, 0, 140, 0, 175, 0, 210, 0});
+  split.parse(Bytes{1, 35, 0, 70, 0, 105, 0});
   EXPECT_TRUE(split.deflection().tail<3>().isZero(0));
-  split.take(Bytes{2, 140, 0, 175, 0, 210, 0});
+  split.parse(Bytes{2, 140, 0, 175, 0, 210, 0});
   EXPECT_EQ(joined.deflection(), split.deflection());
   EXPECT_TRUE(joined.deflection().isApprox((Vec6() << 0.1, -0.2, -0.3, 0.4, -0.5, -0.6).finished(), 1e-12));
 }
 
 TEST(SpaceMouseReports, AnythingElseChangesNothing) {
   SpaceMouseReports reports;
-  reports.take(Bytes{1, 35, 0, 70, 0, 105, 0, 140, 0, 175, 0, 210, 0});
+  reports.parse(Bytes{1, 35, 0, 70, 0, 105, 0, 140, 0, 175, 0, 210, 0});
   const Vec6 before = reports.deflection();
   for (const Bytes& bad : {Bytes{}, Bytes{1}, Bytes{1, 0, 0, 0, 0, 0}, Bytes{2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
                            Bytes{3}, Bytes(64, 1)}) {
-    EXPECT_EQ(reports.take(bad), Kind::kBad) << bad.size();
+    EXPECT_EQ(reports.parse(bad), Kind::kBad) << bad.size();
   }
-  EXPECT_EQ(reports.take(Bytes{0x17, 80, 0}), Kind::kOther) << "battery";
+  EXPECT_EQ(reports.parse(Bytes{0x17, 80, 0}), Kind::kOther) << "battery";
   EXPECT_EQ(reports.deflection(), before);
   EXPECT_EQ(reports.buttons(), 0U);
 }
 
 TEST(SpaceMouseReports, IsNeverBeyondFullDeflection) {
   SpaceMouseReports reports;
-  reports.take(Bytes{1, 0x00, 0x80, 0xff, 0x7f, 8, 0});
+  reports.parse(Bytes{1, 0x00, 0x80, 0xff, 0x7f, 8, 0});
   EXPECT_EQ(reports.deflection().head<3>(), Vec3(-1, -1, 0)) << "and eight counts are rest";
 }
 
@@ -186,22 +186,22 @@ TEST(SpaceMouse, UnpluggedItIsLostAndPluggedInAgainReadyWhereItWas) {
   EXPECT_EQ(sample.state, DeviceState::kLost);
   rig.table.is_plugged_in = true;
   rig.table.reports.clear();
-  rig.table.told.clear();
+  rig.table.writes.clear();
   sample = rig.idle(1100);
   EXPECT_EQ(sample.state, DeviceState::kReady);
   EXPECT_EQ(sample.buttons, 0U) << "nobody holds what was held before";
   EXPECT_EQ(sample.V_DH.v, Vec3::Zero());
   EXPECT_NEAR(sample.X_DH.p.x(), before.X_DH.p.x(), 2e-3);
-  EXPECT_THAT(rig.table.told, ElementsAre(Bytes{4, 1})) << "its light is on again";
+  EXPECT_THAT(rig.table.writes, ElementsAre(Bytes{4, 1})) << "its light is on again";
 }
 
 TEST(SpaceMouse, LightIsOnWhileItIsUsed) {
   Table table;
   {
     const SpaceMouseDriver driver(CapControl::kRate, opener(table), std::make_unique<TablePort>(table));
-    EXPECT_THAT(table.told, ElementsAre(Bytes{4, 1}));
+    EXPECT_THAT(table.writes, ElementsAre(Bytes{4, 1}));
   }
-  EXPECT_THAT(table.told, ElementsAre(Bytes{4, 1}, Bytes{4, 1}, Bytes{4, 0})) << "some obey an off only after an on";
+  EXPECT_THAT(table.writes, ElementsAre(Bytes{4, 1}, Bytes{4, 1}, Bytes{4, 0})) << "some obey an off only after an on";
 }
 
 TEST(SpaceMouse, OnItsThreadItIsADeviceWhoseSamplesAreBelieved) {

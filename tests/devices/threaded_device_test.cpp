@@ -85,7 +85,7 @@ TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo
     rig.push(5);
     return rig.seen.force_n == 5.0;
   }));
-  EXPECT_FALSE(rig.device.has_let_go());
+  EXPECT_FALSE(rig.device.has_released_force());
   EXPECT_TRUE(wait_for([&rig] { return rig.seen.force_n == 0.0; }));
   for (int i = 0; i < 20; ++i) {
     rig.push(5);
@@ -128,8 +128,8 @@ TEST(ThreadedDevice, AWatchdogSaysZeroForADriverThatHangsWithAForceAndTheHandIsL
   EXPECT_TRUE(wait_for([&] { return push() && seen.force_n == 1.0; }));
 
   seen.hangs = true;
-  int said = -1;
-  EXPECT_TRUE(wait_for([&] { return (said = std::max(said, newest_byte(ends[0]))) == 42; }));
+  int newest = -1;
+  EXPECT_TRUE(wait_for([&] { return (newest = std::max(newest, newest_byte(ends[0]))) == 42; }));
   EXPECT_FALSE(push());
   EXPECT_EQ(writer.written().f.norm(), 0.0) << "from there the force comes back";
   EXPECT_TRUE(push()) << "once only";
@@ -173,7 +173,7 @@ TEST(ThreadedDevice, AWatchdogLeavesADriverAloneThatHangsWithoutAForce) {
   ThreadedDeviceRig rig;
   watchdog->beat(rig.clock.now(), false);
   std::this_thread::sleep_for(4 * Watchdog::kMaxSilence);
-  EXPECT_FALSE(watchdog->has_let_go());
+  EXPECT_FALSE(watchdog->has_released_force());
   watchdog->release();
   EXPECT_EQ(newest_byte(ends[0]), -1);
 }

@@ -23,10 +23,10 @@ namespace tandem::devices {
 inline constexpr std::size_t kFrame = 300;
 inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
 /// Frame: magic, kind, let-go count that the owner knew; all other bytes repeat the kind.
-inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t let_go_known = 0) {
+inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t known_releases = 0) {
   std::vector<std::uint8_t> frame(kFrame, kind);
   frame[0] = kMagic;
-  frame[2] = static_cast<std::uint8_t>(let_go_known);
+  frame[2] = static_cast<std::uint8_t>(known_releases);
   return frame;
 }
 
@@ -75,7 +75,7 @@ class Reader {
   explicit Reader(int line) : line_(line) {}
 
   /// Reads at most `most` bytes of those available. Returns false if there are none.
-  bool take(std::size_t most = 65536) {
+  bool read_some(std::size_t most = 65536) {
     std::array<std::uint8_t, 65536> bytes;
     const ssize_t count = read(line_, bytes.data(), std::min(most, bytes.size()));
     if (count == 0) has_ended = true;
@@ -95,7 +95,7 @@ class Reader {
     for (const LocalTime end = clock.now() + longest; !is_so() && clock.now() < end && !has_ended;) {
       pollfd ready{line_, POLLIN, 0};
       poll(&ready, 1, 5);
-      while (take()) {
+      while (read_some()) {
       }
     }
     return is_so();
@@ -105,7 +105,7 @@ class Reader {
   int silences = 0;  ///< number of silences in which the watchdog wrote zero
   int forces = 0, replies = 0;
   std::uint8_t last = kForce;  ///< kind of the last frame that is no reply
-  std::uint32_t let_go_of_last_force = 0;
+  std::uint32_t releases_at_last_force = 0;
   bool is_whole = true;
   bool has_ended = false;
 
@@ -119,7 +119,7 @@ class Reader {
     forces += kind == kForce ? 1 : 0;
     replies += kind == kReply ? 1 : 0;
     if (kind != kReply) last = kind;
-    if (kind == kForce) let_go_of_last_force = frame[2];
+    if (kind == kForce) releases_at_last_force = frame[2];
   }
 
   int line_;

@@ -54,9 +54,9 @@ void keep_only(int descriptor) {
 /// Memory shared by the test and an owner process.
 struct Shared {
   std::atomic<bool> is_busy{false};  ///< the line accepts no more bytes
-  std::atomic<std::uint32_t> let_go{0};
-  std::atomic<bool> wants_zero{false};  ///< request to the owner to release the force itself
-  std::atomic<bool> is_off{false};      ///< the owner has released it
+  std::atomic<std::uint32_t> releases{0};
+  std::atomic<bool> zero_requested{false};  ///< request to the owner to release the force itself
+  std::atomic<bool> is_off{false};          ///< the owner has released it
   std::atomic<bool> should_end{false};
 };
 
@@ -92,21 +92,21 @@ class Owner {
     Watchdog watchdog(0);
     if (!watchdog.watch_over({.descriptor = line_, .usb_endpoint = std::nullopt, .bytes = frame_of(kZero)})) return;
     const SteadyClock clock;
-    std::uint32_t let_go = 0;
+    std::uint32_t releases = 0;
     bool may_be_on = true, was_zero = false;
     for (int failed = 0; !shared->should_end; std::this_thread::sleep_for(milliseconds(2))) {
-      if (watchdog.has_let_go()) shared->let_go = ++let_go;
+      if (watchdog.has_released_force()) shared->releases = ++releases;
       watchdog.begin_command();
-      const bool is_zero = shared->wants_zero;
+      const bool is_zero = shared->zero_requested;
       watchdog.beat(clock.now(), may_be_on);
-      const auto frame = frame_of(is_zero ? kOwnZero : kForce, let_go);
+      const auto frame = frame_of(is_zero ? kOwnZero : kForce, releases);
       bool is_out = false;
       if (kind_ == LineKind::kPipe) {
         is_out = !watchdog.is_command_obsolete() && write(line_, frame.data(), frame.size()) == kFrame;
       } else {
         is_out = was_zero == is_zero && watchdog.is_written();
         watchdog.send(frame, !is_zero);
-        watchdog.send_reply(frame_of(kReply, let_go));
+        watchdog.send_reply(frame_of(kReply, releases));
       }
       was_zero = is_zero;
       failed = is_out ? 0 : failed + 1;
@@ -178,7 +178,7 @@ struct Trial {
 
   void meet_end() {
     EXPECT_TRUE(wait_for([this] { return owner.shared->is_busy.load(); }));
-    let_go_before = owner.shared->let_go;
+    releases_before = owner.shared->releases;
     owner.send_signal(one.end == End::kKilled ? SIGKILL : SIGSTOP);
     // Nothing reads the bytes in the line until open().
     ended = clock.now();
@@ -190,7 +190,7 @@ struct Trial {
     bool has_peer = false;
     const LocalTime give_up = opened + seconds(20);
     while ((reader.zeros == 0 || !has_peer) && clock.now() < give_up) {
-      while (reader.take()) {
+      while (reader.read_some()) {
       }
       if (reader.zeros > 0 && delay == Duration::max()) delay = clock.now() - opened;
       if (!has_peer && peer.has_acted()) {
@@ -217,7 +217,8 @@ struct Trial {
   void check_return() {
     EXPECT_EQ(reader.last, kZero);
     owner.send_signal(SIGCONT);
-    EXPECT_TRUE(reader.until([this] { return reader.last == kForce && reader.let_go_of_last_force > let_go_before; }));
+    EXPECT_TRUE(
+        reader.until([this] { return reader.last == kForce && reader.releases_at_last_force > releases_before; }));
   }
 
   Case one;
@@ -226,7 +227,7 @@ struct Trial {
   Owner owner;
   Reader reader;
   LocalTime ended{};
-  std::uint32_t let_go_before = 0;
+  std::uint32_t releases_before = 0;
   Duration delay = Duration::max(), peer_delay = Duration::max();
 };
 
@@ -309,7 +310,7 @@ TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
     const auto drip = [&](double for_ms) {
       const LocalTime end = clock.now() + from_seconds(for_ms / 1000);
       while (clock.now() < end) {
-        reader.take(static_cast<std::size_t>(random.uniform(1, 700)));
+        reader.read_some(static_cast<std::size_t>(random.uniform(1, 700)));
         std::this_thread::sleep_for(from_seconds(random.uniform(0, 0.002)));
       }
     };
@@ -356,7 +357,7 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   std::this_thread::sleep_for(milliseconds(300));
   owner.send_signal(SIGCONT);
   std::this_thread::sleep_for(milliseconds(300));
-  const auto counted = static_cast<int>(owner.shared->let_go);
+  const auto counted = static_cast<int>(owner.shared->releases);
   EXPECT_TRUE(reader.until([&reader] { return reader.forces > 50; }));
   EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
 }
@@ -367,12 +368,12 @@ bool an_owners_zero_waits(LineKind kind) {
   Owner owner(kind, line.writing);
   Reader reader(line.reading);
   EXPECT_TRUE(wait_for([&owner] { return owner.shared->is_busy.load(); }));
-  owner.shared->wants_zero = true;
+  owner.shared->zero_requested = true;
   std::this_thread::sleep_for(milliseconds(100));
   const bool was_off = owner.shared->is_off;
   const bool is_off_now = reader.until([&] { return owner.shared->is_off.load(); });
   EXPECT_TRUE(reader.is_whole);
-  if (owner.shared->let_go > 0) return false;
+  if (owner.shared->releases > 0) return false;
   EXPECT_FALSE(was_off);
   EXPECT_TRUE(is_off_now);
   EXPECT_EQ(reader.last, kOwnZero);

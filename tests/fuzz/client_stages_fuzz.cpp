@@ -93,7 +93,7 @@ class Session {
   Session(fuzz::TimelineReader& in, std::uint8_t stage)
       : in_(in), settings_(stage_of(stage, stage / 16)), recording_(recording_of(settings_.name)), it_(settings_) {
     it_.connect();
-    for (const proto::Bytes& message : recording_.messages) it_.say(message);
+    for (const proto::Bytes& message : recording_.messages) it_.deliver(message);
     it_.tick();
   }
 
@@ -248,7 +248,7 @@ class Session {
     std::uint64_t count = counters.datagrams_received;
     for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
       const auto reason = static_cast<proto::DropReason>(i);
-      if (reason != proto::DropReason::kOverwritten) count -= counters.received_drops.of(reason);
+      if (reason != proto::DropReason::kOverwritten) count -= counters.received_drops.count(reason);
     }
     return count;
   }

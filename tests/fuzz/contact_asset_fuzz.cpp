@@ -12,7 +12,7 @@ namespace {
 
 using tandem::fuzz::check;
 
-void ask(const tandem::contact::ContactShape& shape) {
+void query(const tandem::contact::ContactShape& shape) {
   for (const double share : {-1.0, 0.0, 0.3, 0.5, 0.9, 1.0, 2.0}) {
     const tandem::Vec3 p = shape.low_S + share * (shape.high_S - shape.low_S);
     const tandem::contact::DistanceSample sample = shape.field->sample(p);
@@ -40,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   tandem::end_asset(bytes);
   const auto shape = tandem::contact::contact_shape_from(bytes);
   if (!shape) return 0;
-  ask(*shape);
+  query(*shape);
   check(tandem::contact::contact_shape_from(tandem::contact::contact_asset_bytes(*shape)) != nullptr);
   return 0;
 }

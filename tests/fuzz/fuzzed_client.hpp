@@ -48,7 +48,7 @@ class FuzzedClient {
     line_.is_wanted = false;
   }
   /// Delivers a control message in its frame.
-  void say(std::span<const std::byte> payload) {
+  void deliver(std::span<const std::byte> payload) {
     proto::Bytes frame;
     for (std::size_t i = proto::kFrameLengthBytes; i-- > 0;)
       frame.push_back(static_cast<std::byte>(payload.size() >> (8 * i)));

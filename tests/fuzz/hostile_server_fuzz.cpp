@@ -16,7 +16,7 @@ class Victim {
     it_.connect();
     switch (next.act) {
       case fuzz::ServerAct::kMessage:
-        say(next.bytes);
+        send_control(next.bytes);
         break;
       case fuzz::ServerAct::kStream:
         it_.session().on_control_bytes(next.bytes, it_.now());
@@ -25,7 +25,7 @@ class Victim {
         it_.session().on_datagram(next.bytes, it_.now());
         break;
       case fuzz::ServerAct::kState:
-        tell(next.bytes);
+        send_state(next.bytes);
         break;
       case fuzz::ServerAct::kHangUp:
         it_.session().on_disconnected(it_.now(), "the server hung up");
@@ -37,13 +37,13 @@ class Victim {
   }
 
  private:
-  void say(std::span<const std::byte> payload) {
+  void send_control(std::span<const std::byte> payload) {
     wire::ServerControl message;
     if (proto::parse_control(payload, message) && message.has_welcome()) welcome_ = message.welcome();
-    it_.say(payload);
+    it_.deliver(payload);
   }
 
-  void tell(std::span<const std::byte> payload) {
+  void send_state(std::span<const std::byte> payload) {
     proto::Bytes datagram;
     const auto epoch = static_cast<std::uint8_t>(welcome_.epoch());
     proto::append_header(

@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   write(folder / "empty", file);
   for (std::uint16_t i = 0; i < 8; ++i) {
     writer.add(i % 2, 1'000'000U + i, Bytes(i, static_cast<std::uint8_t>(i)));
-    if (i % 4 == 3) append(file, writer.take_chunk());
+    if (i % 4 == 3) append(file, writer.pop_chunk());
   }
   write(folder / "killed", file);
   append(file, writer.finish());

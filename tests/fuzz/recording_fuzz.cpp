@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     writer.add(0, message->log_ns, message->data);
   }
   check(reader.end() != McapReader::End::kNotYet);
-  for (const Bytes& part : {writer.take_chunk(), writer.finish()}) file.insert(file.end(), part.begin(), part.end());
+  for (const Bytes& part : {writer.pop_chunk(), writer.finish()}) file.insert(file.end(), part.begin(), part.end());
   std::istringstream written(std::string(file.begin(), file.end()));
   McapReader again(written);
   std::size_t read = 0;

@@ -29,11 +29,11 @@ void receive(proto::DatagramType sends, proto::DatagramType expected, std::span<
   if (proto::read_header(datagram, expected, header) != DropReason::kNone || !channel.is_for(header)) return;
   std::uint64_t number = 0;
   Update update;
-  const auto take = [&] {
+  const auto receive_once = [&] {
     return header.type == expected ? channel.receive(header, datagram, LocalTime{}, update, read)
                                    : channel.receive_path(header, datagram, number);
   };
-  if (take() == DropReason::kNone) check(take() == DropReason::kDuplicate);
+  if (receive_once() == DropReason::kNone) check(receive_once() == DropReason::kDuplicate);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ namespace {
 using namespace tandem;
 
 constexpr server::ConnectionHandle kUser = 1;
-constexpr int kToldMilliseconds = 40;
+constexpr int kReportMilliseconds = 40;
 
 /// A hub and a client with a transport without delay. Records the messages of the hub.
 class Session final : public server::ServerTransport, public client::ClientTransport {
@@ -39,7 +39,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   }
 
   std::vector<std::byte> script() {
-    for (int ms = 0; ms < kToldMilliseconds; ++ms) {
+    for (int ms = 0; ms < kReportMilliseconds; ++ms) {
       now_ += std::chrono::milliseconds(1);
       device_.sample.X_DH.p.z() = -0.001 * ms;
       if (ms == 10) send(client::command::Grab{BodyId{1}});
@@ -96,7 +96,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   void close() override {}
 
  private:
-  using Said = std::vector<std::pair<bool, proto::Bytes>>;  ///< true: on the control stream
+  using Messages = std::vector<std::pair<bool, proto::Bytes>>;  ///< true: on the control stream
 
   static std::vector<std::unique_ptr<server::Room>> one_room(const std::shared_ptr<const server::LoadedScene>& scene) {
     std::vector<std::unique_ptr<server::Room>> rooms;
@@ -139,7 +139,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   }
 
   LocalTime now_{std::chrono::seconds(10)};
-  Said up_, down_;
+  Messages up_, down_;
   proto::FrameReader reader_;
   std::vector<std::byte> script_;
   std::size_t datagrams_ = 0;

@@ -11,7 +11,7 @@ namespace {
 
 using namespace tandem::secure;
 
-void hear(const TlsContext& context, std::span<const std::byte> bytes) {
+void receive(const TlsContext& context, std::span<const std::byte> bytes) {
   TlsStream stream(&context);
   Bytes plain, out;
   stream.start(out);
@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const TlsContext kServer = TlsContext::server(kKey, self_signed_certificate(kKey));
   static const TlsContext kClient = TlsContext::client({.pin = kKey.id()});
   const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
-  hear(kServer, bytes);
-  hear(kClient, bytes);
+  receive(kServer, bytes);
+  receive(kClient, bytes);
   return 0;
 }

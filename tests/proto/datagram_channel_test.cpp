@@ -91,13 +91,13 @@ TEST_F(DatagramChannelTest, AnImpossibleJumpDoesNotShutOutWhatFollows) {
 
 TEST_F(DatagramChannelTest, WhatCannotBeReadShutsOutNothingAndIsNotEchoed) {
   ASSERT_EQ(to_server(from_client()), DropReason::kNone);
-  const LocalTime heard = now_;
+  const LocalTime received_at = now_;
   now_ += kMs;
   const Bytes good = from_client();
   Bytes damaged = from_client();
   damaged.pop_back();
   EXPECT_EQ(to_server(damaged), DropReason::kMalformed);
-  EXPECT_EQ(server_.last_heard(), heard + std::chrono::seconds(50));
+  EXPECT_EQ(server_.last_received(), received_at + std::chrono::seconds(50));
   EXPECT_EQ(to_server(good), DropReason::kNone);
 }
 
@@ -140,28 +140,28 @@ TEST_F(DatagramChannelTest, EachEndStampsWhatItSendsAndEchoesTheNewestThatItHear
 
 TEST_F(DatagramChannelTest, CountsWhatTheLoopOverwroteAndWhatTheNetworkDidNotTake) {
   for (const std::uint64_t number : {5U, 6U, 9U}) client_.count_overwritten(number);
-  EXPECT_EQ(client_counters_.sent_drops.of(DropReason::kOverwritten), 2U);
+  EXPECT_EQ(client_counters_.sent_drops.count(DropReason::kOverwritten), 2U);
   ClientUpdate update;
   client_.send(update, now_, false, append_client_update, [](auto) { return false; });
-  EXPECT_EQ(client_counters_.sent_drops.of(DropReason::kSendFailed), 1U);
+  EXPECT_EQ(client_counters_.sent_drops.count(DropReason::kSendFailed), 1U);
   EXPECT_EQ(client_counters_.datagrams_sent, 0U);
 }
 
 TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
   ClientUpdate update;
   client_.send(update, now_, true, append_client_update, [](auto) { return true; });
-  EXPECT_EQ(client_counters_.sent_drops.of(DropReason::kOverwritten), 1U);
+  EXPECT_EQ(client_counters_.sent_drops.count(DropReason::kOverwritten), 1U);
   DatagramHeader header;
   ASSERT_EQ(parse_header(from_client(), header), DropReason::kNone);
   EXPECT_EQ(header.sequence, 1U);
 }
 
 TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
-  const auto never_asked = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
+  const auto never_called = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
   // Each datagram is delayed by 1 ms more than the previous one.
   for (int i = 0; i < 200; ++i) {
     now_ += kMs;
-    if (!client_.admits(now_, true, never_asked)) continue;
+    if (!client_.admits(now_, true, never_called)) continue;
     from_client();
     ServerUpdate echo;
     echo.echoed_sent = now_;
@@ -174,9 +174,9 @@ TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
   EXPECT_GT(client_counters_.updates_paced, 100U) << "noticed within kQueue + kShort, 80 ms; then nine of ten wait";
   from_client();
   now_ += kMs;
-  EXPECT_FALSE(client_.admits(now_, true, never_asked));
-  EXPECT_TRUE(client_.admits(now_, false, never_asked));
-  EXPECT_TRUE(client_.admits(now_ + 2 * net::kDeadbandFloor, true, never_asked)) << "the floor rate is always carried";
+  EXPECT_FALSE(client_.admits(now_, true, never_called));
+  EXPECT_TRUE(client_.admits(now_, false, never_called));
+  EXPECT_TRUE(client_.admits(now_ + 2 * net::kDeadbandFloor, true, never_called)) << "the floor rate is always carried";
 }
 
 class SuppressingChannelTest : public DatagramChannelTest {
@@ -186,16 +186,16 @@ class SuppressingChannelTest : public DatagramChannelTest {
 
 TEST_F(SuppressingChannelTest, SuppressesWhatHasNotChangedButNeverForLongerThanTheFloor) {
   from_client();
-  const auto asks = [](bool has_changed, Duration expected) {
+  const auto expects = [](bool has_changed, Duration expected) {
     return [=](const net::Deadband&, Duration since) {
       EXPECT_EQ(since, expected);
       return has_changed;
     };
   };
-  EXPECT_FALSE(client_.admits(now_ + kMs, true, asks(false, kMs)));
+  EXPECT_FALSE(client_.admits(now_ + kMs, true, expects(false, kMs)));
   EXPECT_EQ(client_counters_.updates_suppressed, 1U);
-  EXPECT_TRUE(client_.admits(now_ + kMs, true, asks(true, kMs)));
-  EXPECT_TRUE(client_.admits(now_ + net::kDeadbandFloor, true, asks(false, net::kDeadbandFloor)));
+  EXPECT_TRUE(client_.admits(now_ + kMs, true, expects(true, kMs)));
+  EXPECT_TRUE(client_.admits(now_ + net::kDeadbandFloor, true, expects(false, net::kDeadbandFloor)));
   EXPECT_EQ(client_counters_.updates_suppressed, 1U);
 }
 

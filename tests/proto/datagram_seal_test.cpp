@@ -165,19 +165,19 @@ TEST_F(SealedChannel, ReplayedReorderedAndForgedDatagramsHaveTheirReasons) {
 TEST_F(SealedChannel, AnAddressIsAskedAndSaysTheNumberBackOnce) {
   constexpr std::uint64_t kNumber = 0x0102030405060708;
   const auto question = server.path_message(kNumber, now);
-  const Bytes asked(question.begin(), question.end());
+  const Bytes challenge(question.begin(), question.end());
   DatagramHeader header;
   std::uint64_t number = 0;
-  ASSERT_EQ(read_header(asked, DatagramType::kServerUpdate, header), DropReason::kNone);
-  ASSERT_EQ(client.receive_path(header, asked, number), DropReason::kNone);
+  ASSERT_EQ(read_header(challenge, DatagramType::kServerUpdate, header), DropReason::kNone);
+  ASSERT_EQ(client.receive_path(header, challenge, number), DropReason::kNone);
   EXPECT_EQ(number, kNumber);
-  EXPECT_EQ(client.receive_path(header, asked, number), DropReason::kDuplicate);
+  EXPECT_EQ(client.receive_path(header, challenge, number), DropReason::kDuplicate);
   const auto answer = client.path_message(number, now);
-  const Bytes said(answer.begin(), answer.end());
+  const Bytes reply(answer.begin(), answer.end());
   EXPECT_EQ(to_server(from_client()), DropReason::kNone);
   number = 0;
-  ASSERT_EQ(read_header(said, DatagramType::kClientUpdate, header), DropReason::kNone);
-  EXPECT_EQ(server.receive_path(header, said, number), DropReason::kNone) << "although newer state is here";
+  ASSERT_EQ(read_header(reply, DatagramType::kClientUpdate, header), DropReason::kNone);
+  EXPECT_EQ(server.receive_path(header, reply, number), DropReason::kNone) << "although newer state is here";
   EXPECT_EQ(number, kNumber);
 }
 

@@ -84,9 +84,9 @@ TEST(DropCounters, CountEachReasonApart) {
   counters.add(DropReason::kLate);
   counters.add(DropReason::kLate, 2);
   counters.add(DropReason::kTag);
-  EXPECT_EQ(counters.of(DropReason::kLate), 3U);
-  EXPECT_EQ(counters.of(DropReason::kTag), 1U);
-  EXPECT_EQ(counters.of(DropReason::kDuplicate), 0U);
+  EXPECT_EQ(counters.count(DropReason::kLate), 3U);
+  EXPECT_EQ(counters.count(DropReason::kTag), 1U);
+  EXPECT_EQ(counters.count(DropReason::kDuplicate), 0U);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ class RecordedFiles : public ::testing::Test {
         writer.add(1, time_ns += 10'000'000, bytes_of(step));
       }
       chunks_at_.push_back(file.size());
-      append(writer.take_chunk());
+      append(writer.pop_chunk());
     }
     if (has_end) append(writer.finish());
     std::ofstream(folder_ / name, std::ios::binary)

@@ -242,12 +242,12 @@ TEST_F(SceneRanges, WhatIsJustOutsideIsRefusedFromAFileAndFromTheWire) {
     if (!is_whole(range)) values.insert(values.end(), {kInfinity, -kInfinity, std::nan("")});
     for (const double value : values) {
       SCOPED_TRACE(std::string(range.field) + " = " + std::to_string(value));
-      const auto says_all = AllOf(HasSubstr(name), HasSubstr(" is "), HasSubstr("; it must be "),
-                                  HasSubstr(number_text(range.high) + (range.unit.empty() ? "" : " ")),
-                                  HasSubstr(std::string(range.unit)));
-      EXPECT_THAT(refusal_from_wire([&](wire::Joined& joined) { set(joined, range, value); }), says_all);
+      const auto names_all = AllOf(HasSubstr(name), HasSubstr(" is "), HasSubstr("; it must be "),
+                                   HasSubstr(number_text(range.high) + (range.unit.empty() ? "" : " ")),
+                                   HasSubstr(std::string(range.unit)));
+      EXPECT_THAT(refusal_from_wire([&](wire::Joined& joined) { set(joined, range, value); }), names_all);
       if (is_of_a_file(range)) {
-        EXPECT_THAT(refusal_from_file(sample_with(range, value)), AllOf(HasSubstr("test.json: "), says_all));
+        EXPECT_THAT(refusal_from_file(sample_with(range, value)), AllOf(HasSubstr("test.json: "), names_all));
       }
     }
   }

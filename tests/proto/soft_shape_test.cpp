@@ -19,31 +19,31 @@ std::vector<Vec3> offsets_of(double largest_m) {
 
 TEST(SoftShape, ComesAsItWentToWithinHalfAQuantum) {
   for (const double largest_m : {1e-4, 0.01, 1.0, 100.0}) {
-    wire::SoftShape told;
-    write_soft_shape(3, offsets_of(largest_m), told);
-    EXPECT_EQ(told.soft_body(), 3U);
-    EXPECT_LE(told.quantum_m(), std::max(5e-5, largest_m / 32000));
-    const auto read = read_soft_shape(told);
+    wire::SoftShape message;
+    write_soft_shape(3, offsets_of(largest_m), message);
+    EXPECT_EQ(message.soft_body(), 3U);
+    EXPECT_LE(message.quantum_m(), std::max(5e-5, largest_m / 32000));
+    const auto read = read_soft_shape(message);
     ASSERT_TRUE(read);
     for (std::size_t i = 0; i < kSoftLatticePoints; ++i) {
-      EXPECT_LE(((*read)[i] - offsets_of(largest_m)[i]).cwiseAbs().maxCoeff(), 0.501 * told.quantum_m());
+      EXPECT_LE(((*read)[i] - offsets_of(largest_m)[i]).cwiseAbs().maxCoeff(), 0.501 * message.quantum_m());
     }
   }
 }
 
 TEST(SoftShape, IsSmall) {
-  wire::SoftShape told;
-  write_soft_shape(0, offsets_of(0.01), told);
-  EXPECT_LE(told.ByteSizeLong(), 1800U);
+  wire::SoftShape message;
+  write_soft_shape(0, offsets_of(0.01), message);
+  EXPECT_LE(message.ByteSizeLong(), 1800U);
 }
 
 TEST(SoftShape, WhatIsNotFiniteCountsAsNone) {
   std::vector<Vec3> offsets = offsets_of(0.01);
   offsets[5].x() = std::numeric_limits<double>::quiet_NaN();
   offsets[6].y() = std::numeric_limits<double>::infinity();
-  wire::SoftShape told;
-  write_soft_shape(0, offsets, told);
-  const auto read = read_soft_shape(told);
+  wire::SoftShape message;
+  write_soft_shape(0, offsets, message);
+  const auto read = read_soft_shape(message);
   ASSERT_TRUE(read);
   EXPECT_EQ((*read)[5].x(), 0);
   EXPECT_EQ((*read)[6].y(), 0);
@@ -54,15 +54,15 @@ TEST(SoftShape, HostileOnesAreRefused) {
   wire::SoftShape sound;
   write_soft_shape(0, offsets_of(0.01), sound);
   for (const double quantum_m : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
-    wire::SoftShape told = sound;
-    told.set_quantum_m(quantum_m);
-    EXPECT_FALSE(read_soft_shape(told)) << quantum_m;
+    wire::SoftShape message = sound;
+    message.set_quantum_m(quantum_m);
+    EXPECT_FALSE(read_soft_shape(message)) << quantum_m;
   }
   for (const std::size_t bytes :
        {std::size_t{0}, std::size_t{6}, sound.offsets().size() - 1, sound.offsets().size() + 6}) {
-    wire::SoftShape told = sound;
-    told.set_offsets(std::string(bytes, 'x'));
-    EXPECT_FALSE(read_soft_shape(told)) << bytes;
+    wire::SoftShape message = sound;
+    message.set_offsets(std::string(bytes, 'x'));
+    EXPECT_FALSE(read_soft_shape(message)) << bytes;
   }
 }
 

@@ -34,12 +34,12 @@ TEST(PrimitiveContact, AlikeAreOneWhileInUse) {
   EXPECT_NE(primitive_contact(cylinder), primitive_contact(capsule));
   EXPECT_GT(primitive_contact(sphere)->ball_radius_m, 0);
 
-  std::weak_ptr<const contact::ContactShape> gone;
+  std::weak_ptr<const contact::ContactShape> expired;
   {
     const auto other = primitive_contact(box_of(0.04, 0.02, 0.03));
-    gone = other;
+    expired = other;
   }
-  EXPECT_TRUE(gone.expired()) << "nobody keeps it";
+  EXPECT_TRUE(expired.expired()) << "nobody keeps it";
   EXPECT_NE(primitive_contact(box_of(0.04, 0.02, 0.03)), nullptr);
 }
 

@@ -61,7 +61,7 @@ class WiredClient final : public client::ClientTransport {
   BackToBack& net_;
   Duration clock_lead_;
   server::ConnectionHandle handle_ = 0;  ///< 0: not connected
-  bool wants_to_connect_ = false;
+  bool is_connect_requested_ = false;
   bool ends_after_queue_ = false;  ///< the server closed: the stream ends after the packets in flight
   bool has_newest_ = false;
   std::deque<Packet> up_;
@@ -156,7 +156,7 @@ inline LocalTime WiredClient::own_time() const {
 
 inline void WiredClient::connect(LocalTime) {
   close();
-  wants_to_connect_ = true;
+  is_connect_requested_ = true;
 }
 
 inline void WiredClient::send_control(std::span<const std::byte> bytes) {
@@ -174,7 +174,7 @@ inline void WiredClient::close() {
   const server::ConnectionHandle old = std::exchange(handle_, 0);
   if (old != 0 && net_.hub != nullptr) net_.hub->on_disconnected(old, net_.now);
   down_.clear();
-  wants_to_connect_ = false;
+  is_connect_requested_ = false;
   ends_after_queue_ = false;
 }
 
@@ -207,7 +207,7 @@ inline void WiredClient::deliver_down(const Packet& packet) {
 }
 
 inline void WiredClient::run() {
-  if (std::exchange(wants_to_connect_, false)) {
+  if (std::exchange(is_connect_requested_, false)) {
     if (net_.hub == nullptr) {
       session.on_disconnected(own_time(), "connection refused");
     } else {

@@ -118,10 +118,10 @@ class HubBench {
   }
 
   /// Messages that the hub sent to the client since the last call.
-  std::vector<wire::ServerControl> take(const BenchClient& client) {
+  std::vector<wire::ServerControl> drain(const BenchClient& client) {
     return std::exchange(transport.messages[client.handle], {});
   }
-  std::vector<proto::Bytes> take_datagrams(const BenchClient& client) {
+  std::vector<proto::Bytes> drain_datagrams(const BenchClient& client) {
     return std::exchange(transport.datagrams[client.handle], {});
   }
 
@@ -130,7 +130,7 @@ class HubBench {
     hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion);
     hello.mutable_hello()->add_capabilities(capability);
     send(client, hello);
-    for (const wire::ServerControl& message : take(client)) {
+    for (const wire::ServerControl& message : drain(client)) {
       client.connection = ConnectionId{message.welcome().connection_id()};
       client.epoch = static_cast<std::uint8_t>(message.welcome().epoch());
     }
@@ -152,7 +152,7 @@ class HubBench {
     BenchClient client = connect();
     greet(client, capability);
     send(client, join_message(name, role));
-    for (const wire::ServerControl& message : take(client)) {
+    for (const wire::ServerControl& message : drain(client)) {
       if (message.has_joined()) client.joined = message.joined();
     }
     return client;

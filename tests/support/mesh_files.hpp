@@ -78,7 +78,7 @@ inline std::vector<std::array<int, 3>> fans_of(const Surface& surface) {
 }
 
 template <class Number>
-void put(std::string& bytes, Number value, bool is_big_endian = false) {
+void append(std::string& bytes, Number value, bool is_big_endian = false) {
   std::array<char, sizeof(Number)> raw{};
   std::memcpy(raw.data(), &value, sizeof value);
   if (is_big_endian) std::reverse(raw.begin(), raw.end());
@@ -125,19 +125,19 @@ inline std::string stl_text(const Surface& s) {
   return text + "endsolid part of a solid facet\n";
 }
 
-inline void put_single(std::string& bytes, const Vec3& p) {
-  for (const double x : p) put(bytes, static_cast<float>(x));
+inline void append_single(std::string& bytes, const Vec3& p) {
+  for (const double x : p) append(bytes, static_cast<float>(x));
 }
 
 inline std::string stl_binary(const Surface& s) {
   const auto triangles = fans_of(s);
   std::string bytes = "solid in name";
   bytes.resize(80, ' ');
-  put(bytes, static_cast<std::uint32_t>(triangles.size()));
+  append(bytes, static_cast<std::uint32_t>(triangles.size()));
   for (const auto& t : triangles) {
-    put_single(bytes, Vec3::Zero());
-    for (const int i : t) put_single(bytes, s.vertices[static_cast<std::size_t>(i)]);
-    put<std::uint16_t>(bytes, 0);
+    append_single(bytes, Vec3::Zero());
+    for (const int i : t) append_single(bytes, s.vertices[static_cast<std::size_t>(i)]);
+    append<std::uint16_t>(bytes, 0);
   }
   return bytes;
 }
@@ -164,13 +164,13 @@ inline std::string ply_text(const Surface& s) {
 inline std::string ply_binary(const Surface& s, bool is_double) {
   std::string bytes = ply_header(s, is_double ? "binary_big_endian" : "binary_little_endian",
                                  is_double ? "double" : "float", ply_faces(s));
-  put(bytes, 50.0F, is_double);
+  append(bytes, 50.0F, is_double);
   for (const Vec3& p : s.vertices) {
-    for (const double x : p) is_double ? put(bytes, x, true) : put(bytes, static_cast<float>(x));
+    for (const double x : p) is_double ? append(bytes, x, true) : append(bytes, static_cast<float>(x));
   }
   for (const auto& face : s.faces) {
-    put(bytes, static_cast<std::uint8_t>(face.size()));
-    for (const int i : face) put(bytes, i, is_double);
+    append(bytes, static_cast<std::uint8_t>(face.size()));
+    for (const int i : face) append(bytes, i, is_double);
   }
   return bytes;
 }
@@ -198,11 +198,11 @@ inline std::string ply_strips(const Surface& s, bool is_binary) {
     for (const Vec3& p : s.vertices) bytes += text_of(p) + "\n";
     return bytes + std::to_string(strips.size()) + " " + joined(strips) + "\n";
   }
-  put(bytes, 50.0F);
+  append(bytes, 50.0F);
   for (const Vec3& p : s.vertices)
-    for (const double x : p) put(bytes, x);
-  put(bytes, static_cast<int>(strips.size()));
-  for (const int i : strips) put(bytes, i);
+    for (const double x : p) append(bytes, x);
+  append(bytes, static_cast<int>(strips.size()));
+  for (const int i : strips) append(bytes, i);
   return bytes;
 }
 
@@ -274,46 +274,46 @@ inline GltfFile gltf_file(const Surface& s, const GltfOptions& options = {}) {
   std::string positions, indices;
   for (const Vec3& p : s.vertices) {
     const Vec3 y_up(p.x(), p.z(), -p.y());
-    if (!options.is_quantised) put_single(positions, y_up);
+    if (!options.is_quantised) append_single(positions, y_up);
     if (!options.is_quantised) continue;
-    for (const double x : y_up) put(positions, static_cast<std::int16_t>(x));
-    put<std::int16_t>(positions, 0);
+    for (const double x : y_up) append(positions, static_cast<std::int16_t>(x));
+    append<std::int16_t>(positions, 0);
   }
   for (const auto& t : fans_of(s))
-    for (const int i : t) put(indices, i);
+    for (const int i : t) append(indices, i);
   std::string json = gltf_json(s, options, positions.size(), indices.size());
   if (!options.is_binary) return {json, positions + indices};
   json.resize((json.size() + 3) / 4 * 4, ' ');
   std::string chunks;
-  put(chunks, static_cast<std::uint32_t>(json.size()));
+  append(chunks, static_cast<std::uint32_t>(json.size()));
   chunks += "JSON" + json;
-  put(chunks, static_cast<std::uint32_t>(positions.size() + indices.size()));
+  append(chunks, static_cast<std::uint32_t>(positions.size() + indices.size()));
   chunks += std::string("BIN\0", 4) + positions + indices;
   std::string file = "glTF";
-  put<std::uint32_t>(file, 2);
-  put(file, static_cast<std::uint32_t>(12 + chunks.size()));
+  append<std::uint32_t>(file, 2);
+  append(file, static_cast<std::uint32_t>(12 + chunks.size()));
   return {file + chunks, ""};
 }
 
 inline std::string chunk_3ds(std::uint16_t id, const std::string& content) {
   std::string bytes;
-  put(bytes, id);
-  put(bytes, static_cast<std::uint32_t>(content.size() + 6));
+  append(bytes, id);
+  append(bytes, static_cast<std::uint32_t>(content.size() + 6));
   return bytes + content;
 }
 
 /// In      master_scale  scale of the editor, 0: not written
 inline std::string file_3ds(const Surface& s, float master_scale = 0) {
   std::string vertices, faces, scale;
-  put(vertices, static_cast<std::uint16_t>(s.vertices.size()));
-  for (const Vec3& p : s.vertices) put_single(vertices, p);
+  append(vertices, static_cast<std::uint16_t>(s.vertices.size()));
+  for (const Vec3& p : s.vertices) append_single(vertices, p);
   const auto triangles = fans_of(s);
-  put(faces, static_cast<std::uint16_t>(triangles.size()));
+  append(faces, static_cast<std::uint16_t>(triangles.size()));
   for (const auto& t : triangles) {
-    for (const int i : t) put(faces, static_cast<std::uint16_t>(i));
-    put<std::uint16_t>(faces, 0);
+    for (const int i : t) append(faces, static_cast<std::uint16_t>(i));
+    append<std::uint16_t>(faces, 0);
   }
-  if (master_scale != 0) put(scale, master_scale);
+  if (master_scale != 0) append(scale, master_scale);
   const std::string mesh = chunk_3ds(0x4100, chunk_3ds(0x4110, vertices) + chunk_3ds(0x4120, faces));
   const std::string object = chunk_3ds(0x4000, std::string("part\0", 5) + mesh);
   return chunk_3ds(0x4d4d, chunk_3ds(0x3d3d, (scale.empty() ? "" : chunk_3ds(0x0100, scale)) + object));

@@ -91,34 +91,34 @@ class SessionBench {
     session.start(now);
   }
 
-  void say(const wire::ServerControl& message) {
+  void deliver(const wire::ServerControl& message) {
     proto::Bytes frame;
     proto::append_frame(message, frame);
     session.on_control_bytes(frame, now);
   }
-  void say_welcome(std::uint64_t connection = 0xABCDEF) {
+  void deliver_welcome(std::uint64_t connection = 0xABCDEF) {
     wire::ServerControl message;
     message.mutable_welcome()->set_protocol_version(proto::kProtocolVersion);
     message.mutable_welcome()->set_connection_id(connection);
     message.mutable_welcome()->set_epoch(5);
     message.mutable_welcome()->set_datagram_port(4711);
-    say(message);
+    deliver(message);
   }
-  void say_joined(const wire::Joined& joined = minimal_joined()) {
+  void deliver_joined(const wire::Joined& joined = minimal_joined()) {
     wire::ServerControl message;
     *message.mutable_joined() = joined;
-    say(message);
+    deliver(message);
   }
-  void say_error(wire::ErrorCode code, const std::string& text = "no") {
+  void deliver_error(wire::ErrorCode code, const std::string& text = "no") {
     wire::ServerControl message;
     message.mutable_error()->set_code(code);
     message.mutable_error()->set_text(text);
-    say(message);
+    deliver(message);
   }
   void join(const wire::Joined& joined = minimal_joined()) {
     session.on_connected(now);
-    say_welcome();
-    say_joined(joined);
+    deliver_welcome();
+    deliver_joined(joined);
     transport.messages.clear();
   }
 

@@ -143,7 +143,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     output = late_pose(input);
   } else {
     LocalModelInput for_model = model_input(input);
-    for_model.foresees_partners = is_predicting();
+    for_model.predicts_partners = is_predicting();
     output.local_wrench_on_hand_W = model->step(for_model);
     const std::uint64_t samples_before = samples();
     const Wrench residual = predicted_residual(input);
@@ -158,7 +158,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     output.has_watched_body = input.watched.is_valid();
     if (output.has_watched_body) output.watched_body = model->body(input.watched);
   }
-  const bool has_jumped = model != nullptr && model->take_jump();
+  const bool has_jumped = model != nullptr && model->pop_jump();
   if (has_jumped || (has_shown_ && output.is_local != was_local_)) blend_.jump();
   has_shown_ = true;
   was_local_ = output.is_local;
@@ -169,7 +169,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
 Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
   if (!is_predicting()) return {};
   const LocalModel& model = *input.local_model;
-  const auto newest = input.local_model->take_residual();
+  const auto newest = input.local_model->pop_residual();
   Wrench predicted;
   if (is_scored_) {
     predicted = scored_.step(newest, model.loop_delay(), model.common_share(), input.period_s);

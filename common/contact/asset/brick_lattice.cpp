@@ -111,16 +111,16 @@ const Brick* BrickLattice::owner_of(const Brick& brick, const Halves& at, Halves
   for (int i = 1; i < 8; ++i) {
     std::array<std::uint32_t, 3> beside = position;
     Halves at_beside = at;
-    bool is_there = true;
+    bool is_present = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if ((i >> axis & 1) == 0) continue;
       const bool is_low = at[axis] == 0;
       // Below 0 the position wraps around, and is out of the lattice too.
       beside[axis] += is_low ? ~0U : 1U;
       at_beside[axis] = is_low ? kBrickHalves : 0;
-      is_there = is_there && (is_low || at[axis] == kBrickHalves) && beside[axis] < along_[axis];
+      is_present = is_present && (is_low || at[axis] == kBrickHalves) && beside[axis] < along_[axis];
     }
-    const std::int32_t place = is_there ? brick_at_[index_of(beside)] : -1;
+    const std::int32_t place = is_present ? brick_at_[index_of(beside)] : -1;
     if (place < 0) continue;
     const Brick& other = bricks[static_cast<std::size_t>(place)];
     if (std::pair(other.level, other.index) >= std::pair(owner->level, owner->index)) continue;

@@ -37,7 +37,9 @@ class CornerPredictor {
 
   std::int64_t predict(const std::vector<std::int32_t>& corners, std::size_t at) const {
     const bool has_x = at % row_ > 0, has_y = at % plane_ >= row_, has_z = at >= plane_;
-    const auto before = [&](bool is_there, std::size_t by) { return is_there ? std::int64_t{corners[at - by]} : 0; };
+    const auto before = [&](bool is_present, std::size_t by) {
+      return is_present ? std::int64_t{corners[at - by]} : 0;
+    };
     return before(has_x, 1) + before(has_y, row_) + before(has_z, plane_) - before(has_x && has_y, 1 + row_) -
            before(has_x && has_z, 1 + plane_) - before(has_y && has_z, row_ + plane_) +
            before(has_x && has_y && has_z, 1 + row_ + plane_);
@@ -72,7 +74,7 @@ BrickLattice DistanceGrid::lattice() const {
 }
 
 /// Out     false: more samples than a grid can hold
-bool DistanceGrid::take_lattice(const BrickLattice& lattice) {
+bool DistanceGrid::set_lattice(const BrickLattice& lattice) {
   std::vector<std::uint8_t> levels(brick_total(), 0);
   std::size_t count = 0;
   for (const Brick& brick : lattice.bricks) {
@@ -102,7 +104,7 @@ void DistanceGrid::write(std::vector<std::uint8_t>& bytes, int packing_level) co
   const CornerPredictor predictor(bricks_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i] = static_cast<std::int32_t>(std::lround(static_cast<double>(corners_m_[i]) / corner_quantum_m_));
-    geometry::put_number(numbers, static_cast<std::int32_t>(corners[i] - predictor.predict(corners, i)));
+    geometry::append_number(numbers, static_cast<std::int32_t>(corners[i] - predictor.predict(corners, i)));
   }
   geometry::append_block(bytes, numbers, packing_level);
 
@@ -113,7 +115,7 @@ void DistanceGrid::write(std::vector<std::uint8_t>& bytes, int packing_level) co
       coding, [this](std::size_t corner) { return corner_quanta(corner); },
       [&](int depth, int predicted, int sample) {
         const int r = coding.steps_to(sample, predicted);
-        geometry::put_number(coded[static_cast<std::size_t>(depth)], r);
+        geometry::append_number(coded[static_cast<std::size_t>(depth)], r);
         return r;
       });
   for (const std::vector<std::uint8_t>& of_depth : coded) geometry::append_block(bytes, of_depth, packing_level);
@@ -144,7 +146,7 @@ bool DistanceGrid::read_corners(ByteReader& reader, std::size_t limit_bytes) {
   corners_m_.resize(corners.size());
   const CornerPredictor predictor(bricks_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto corner = static_cast<double>(predictor.predict(corners, i) + geometry::take_number(numbers));
+    const auto corner = static_cast<double>(predictor.predict(corners, i) + geometry::pop_number(numbers));
     if (!is_between(corner, -kMaxCorner, kMaxCorner)) return false;
     corners[i] = static_cast<std::int32_t>(corner);
     corners_m_[i] = static_cast<float>(corner * corner_quantum_m_);
@@ -169,10 +171,10 @@ bool DistanceGrid::read_samples(ByteReader& reader, std::size_t limit_bytes) {
   BrickLattice lattice = this->lattice();
   lattice.code(
       SampleCoding{sample_step_}, [this](std::size_t corner) { return corner_quanta(corner); },
-      [&](int depth, int, int) { return geometry::take_number(numbers[static_cast<std::size_t>(depth)]); });
+      [&](int depth, int, int) { return geometry::pop_number(numbers[static_cast<std::size_t>(depth)]); });
   const bool is_whole = std::all_of(numbers.begin(), numbers.end(), [](const ByteReader& each) { return each.ok(); }) &&
                         std::all_of(rests.begin(), rests.end(), [](const auto& rest) { return rest.empty(); });
-  return is_whole && take_lattice(lattice);
+  return is_whole && set_lattice(lattice);
 }
 
 std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes) {

@@ -119,7 +119,7 @@ class NodeContacts {
   /// Selects the planes that matter in this box; the nearest to its middle comes first.
   ///
   /// Out     least and largest depth
-  std::pair<double, double> look_at(const OrientedBox& box) {
+  std::pair<double, double> depth_range(const OrientedBox& box) {
     planes_ = all_;
     const auto first = std::ranges::max_element(planes_, std::less{},
                                                 [&](const Below& below) { return below.distance_m(box.centre); });
@@ -195,7 +195,7 @@ class NodeContacts {
     if (slopes.size() == 1 && is_on_one_side && farthest_m - nearest_m <= first_slice_m(nearest_m)) {
       first_slices_ = slopes[0][0] <= 0 ? 1 : 0;
       if (!add_part(planes_[0], sum * density, most_parts)) return false;
-      put_parts(node, flat);
+      append_parts(node, flat);
       return true;
     }
     for (const bool is_gap : {false, true}) {
@@ -217,7 +217,7 @@ class NodeContacts {
         }
       }
     }
-    put_parts(node, flat);
+    append_parts(node, flat);
     return true;
   }
 
@@ -260,7 +260,7 @@ class NodeContacts {
             plane.normal_P.dot(flat.across_S.cast<double>())};
   }
 
-  void put_parts(const ShellNode& node, const FlatNode& flat) {
+  void append_parts(const ShellNode& node, const FlatNode& flat) {
     const Vec3 mean = flat.mean_S.cast<double>();
     const Vec3 along = flat.along_S.cast<double>();
     const Vec3 across = flat.across_S.cast<double>();
@@ -269,18 +269,18 @@ class NodeContacts {
     // other parts the last; the largest slice has the rest.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
-      const auto put = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
+      const auto append_part = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
         const auto& [plane, four] = parts_[part];
         const Vec3 p_P = mean + four.u[k] * along + four.v[k] * across;
         add(*plane, p_P, plane->distance_m(p_P), four.area * node.mean.area_m2 / 4, first, end);
       };
       const auto count = static_cast<std::uint32_t>(parts_.size());
       std::uint32_t name = quarters[k];
-      for (std::uint32_t part = 1; part < first_other; ++part, ++name) put(part, name, name + 1);
+      for (std::uint32_t part = 1; part < first_other; ++part, ++name) append_part(part, name, name + 1);
       const std::uint32_t end = quarters[k + 1] - (count - first_other);
-      if (count > 0) put(0, name, end);
+      if (count > 0) append_part(0, name, end);
       for (std::uint32_t part = first_other; part < count; ++part)
-        put(part, end + part - first_other, end + part - first_other + 1);
+        append_part(part, end + part - first_other, end + part - first_other + 1);
     }
   }
 
@@ -369,7 +369,7 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
   for (std::uint32_t i = root; i < end;) {
     const ShellNode& node = shell.nodes[i];
     const FlatNode& flat = shell.flat_nodes[node.flat];
-    const auto [low, high] = node_contacts.look_at(flat.box_S());
+    const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
     // This node may use all room except that reserved for later nodes; they may also use the room that it leaves.

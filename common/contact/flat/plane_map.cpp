@@ -23,7 +23,7 @@ constexpr double kSameNormalSine = 1e-3;
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
 // Limit of bricks and blocks that a query may read, which bounds the cost of a walk of the tree. Larger nodes are
 // divided.
-constexpr std::size_t kMaxLooks = 512;
+constexpr std::size_t kMaxPlaneMapQueries = 512;
 // Least cosine between the normal of a plane and that of its points; least half width of a node that defines a plane.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
@@ -318,13 +318,13 @@ bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, doubl
   return true;
 }
 
-PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept {
+PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept {
   if (planes_.empty() || !box_S.centre.allFinite()) return 0;
   PlaneSet all = 0;
   bool is_beyond_anywhere = false;
-  std::size_t most_looks = looks + kMaxLooks;
-  const auto look_at = [&](std::uint8_t index) {
-    if (++looks > most_looks || index == kNone) return false;
+  std::size_t max_queries = queries + kMaxPlaneMapQueries;
+  const auto add_planes_at = [&](std::uint8_t index) {
+    if (++queries > max_queries || index == kNone) return false;
     is_beyond_anywhere = is_beyond_anywhere || index == kOutside || index == kInside;
     const PlaneSet before = std::exchange(all, all | sets_[index]);
     return all == before || std::popcount(all) <= kMaxInBox;
@@ -333,8 +333,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
   // Boxes that extend beyond the planes' region, or meet a concave edge, fail at their corners first.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
-  const auto look_at_corner = [&](const Vec3& p_S) { return look_at(at_corners[corners++] = at(p_S)); };
-  if (!look_at_corner(box_S.centre) || !for_corners(box_S.centre, half_edges, look_at_corner) || all == 0) return 0;
+  const auto add_corner = [&](const Vec3& p_S) { return add_planes_at(at_corners[corners++] = at(p_S)); };
+  if (!add_corner(box_S.centre) || !for_corners(box_S.centre, half_edges, add_corner) || all == 0) return 0;
   corners = 1;
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
@@ -347,22 +347,22 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& looks) con
     is_below_outside = true;
     return index == kOutside;
   };
-  const auto look_at_brick = [&](std::size_t brick) {
+  const auto add_brick = [&](std::size_t brick) {
     const auto index = static_cast<std::uint8_t>(refs_[brick]);
-    if (!look_at(index)) return false;
+    if (!add_planes_at(index)) return false;
     if (index > kInside) return (all & ~sets_[index] & ~harmless_[brick]) == 0;
     if (index == kOutside && (all & harmless_[brick]) != 0) return true;
     return is_right(index, middle_of(brick), brick_m_);
   };
-  const auto look_at_block = [&](std::uint8_t index, const Vec3& middle) {
-    return look_at(index) && is_right(index, middle, brick_m_ / kBlocks);
+  const auto add_block = [&](std::uint8_t index, const Vec3& middle) {
+    return add_planes_at(index) && is_right(index, middle, brick_m_ / kBlocks);
   };
   PlaneSet known = 0;
   while (all != known) {
     known = all;
-    most_looks = looks + kMaxLooks;
+    max_queries = queries + kMaxPlaneMapQueries;
     is_below_outside = false;
-    if (!for_blocks(box_S, look_at_brick, look_at_block)) return 0;
+    if (!for_blocks(box_S, add_brick, add_block)) return 0;
   }
   if (is_below_outside) return 0;
   return (std::popcount(all) == 1 && !is_beyond_anywhere) || is_right_beyond(all, box_S) ? all : 0;

@@ -45,7 +45,7 @@ class PlaneMap {
 
   std::span<const FieldPlane> planes() const { return planes_; }
   /// See DistanceField::planes_over().
-  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept;
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept;
   /// See DistanceField::planes_at().
   PlaneSet planes_at(const Vec3& p_S) const noexcept { return planes_.empty() ? 0 : sets_[at(p_S)]; }
   std::size_t memory_bytes() const;

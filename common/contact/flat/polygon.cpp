@@ -46,7 +46,7 @@ std::vector<Eigen::Vector2d> hull_of(std::span<const Eigen::Vector2d> places) {
 /// Result of removing one corner.
 struct Simpler {
   double change_m = std::numeric_limits<double>::infinity();  ///< change of the outline
-  std::size_t gone = 0;
+  std::size_t removed = 0;
   Eigen::Vector2d next;  ///< new position of the next corner
 };
 
@@ -97,8 +97,8 @@ Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m
     const Simpler simpler = simplest_change(left);
     if (left.size() <= kMaxFlatCorners && simpler.change_m > kNoCorner_m) break;
     if (simpler.change_m > lost_m) return {};
-    left[(simpler.gone + 1) % left.size()] = simpler.next;
-    left.erase(left.begin() + static_cast<std::ptrdiff_t>(simpler.gone));
+    left[(simpler.removed + 1) % left.size()] = simpler.next;
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(simpler.removed));
   }
   for (const Eigen::Vector2d& p : hull) {
     for (std::size_t i = 0; i < left.size(); ++i) {

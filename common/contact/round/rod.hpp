@@ -11,9 +11,9 @@ struct Rod {
   double half_length_m = 0;
   bool has_round_ends = true;
 
-  bool is_there() const { return radius_m > 0; }
+  bool is_valid() const { return radius_m > 0; }
   /// Contacts of two thin rods are computed by formula (RodContacts); thicker rods use points.
-  bool is_thin() const { return is_there() && radius_m <= kThinRod_m; }
+  bool is_thin() const { return is_valid() && radius_m <= kThinRod_m; }
 };
 
 }  // namespace tandem::contact

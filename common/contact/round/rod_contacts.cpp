@@ -314,8 +314,8 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
   const Vec3 side_W = X_WB.q * side_B_;
   if (nearest.is_between_ends) {
     const Vec3 common_W = a.axis_W.cross(b.axis_W).normalized();
-    const bool was_there = side_W != Vec3::Zero();
-    const double side = common_W.dot(was_there ? side_W : normal_W);
+    const bool had_side = side_W != Vec3::Zero();
+    const double side = common_W.dot(had_side ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
     // If A is farther beyond B's axis, it was placed there and did not pass through B.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;

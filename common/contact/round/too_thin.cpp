@@ -26,7 +26,7 @@ std::string why_too_thin(double half_thickness_m) {
 std::string why_too_thin(const ContactShape& shape) {
   if (std::string why = why_too_thin(shape.half_thickness_m); !why.empty()) return why;
   const double spacing_m = shape.shells.surface.spacing_m;
-  if (shape.rod.is_there() && spacing_m > 2 * shape.rod.radius_m) {
+  if (shape.rod.is_valid() && spacing_m > 2 * shape.rod.radius_m) {
     return "is " + millimetres(2 * shape.rod.radius_m) + " thick with contact points " + millimetres(spacing_m) +
            " apart, of which a primitive has 20,000 at most: what is thin may pass between them; make it shorter, "
            "several "

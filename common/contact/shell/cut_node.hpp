@@ -17,12 +17,12 @@ inline constexpr std::uint32_t kPlanesAbove = 256;
 /// A node of the cut.
 struct ShellCandidates::CutNode {
   std::uint32_t node = 0;
-  float asked_again_at_m = 0;  ///< accumulated motion of its part, plus the band, at the next query
+  float query_again_at_m = 0;  ///< accumulated motion of its part, plus the band, at the next query
   PlaneSet planes = 0;         ///< planes that the node is above, until then; the band does not count
   LeafLags lags = {};          ///< for a sampled leaf: additional motion until each point is queried
   bool is_leaf = false;        ///< its points were sampled
   bool is_sampled = false;     ///< only some of its points were sampled: enough at this level or a coarser one
-  bool is_known(double gone_m, double band_m) const { return gone_m + (planes != 0 ? 0 : band_m) < asked_again_at_m; }
+  bool is_known(double moved_m, double band_m) const { return moved_m + (planes != 0 ? 0 : band_m) < query_again_at_m; }
 };
 
 /// Converts to single precision, reduced by the largest rounding error.

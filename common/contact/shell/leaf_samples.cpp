@@ -17,9 +17,9 @@ struct MeanSums {
   Vec3 place = Vec3::Zero(), gradient = Vec3::Zero();
 };
 
-/// Parameters of ask_again(), common to all points of a leaf.
-struct AskedAgain {
-  double gone_m, least_band_m, before_m, farthest_m, error_m;
+/// Parameters of next_queries(), common to all points of a leaf.
+struct QueryBounds {
+  double moved_m, least_band_m, before_m, farthest_m, error_m;
 };
 
 // Points whose distances differ by less than this are merged: a few quanta of a distance grid.
@@ -60,34 +60,34 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
     : shell_(shell), node_(node), field_(field), size_(std::min(node.count, kShellLeafPoints)) {
   prefetch(shell, node);
   std::array<const ShellPoint*, kShellLeafPoints> points;
-  std::array<std::uint8_t, kShellLeafPoints> asked;
+  std::array<std::uint8_t, kShellLeafPoints> queried;
   const double up_to = up_to_m / kLagStep_m;
   for (std::size_t k = 0; k < size_; ++k) {
-    points[asked_] = &shell_.points[first_of(k)];
-    asked[asked_] = static_cast<std::uint8_t>(k);
-    asked_ += lags[k] <= up_to ? 1 : 0;  // branch-free, since the pattern is unpredictable
+    points[queries_] = &shell_.points[first_of(k)];
+    queried[queries_] = static_cast<std::uint8_t>(k);
+    queries_ += lags[k] <= up_to ? 1 : 0;  // branch-free, since the pattern is unpredictable
   }
   samples_.col(0).setConstant(std::numeric_limits<double>::infinity());
   nearest_m_ = farthest_m_ = std::numeric_limits<double>::infinity();
-  if (asked_ == 0) return;
-  for (std::size_t i = asked_; i % 4 != 0; ++i) points[i] = points[i - 1];
+  if (queries_ == 0) return;
+  for (std::size_t i = queries_; i % 4 != 0; ++i) points[i] = points[i - 1];
   EightPlaces places_F;
   EightSamples samples;
-  (uses_avx2() ? avx2::place_points : portable::place_points)(points.data(), (asked_ + 3) / 4, R_FP.data(), p_FP.data(),
-                                                              places_F.data());
-  field.sample_all(places_F, asked_, samples);
-  for (std::uint32_t i = 0; i < asked_; ++i) samples_.row(asked[i]) = samples.row(i);
+  (uses_avx2() ? avx2::place_points : portable::place_points)(points.data(), (queries_ + 3) / 4, R_FP.data(),
+                                                              p_FP.data(), places_F.data());
+  field.sample_all(places_F, queries_, samples);
+  for (std::uint32_t i = 0; i < queries_; ++i) samples_.row(queried[i]) = samples.row(i);
   const auto distances = samples_.col(0).head(static_cast<Eigen::Index>(size_));
   nearest_m_ = distances.minCoeff();
   farthest_m_ = distances.maxCoeff();
   if (node.count > size_) area_scale_ = area_scale();
-  if (nearest_m_ < 0 && field.error_m() > 0) look_from_outside(R_FP, p_FP, rigid_depth_m);
+  if (nearest_m_ < 0 && field.error_m() > 0) sample_from_outside(R_FP, p_FP, rigid_depth_m);
 }
 
 // Corrects points in a wall that is hardly thicker than a cell. In its middle, interpolation is too shallow and the
 // slope has no definite side. A point belongs to the side that it faces away from. Its depth is extrapolated from a
 // sample outside of that side, and limited to the depth that stops it.
-void LeafSamples::look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
+void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {
     auto sample = samples_.row(static_cast<Eigen::Index>(k));
@@ -120,13 +120,13 @@ double LeafSamples::area_scale() const {
   return area > 0 ? node_.mean.area_m2 / area : 1;
 }
 
-double LeafSamples::asked_again(double gone_m, double least_band_m, double before_m, LeafLags& lags) const {
-  const AskedAgain known{.gone_m = gone_m - kRounding_m,
-                         .least_band_m = least_band_m,
-                         .before_m = before_m,
-                         .farthest_m = field_.band_m(),
-                         .error_m = 2 * field_.error_m()};
-  return (uses_avx2() ? avx2::ask_again : portable::ask_again)(known, samples_.data(), size_, lags.data());
+double LeafSamples::query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const {
+  const QueryBounds known{.moved_m = moved_m - kRounding_m,
+                          .least_band_m = least_band_m,
+                          .before_m = before_m,
+                          .farthest_m = field_.band_m(),
+                          .error_m = 2 * field_.error_m()};
+  return (uses_avx2() ? avx2::next_queries : portable::next_queries)(known, samples_.data(), size_, lags.data());
 }
 
 std::size_t LeafSamples::near_count(double band_m) const {

@@ -50,14 +50,14 @@ class LeafSamples {
   static void prefetch(const PointShell& shell, const ShellNode& node) noexcept;
 
   std::size_t size() const { return size_; }
-  std::uint32_t asked() const { return asked_; }
+  std::uint32_t queries() const { return queries_; }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
   /// Accumulated motion at which a point may be as near as the least band.
   ///
-  /// In      gone_m    accumulated motion now
+  /// In      moved_m    accumulated motion now
   ///         before_m  bound of the points that were not sampled, to which `lags` are relative
   /// Out     lags      lag of each point
-  double asked_again(double gone_m, double least_band_m, double before_m, LeafLags& lags) const;
+  double query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Estimated number of points of the node that are nearer than the band.
   std::size_t near_count(double band_m) const;
 
@@ -80,18 +80,18 @@ class LeafSamples {
   std::uint32_t first_of(std::size_t k) const { return first_of(node_, size_, k); }
   ShellCandidate candidate_of(std::size_t k) const;
   double area_scale() const;
-  void look_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept;
+  void sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept;
 
   const PointShell& shell_;
   const ShellNode& node_;
   const DistanceField& field_;
   std::size_t size_;
-  std::uint32_t asked_ = 0;
+  std::uint32_t queries_ = 0;
   double area_scale_ = 1;  ///< area of the node over that of the sampled points
   double nearest_m_;
   double farthest_m_;
   EightSamples samples_;  ///< an infinite distance marks a point that was not sampled
-  bool is_held_ = false;  ///< look_from_outside() corrected a point in a thin wall
+  bool is_held_ = false;  ///< sample_from_outside() corrected a point in a thin wall
 };
 
 }  // namespace tandem::contact

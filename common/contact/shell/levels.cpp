@@ -14,17 +14,17 @@ constexpr double kFinerLevelBelow = 0.4;
 constexpr double kFinestBelow = 0.4;
 constexpr std::uint32_t kMaxStepsPerTry = 1024, kStepsToFinest = 16;
 // Queries for each candidate that a walk may make; a coarser level begins after kMaxDenseSteps consecutive steps above
-// it. Where few points are near, the limit is higher by kMoreLooks if the coarser level is as fine for pressing points,
-// else by kMoreLooksElse.
-constexpr double kLooksPerCandidate = 1.3;
+// it. Where few points are near, the limit is higher by kQueryMargin if the coarser level is as fine for pressing
+// points, else by kQueryMarginElse.
+constexpr double kQueriesPerCandidate = 1.3;
 constexpr std::uint32_t kMaxDenseSteps = 4;
-constexpr double kMoreLooks = 1.3, kMoreLooksElse = 2;
+constexpr double kQueryMargin = 1.3, kQueryMarginElse = 2;
 constexpr double kWideBand_m = 1e-3;
 // Sampled nodes are divided while no more than these shares of the capacity and of the room for the cut are in use.
-// After an overflow, dividing starts later. Each point that the last step queried leaves kLooksPerPoint fewer queries
+// After an overflow, dividing starts later. Each point that the last step queried leaves kQueriesPerPoint fewer queries
 // for dividing.
 constexpr double kDividedBelow = 0.4, kDividedCutBelow = 0.45;
-constexpr std::uint32_t kLooksPerPoint = 2;
+constexpr std::uint32_t kQueriesPerPoint = 2;
 // Number of levels by which leaves are finer where something may press.
 constexpr int kFinerWherePressed = 4;
 
@@ -32,7 +32,7 @@ constexpr int kFinerWherePressed = 4;
 
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
-  plane_looks_ = 0;
+  plane_queries_ = 0;
   if (steps_to_try_ > 0) --steps_to_try_;
   ++steps_at_level_;
   if (shell_ == nullptr || shell_->nodes.empty() || is_out_of_reach(X_FP, band_m)) return work_;
@@ -40,7 +40,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   const bool is_at_rest = has_walked_ && band_m == band_m_ && is_same(X_FP, X_FP_before_);
   // The first step at rest measures the queries that every step needs, so it is not skipped.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || level_ == kFine;
-  if (is_at_rest && has_rested && !may_be_finer() && looks_to_divide() == 0) return work_;
+  if (is_at_rest && has_rested && !may_be_finer() && queries_to_divide() == 0) return work_;
   work_.is_refreshed = true;
   move(X_FP);
   allow_band(band_m);
@@ -69,24 +69,24 @@ bool ShellCandidates::is_as_fine(int level) const {
 // A level changes before the walk, from the measurements of the last one. A step walks twice only where there was no
 // room.
 void ShellCandidates::search(double band_m) noexcept {
-  bool is_put_off = false;
-  const auto go_coarser = [&] {
-    if (!std::exchange(is_put_off, true)) put_off_finer();
+  bool is_postponed = false;
+  const auto switch_to_coarser = [&] {
+    if (!std::exchange(is_postponed, true)) postpone_finer();
     begin_coarser();
   };
   if (dense_steps_ > kMaxDenseSteps) {
-    go_coarser();
+    switch_to_coarser();
   } else if (may_be_finer()) {
     if (has_room_finer(band_m)) return;
-    is_put_off = true;
+    is_postponed = true;
   }
-  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) go_coarser();
+  for (bool is_last = false; !walk(band_m) && !is_last; is_last = level_ == coarsest_level_) switch_to_coarser();
   note_density();
 }
 
 // Doubles the interval after a trial that did not last. After an overflow caused by dividing, the interval stays, so
 // that the next trial is not earlier.
-void ShellCandidates::put_off_finer() noexcept {
+void ShellCandidates::postpone_finer() noexcept {
   const bool has_failed = is_try_ && steps_at_level_ < steps_per_try_;
   try_in(has_failed ? 2 * steps_per_try_ : has_divided_ ? steps_per_try_ : kStepsPerTry);
 }
@@ -116,8 +116,8 @@ void ShellCandidates::note_density() noexcept {
   // Surfaces that are parallel just beyond the band need many queries and have few near points. Fast motion looks far
   // ahead: most near points then do not press, and those that do must be found.
   const bool is_near = near_count_ > capacity_ && !is_band_wide();
-  const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kMoreLooks : kMoreLooksElse;
-  const bool is_over = walk_points_ > more * most_looks();
+  const double more = is_near ? 1 : coarser_level(false) <= kFinerWherePressed ? kQueryMargin : kQueryMarginElse;
+  const bool is_over = walk_points_ > more * max_queries();
   const bool is_dense = is_over && !is_coarsest();
   dense_steps_ = is_dense ? dense_steps_ + 1 : 0;
 }
@@ -137,13 +137,13 @@ std::uint32_t ShellCandidates::leaf_points(double nearest_m) const {
   return kShellLeafPoints << static_cast<unsigned>(doublings);
 }
 
-std::uint32_t ShellCandidates::most_looks() const {
-  return static_cast<std::uint32_t>(kLooksPerCandidate * capacity_);
+std::uint32_t ShellCandidates::max_queries() const {
+  return static_cast<std::uint32_t>(kQueriesPerCandidate * capacity_);
 }
 
 // When all nodes are divided, a finer level needs few queries, so its trial does not wait.
 void ShellCandidates::end_dividing() noexcept {
-  if (divide_looks_ == 0 || has_sampled()) return;
+  if (divide_queries_ == 0 || has_sampled()) return;
   steps_to_divide_ = kStepsToDivide;
   if (std::exchange(tries_when_divided_, false)) steps_to_try_ = 0;
 }
@@ -155,26 +155,26 @@ bool ShellCandidates::is_coarsest() const {
 
 // Queries that this step may use for dividing. The near part of a large shell may need too many queries for one step at
 // a finer level, though its contacts would fit.
-std::uint32_t ShellCandidates::looks_to_divide() const {
+std::uint32_t ShellCandidates::queries_to_divide() const {
   if (level_ == kFine || !has_walked_ || steps_at_level_ < steps_to_divide_) return 0;
   const auto is_below = [](auto used, double share, auto limit) {
     return static_cast<double>(used) <= share * static_cast<double>(limit);
   };
   const bool has_room = is_below(contacts_, kDividedBelow, capacity_) &&
                         is_below(cut_.size(), kDividedCutBelow, cut_limit()) && has_sampled();
-  return has_room ? most_looks() - std::min(most_looks(), kLooksPerPoint * walk_points_) : 0;
+  return has_room ? max_queries() - std::min(max_queries(), kQueriesPerPoint * walk_points_) : 0;
 }
 
 bool ShellCandidates::may_be_finer() const {
   // A finer level would query all remaining sampled nodes at once.
-  if (level_ == kFine || looks_to_divide() > 0) return false;
+  if (level_ == kFine || queries_to_divide() > 0) return false;
   const auto is_below = [&](std::size_t used, double share) { return static_cast<double>(used) <= share * capacity_; };
   const bool has_failed = steps_per_try_ > kStepsPerTry;
   const bool is_little_near = is_below(near_count_, kFinestBelow);
   if (steps_to_try_ > (is_little_near && !has_failed ? kStepsPerTry - kStepsToFinest : 0)) return false;
   if (is_little_near) return true;
-  if (level_ == 0 || is_as_fine(level_)) return is_below(near_count_, kFinerBelow) && walk_points_ <= most_looks();
-  return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= most_looks());
+  if (level_ == 0 || is_as_fine(level_)) return is_below(near_count_, kFinerBelow) && walk_points_ <= max_queries();
+  return is_below(contacts_, kFinerLevelBelow) && (near_count_ <= capacity_ || 2 * walk_points_ <= max_queries());
 }
 
 // Tries a finer level. A failed trial costs one walk, and the previous level is restored.
@@ -187,7 +187,7 @@ bool ShellCandidates::has_room_finer(double band_m) noexcept {
   if (walk(band_m)) return true;
   try_in(2 * steps_per_try_);
   if (is_kept) {
-    take_back_found();
+    restore_found();
     tries_when_divided_ = has_sampled();
   } else {
     begin_coarser();

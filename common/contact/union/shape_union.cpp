@@ -27,14 +27,14 @@ double ramp(double value, double low, double high) {
 }
 
 /// A shape's distance at a place, with a unit gradient in W.
-struct Look {
+struct ShapeSample {
   double distance_m = 0;
   Vec3 gradient_W = Vec3::UnitZ();
   double error_m = 0;
 };
 
 /// Samples a shape. The planes of a sampled field are exact where its samples round off edges.
-Look look(const PlacedShape& placed, const Vec3& p_W) {
+ShapeSample sample_shape(const PlacedShape& placed, const Vec3& p_W) {
   const DistanceField& field = *placed.shape->field;
   const Vec3 p_S = placed.X_WS.inverse() * p_W;
   if (field.error_m() > 0 && !field.planes().empty()) {
@@ -50,11 +50,11 @@ Look look(const PlacedShape& placed, const Vec3& p_W) {
 }
 
 double distance_m(const PlacedShape& placed, const Vec3& p_W) {
-  return look(placed, p_W).distance_m;
+  return sample_shape(placed, p_W).distance_m;
 }
 
 double blend_m(const PlacedShape& a, const PlacedShape& b, const Vec3& p_W) {
-  return std::max(kBlend_m, kBlendErrors * (look(a, p_W).error_m + look(b, p_W).error_m));
+  return std::max(kBlend_m, kBlendErrors * (sample_shape(a, p_W).error_m + sample_shape(b, p_W).error_m));
 }
 
 /// Share to which `other` covers a place q of a surface with this normal.
@@ -94,13 +94,13 @@ std::size_t keep_near(std::span<PlacedShape> shapes, std::span<const ContactPoin
 
 ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q_W, const Vec3& out_W) const noexcept {
   Cover most;
-  const auto look_at = [&](const PlacedShape& other) {
+  const auto add_cover = [&](const PlacedShape& other) {
     if (other.shape == leaving.shape && is_same(other.X_WS, leaving.X_WS)) return;
     const double share = exit_cover(other, q_W, out_W, blend_m(leaving, other, q_W));
     if (share > most.share) most = {share, &other};
   };
-  look_at(own_);
-  for (const PlacedShape& other : others_) look_at(other);
+  add_cover(own_);
+  for (const PlacedShape& other : others_) add_cover(other);
   return most;
 }
 
@@ -114,12 +114,12 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
     double deepest_m = 0, deepest_way_m = 0;
     for (const double way_m : ways_m) {
       const Vec3 at_W = from_W + way_m * inward_W;
-      const Look inside = look(shape, at_W);
+      const ShapeSample inside = sample_shape(shape, at_W);
       if (inside.distance_m >= 0) continue;
       const double depth_m = -inside.distance_m + (at_W - p_W).dot(inside.gradient_W);
       if (depth_m < 0) continue;
       Vec3 out_W = depth_m * inside.gradient_W;
-      const Look beyond = look(shape, p_W + out_W);
+      const ShapeSample beyond = sample_shape(shape, p_W + out_W);
       if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
       // At a corner of several covered faces, none of them covers the area beside it; farther inside, they do.
       const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
@@ -146,7 +146,7 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
   const Vec3 p_W = contact.p_W, way_W = contact.depth_m * out_W;
   const Cover cover = cover_of(own_, p_W + way_W, out_W);
   if (cover.share > 0) {
-    const Look to_cover = look(*cover.by, p_W);
+    const ShapeSample to_cover = sample_shape(*cover.by, p_W);
     const Vec3 inward_W = to_cover.distance_m > 0 ? to_cover.gradient_W : Vec3(-out_W);
     std::optional<Vec3> shortest_W = way_out(own_, p_W, inward_W);
     if (const std::optional<Vec3> beyond_W = way_out(*cover.by, p_W + way_W, out_W)) {

@@ -48,9 +48,10 @@ bool is_clear(double half_way) {
 
 /// Classifies triangles by the winding number of the others at their middle. If another triangle lies there, that
 /// number depends on rounding, and the winding number of all a little off both sides is used.
-class Judge {
+class SideClassifier {
  public:
-  explicit Judge(const TriangleMesh& mesh) : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
+  explicit SideClassifier(const TriangleMesh& mesh)
+      : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
 
   /// Out     is_sure  see is_clear()
   Side side_of(std::size_t triangle, bool& is_sure) const {
@@ -116,14 +117,15 @@ class Judge {
 };
 
 /// Classifies triangles of a mesh. Out: for each, whether the result is certain.
-std::vector<char> judge(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles, std::vector<Side>& sides) {
-  const Judge judge(mesh);
+std::vector<char> classify(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles,
+                           std::vector<Side>& sides) {
+  const SideClassifier classifier(mesh);
   std::vector<char> is_sure(triangles.size());
   const std::size_t processors = std::max(1U, std::thread::hardware_concurrency());
   const std::size_t threads = sides.size() < kMinForThreads ? 1 : std::min(processors, kMaxThreads);
   parallel_for(static_cast<int>(threads), sides.size(), [&](std::size_t i) {
     bool sure = true;
-    sides[i] = judge.side_of(triangles[i], sure);
+    sides[i] = classifier.side_of(triangles[i], sure);
     is_sure[i] = sure ? 1 : 0;
   });
   return is_sure;
@@ -183,7 +185,7 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<Side> sides(mesh.triangles.size());
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  const std::vector<char> is_sure = judge(mesh, all, sides);
+  const std::vector<char> is_sure = classify(mesh, all, sides);
   // Triangles that certainly are no border are excluded when the uncertain ones are classified again.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
@@ -197,7 +199,7 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   }
   if (unsure.empty() || rest.triangles.size() == all.size()) return sides;
   std::vector<Side> again(unsure.size());
-  judge(rest, unsure_in_rest, again);
+  classify(rest, unsure_in_rest, again);
   for (std::size_t i = 0; i < unsure.size(); ++i) sides[unsure[i]] = again[i];
   return sides;
 }

@@ -157,12 +157,12 @@ class Comparer {
     for (const Extent& extent : theirs) longest = std::max(longest, extent.to - extent.from);
     double covered_m2 = 0;
     double seen_m2 = 0;
-    std::size_t looks = 0;
+    std::size_t comparisons = 0;
     for (const Extent& mine : extents_of(a)) {
       const auto starts = [](const Extent& extent, double from) { return extent.from < from; };
       auto other = std::lower_bound(theirs.begin(), theirs.end(), mine.from - longest - tolerance_m_, starts);
       for (; other != theirs.end() && other->from <= mine.to + tolerance_m_; ++other) {
-        if (++looks > kMaxOverlaps) return false;
+        if (++comparisons > kMaxOverlaps) return false;
         if (other->to >= mine.from - tolerance_m_) covered_m2 += common_area_m2_of(mine.triangle, other->triangle);
       }
       seen_m2 += doubled_area(mesh_, mine.triangle).norm() / 2;

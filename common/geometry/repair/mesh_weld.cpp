@@ -48,7 +48,7 @@ class Places {
     slots_[at] = index;
     return index;
   }
-  std::vector<Vec3> take() { return std::move(places_); }
+  std::vector<Vec3> release() { return std::move(places_); }
 
  private:
   std::uint64_t key_of(const Vec3& p) const {
@@ -236,7 +236,7 @@ void weld(TriangleMesh& mesh, std::vector<std::string>& notes) {
   place_of.reserve(mesh.vertices.size());
   for (const Vec3& p : mesh.vertices) place_of.push_back(places.index_of(p));
   const std::size_t before = mesh.vertices.size();
-  mesh.vertices = places.take();
+  mesh.vertices = places.release();
   for (auto& triangle : mesh.triangles) {
     for (int& corner : triangle) corner = place_of[static_cast<std::size_t>(corner)];
   }

@@ -23,7 +23,7 @@ inline constexpr double kMaxFitDamping_n_s_per_m = 1e4;
 inline constexpr double kMaxFitStiffness_n_m_per_rad = 1e4;
 inline constexpr double kMaxFitDamping_n_m_s_per_rad = 1e3;
 /// Number of intervals of a range in which its cubic is sampled. Ours: a cubic turns twice at most.
-inline constexpr int kFitLooks = 64;
+inline constexpr int kFitSamples = 64;
 
 /// Result of the calibration of one device (tandem-lab calibrate). Outside the calibrated range the nearest end counts.
 struct AdaptiveFit {

@@ -24,7 +24,7 @@ class CouplingRamp {
     from_ = to_ = now_ = parameters;
     part_ = 1;
   }
-  void go_to(const CouplingParameters& parameters) noexcept {
+  void fade_to(const CouplingParameters& parameters) noexcept {
     if (parameters == to_) return;
     from_ = now_;
     to_ = parameters;

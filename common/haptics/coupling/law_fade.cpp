@@ -33,15 +33,15 @@ void LawFade::jump_to(const CouplingLawInfo& law, const CouplingParameters& para
   shown_.jump_to(parameters);
 }
 
-void LawFade::go_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept {
+void LawFade::fade_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept {
   if (&law != wanted_ && !are_exchangeable(*wanted_, law)) return;
   wanted_ = &law;
-  shown_.go_to(parameters);
+  shown_.fade_to(parameters);
   begin();
 }
 
 void LawFade::begin() noexcept {
-  if (wanted_ == current_) return ramp_.go_to(target());
+  if (wanted_ == current_) return ramp_.fade_to(target());
   if (share_ < 1) return;
   from_ = to_;
   to_ = made(*wanted_);

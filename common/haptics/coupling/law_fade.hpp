@@ -27,7 +27,7 @@ class LawFade final : private CouplingLaw {
   LawFade(const CouplingLawInfo& law, const CouplingParameters& parameters);
 
   /// Starts a change. Without effect for a law that cannot replace the target law (are_exchangeable()).
-  void go_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
+  void fade_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void jump_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void advance(double step_s) noexcept;
 

@@ -21,15 +21,15 @@ CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bou
   return result;
 }
 
-CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& asked,
+CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& requested,
                                      const CouplingParameters& bounds_W) noexcept {
   CouplingParameters result;
   for (const CouplingRange& range : kCouplingRanges) {
-    result.*range.value = std::min(asked.*range.value, bounds_W.*range.value);
+    result.*range.value = std::min(requested.*range.value, bounds_W.*range.value);
   }
   const double steepest = std::max(1.0, steepest_slope_factor(law, result));
-  result.stiffness_n_per_m = std::min(asked.stiffness_n_per_m, bounds_W.stiffness_n_per_m / steepest);
-  result.stiffness_n_m_per_rad = std::min(asked.stiffness_n_m_per_rad, bounds_W.stiffness_n_m_per_rad / steepest);
+  result.stiffness_n_per_m = std::min(requested.stiffness_n_per_m, bounds_W.stiffness_n_per_m / steepest);
+  result.stiffness_n_m_per_rad = std::min(requested.stiffness_n_m_per_rad, bounds_W.stiffness_n_m_per_rad / steepest);
   return result;
 }
 

@@ -21,11 +21,11 @@ inline constexpr CouplingParameters kNoCouplingBounds = [] {
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 
-/// Returns `asked` with each coefficient clamped to its bound, both in the world. The bound of a stiffness applies to
-/// the steepest slope of the law's force. The function is idempotent.
+/// Returns `requested` with each coefficient clamped to its bound, both in the world. The bound of a stiffness applies
+/// to the steepest slope of the law's force. The function is idempotent.
 ///
 /// Thread  any: no allocation, no throw
-CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& asked,
+CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& requested,
                                      const CouplingParameters& bounds_W) noexcept;
 
 }  // namespace tandem::haptics

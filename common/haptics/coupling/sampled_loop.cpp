@@ -87,7 +87,7 @@ Eigen::MatrixXd transition(const LoopModel& m, const LoopState& z) {
   return next;
 }
 
-Eigen::MatrixXd without(const Eigen::MatrixXd& a, int index) {
+Eigen::MatrixXd without_state(const Eigen::MatrixXd& a, int index) {
   const Eigen::Index rest = a.rows() - index - 1;
   Eigen::MatrixXd result(a.rows() - 1, a.cols() - 1);
   result.topLeftCorner(index, index) = a.topLeftCorner(index, index);
@@ -102,8 +102,8 @@ Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);
   const bool is_hand_held = m.hand_stiffness > 0, is_tool_held = m.contact_stiffness > 0;
-  if (!z.is_tool_relative() && !is_tool_held) a = without(a, z.tool_index());
-  if (!is_hand_held && !(z.is_tool_relative() && is_tool_held)) a = without(a, 0);
+  if (!z.is_tool_relative() && !is_tool_held) a = without_state(a, z.tool_index());
+  if (!is_hand_held && !(z.is_tool_relative() && is_tool_held)) a = without_state(a, 0);
   return a;
 }
 

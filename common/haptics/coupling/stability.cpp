@@ -34,7 +34,7 @@ struct Setup {
   double tool_inertia_kg_m2 = 0;
   LoopDevice device;
   double slope_factor = 1;
-  CouplingParameters asked;  ///< coefficients in the scene; for the text alone
+  CouplingParameters requested;  ///< coefficients in the scene; for the text alone
 };
 
 /// Parameters and names of translation or rotation.
@@ -248,8 +248,8 @@ std::optional<StabilityFinding> find_bad_number(const Axis& axis, const Setup& s
 
 /// Returns the name and the value, and the scene's value where it differs.
 std::string name_value(const Axis& axis, const Setup& setup, StabilityFinding& finding) {
-  if (finding.parameter == axis.stiffness_name) finding.value = setup.asked.*axis.stiffness;
-  if (finding.parameter == axis.damping_name) finding.value = setup.asked.*axis.damping;
+  if (finding.parameter == axis.stiffness_name) finding.value = setup.requested.*axis.stiffness;
+  if (finding.parameter == axis.damping_name) finding.value = setup.requested.*axis.damping;
   const std::string unit = finding.parameter == axis.stiffness_name ? axis.stiffness_unit : axis.damping_unit;
   std::string text = finding.parameter + " is " + number(finding.value) + " " + unit;
   if (finding.value == finding.rendered_value) return text;
@@ -349,9 +349,9 @@ std::vector<CheckedLoop> checked_loops(const CouplingParameters& parameters, dou
 
 std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameters, double tool_mass_kg,
                                              double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor,
-                                             const CouplingParameters* asked) {
+                                             const CouplingParameters* requested) {
   const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2,
-                    device,     slope_factor, asked == nullptr ? parameters : *asked};
+                    device,     slope_factor, requested == nullptr ? parameters : *requested};
   std::vector<StabilityFinding> findings;
   check_axis(kTranslation, setup, findings);
   if (device.has_torque) check_axis(kRotation, setup, findings);

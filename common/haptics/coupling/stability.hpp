@@ -90,12 +90,12 @@ struct StabilityFinding {
 ///         gives sin((d + ½) ωT) / sin(½ ωT) ≤ 2 d + 1 times K T/2, and the damper ≤ |B| for any window. This holds for
 ///         a tool that is held fast. A movable tool lighter than about k T² can need more, so the condition is also
 ///         evaluated with the tool of the loop, at 256 frequencies
-/// In      asked  coupling in the scene where the device renders less: the text names both; null: the same
+/// In      requested  coupling in the scene where the device renders less: the text names both; null: the same
 /// Out     empty: stable and passive. At most one finding each for translation and rotation
 /// Cost    1 to 50 ms, depending on the velocity window and the search for a remedy; is_stable_coupling() is faster
 std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameters, double tool_mass_kg,
                                              double tool_inertia_kg_m2, const LoopDevice& device,
-                                             double slope_factor = 1, const CouplingParameters* asked = nullptr);
+                                             double slope_factor = 1, const CouplingParameters* requested = nullptr);
 
 /// Returns false exactly where check_coupling() finds kUnstable; searches no remedy.
 ///

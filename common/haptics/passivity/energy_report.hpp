@@ -23,8 +23,8 @@ class EnergyReport {
   /// Returns inflow less outflow since the last report [J]. The first report only sets the reference.
   /// In      could_do_j  upper bound of the inflow since then; an unclaimed rest may be claimed later, up to
   ///         kMaxUnclaimed_j
-  double take(double in_j, double out_j, double elapsed_s,
-              double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
+  double accept(double in_j, double out_j, double elapsed_s,
+                double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
   /// Bound of the unclaimed work. A hand that is measured smoothly reports its work some milliseconds late.
   static constexpr double kMaxUnclaimed_j = 0.1;
   std::uint64_t dropped() const noexcept { return dropped_; }

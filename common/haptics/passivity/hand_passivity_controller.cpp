@@ -21,7 +21,7 @@ double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
 
 void HandPassivityController::world_reported(double from_world_j, double into_world_j, double elapsed_s,
                                              bool has_model) noexcept {
-  const double net_j = world_.take(from_world_j, into_world_j, elapsed_s);
+  const double net_j = world_.accept(from_world_j, into_world_j, elapsed_s);
   const double risen_j = rise_above_peak_j(world_below_peak_j_, net_j);
   add_to_balance(has_model ? risen_j : net_j);
 }

@@ -25,7 +25,7 @@ double max_brake_n_s_per_m(double missing_j) noexcept {
 
 void ToolPassivityController::hand_reported(double from_hand_j, double to_hand_j, double elapsed_s,
                                             double could_do_j) noexcept {
-  add_to_balance(hand_.take(from_hand_j, to_hand_j, elapsed_s, could_do_j));
+  add_to_balance(hand_.accept(from_hand_j, to_hand_j, elapsed_s, could_do_j));
 }
 
 void ToolPassivityController::stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept {

@@ -40,7 +40,7 @@ void AxisForecast::score(double actual, double periods) noexcept {
   const Forecast& then = scored_;
   const double model = then.has_model ? actual - at(then.model, periods, steps_) : 0;
   const double hold = actual - then.newest;
-  const double linear = actual - then.bounds.of(then.newest + periods * then.slope);
+  const double linear = actual - then.bounds.clamp(then.newest + periods * then.slope);
   // Divides each error by the square root of all candidates' error norm. This is halfway between equal weights for each
   // sample (smooth stretches dominate: the mean error) and for each newton (impacts dominate: the variance).
   const double size = std::pow(hold * hold + linear * linear + model * model, 0.25);
@@ -56,7 +56,7 @@ void AxisForecast::forget_model() noexcept {
   scored_.has_model = false;
 }
 
-void AxisForecast::foresee(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept {
+void AxisForecast::predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept {
   now_.newest = lags[0];
   now_.slope = lags[0] - lags[1];
   now_.before = {lags[1], lags[2]};
@@ -76,7 +76,7 @@ void AxisForecast::run_model(std::span<const double> lags, const ArModel& model)
   now_.model[0] = value;
   for (std::size_t j = 1; j <= steps_; ++j) {
     const double next = model.next(past);
-    value = now_.bounds.of(settings_.is_on_differences ? value + next : next);
+    value = now_.bounds.clamp(settings_.is_on_differences ? value + next : next);
     now_.model[j] = value;
     for (std::size_t i = p - 1; i > 0; --i) past[i] = past[i - 1];
     past[0] = next;
@@ -110,7 +110,7 @@ void AxisForecast::mix() noexcept {
   for (std::size_t j = 0; j <= steps_; ++j) {
     double sum = weights_[kHold] * now_.newest;
     if (weights_[kLinear] > 0) {
-      sum += weights_[kLinear] * now_.bounds.of(now_.newest + static_cast<double>(j) * now_.slope);
+      sum += weights_[kLinear] * now_.bounds.clamp(now_.newest + static_cast<double>(j) * now_.slope);
     }
     if (weights_[kModel] > 0) sum += weights_[kModel] * now_.model[j];
     now_.blend[j] = sum;
@@ -131,7 +131,7 @@ double AxisForecast::show(double periods) noexcept {
     case PredictionMethod::kAr:
       return at(now_.blend, periods, steps_);
     case PredictionMethod::kArSpline:
-      return now_.bounds.of(show_spline(periods));
+      return now_.bounds.clamp(show_spline(periods));
     case PredictionMethod::kLiteral:
       return show_literal(periods);
   }

@@ -31,7 +31,7 @@ class RunningSquare {
 struct ForecastBounds {
   double low = 0;
   double high = 0;
-  double of(double value) const noexcept { return value < low ? low : value > high ? high : value; }
+  double clamp(double value) const noexcept { return value < low ? low : value > high ? high : value; }
 };
 
 /// Forecast of one axis: weighted mixture of the candidates, displayed as a smooth curve.
@@ -56,11 +56,11 @@ class AxisForecast {
 
   /// Computes the forecast from `lags` (newest first, one period apart, settings.order + 2 of them). `model` null: no
   /// model.
-  void foresee(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
+  void predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
   double model_weight() const noexcept { return weights_[kModel]; }
 
   /// Returns the value to display `periods` after the newest sample, by the settings' method. The first call after a
-  /// foresee() starts the change of the spline from the displayed curve to the new forecast.
+  /// predict() starts the change of the spline from the displayed curve to the new forecast.
   double show(double periods) noexcept;
   /// Moves the curve's origin to a new sample, `periods` after the previous one.
   void shift(double periods) noexcept;

@@ -131,7 +131,7 @@ class RecentRange {
     high_ = high_.cwiseMax(value);
     ++count_;
   }
-  ForecastBounds of(int axis) const noexcept {
+  ForecastBounds bounds_of(int axis) const noexcept {
     return {std::min(low_[axis], before_low_[axis]), std::max(high_[axis], before_high_[axis])};
   }
 
@@ -201,13 +201,13 @@ struct ForceStream::Impl {
     ++figures.samples;
     Vec6 value;
     value << wrench.f, wrench.t;
-    take_models();
+    apply_models();
     if (history.size() > 0) follow_up(sampled_at, value, contact_changed);
     extend_series(sampled_at, value);
     history.add(sampled_at, value);
     range.add(value, settings.window);
-    foresee();
-    ask_for_fit();
+    predict();
+    request_fit();
   }
 
   /// Scores the forecasts with a new sample; resets the model after a large error.
@@ -220,7 +220,7 @@ struct ForceStream::Impl {
     bool is_surprise = sampled_at - history.newest_at() > settings.longest_horizon;
     for (int i = 0; i < 6; ++i) {
       AxisForecast& axis = axes[static_cast<std::size_t>(i)];
-      const ForecastBounds seen = range.of(i);
+      const ForecastBounds seen = range.bounds_of(i);
       const double factor = has_contact_changed ? kFlaggedFactor : settings.jump_factor;
       is_surprise |=
           std::abs(axis.error(value[i], ahead)) > factor * axis.error_rms() + kRounding * (seen.high - seen.low);
@@ -261,7 +261,7 @@ struct ForceStream::Impl {
     }
   }
 
-  void foresee() noexcept {
+  void predict() noexcept {
     std::array<Vec6, kMaxArOrder> past;
     const std::size_t count = settings.order + 2;
     for (std::size_t i = 0; i < count; ++i) {
@@ -272,7 +272,7 @@ struct ForceStream::Impl {
       std::array<double, kMaxArOrder> lags;
       for (std::size_t i = 0; i < count; ++i) lags[i] = past[i][axis];
       const ArModel* model = has_models && is_modelled() ? &models[a] : nullptr;
-      axes[a].foresee(std::span(lags).first(count), model, widened(range.of(axis), settings.range_factor));
+      axes[a].predict(std::span(lags).first(count), model, widened(range.bounds_of(axis), settings.range_factor));
       figures.model_weight[a] = axes[a].model_weight();
       if (is_scoring) axes[a].remember();
     }
@@ -280,14 +280,14 @@ struct ForceStream::Impl {
     is_scoring = false;
   }
 
-  void take_models() noexcept {
+  void apply_models() noexcept {
     if (!results.poll() || results.front().generation != generation) return;
     models = results.front().models;
     has_models = true;
     ++figures.fits;
   }
 
-  void ask_for_fit() noexcept {
+  void request_fit() noexcept {
     if (!is_modelled() || !settings.updates_online) return;
     const std::size_t first = kFirstFit * settings.order;
     if (series.count() < first) return;

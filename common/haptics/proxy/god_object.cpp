@@ -79,7 +79,7 @@ Vec3 GodObject::sane_goal(const Vec3& goal_W, std::uint8_t& faults) const noexce
   return state_.p_W;
 }
 
-void GodObject::take_motions(std::span<const RigidState> motions, std::uint8_t& faults) noexcept {
+void GodObject::apply_motions(std::span<const RigidState> motions, std::uint8_t& faults) noexcept {
   const std::size_t count = std::min(motions.size(), tracks_.size());
   for (std::size_t i = 0; i < count; ++i) {
     if (!tracks_[i].move_to(motions[i])) faults |= kProxyBadInput;
@@ -89,7 +89,7 @@ void GodObject::take_motions(std::span<const RigidState> motions, std::uint8_t& 
 
 const ProxyState& GodObject::update(const Vec3& goal_W, std::span<const RigidState> motions) noexcept {
   std::uint8_t faults = 0;
-  take_motions(motions, faults);
+  apply_motions(motions, faults);
   const Vec3 goal = sane_goal(goal_W, faults);
   wanted_m_ = state_.is_touching ? std::max(kMinReach_m, kTravelReserve * travel_m_) : longest_way_m(goal);
   last_move_ = Vec3::Zero();

@@ -86,7 +86,7 @@ class GodObject {
 
  private:
   Vec3 sane_goal(const Vec3& goal_W, std::uint8_t& faults) const noexcept;
-  void take_motions(std::span<const RigidState> motions, std::uint8_t& faults) noexcept;
+  void apply_motions(std::span<const RigidState> motions, std::uint8_t& faults) noexcept;
   double step(const Vec3& goal_W, std::uint8_t& faults) noexcept;
   void gather(const Vec3& goal_W, std::uint8_t& faults) noexcept;
   void project(const Vec3& goal_W, bool is_begun) noexcept;

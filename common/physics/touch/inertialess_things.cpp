@@ -105,8 +105,8 @@ double InertialessThings::reach_m(double step_s, const TouchThing& thing, std::s
   const double squared = 2 * kRegularisation * step_s * step_s;
   const double moved_m = squared * f.norm() / motion.mass_kg;
   const double turned_rad = squared * about_tool_W.norm() / motion.inertia_kg_m2;
-  const double carried_m = thing.drag.is_there() ? step_s * thing.drag.V_W.v.norm() : 0;
-  const double carried_rad = thing.drag.is_there() ? step_s * thing.drag.V_W.w.norm() : 0;
+  const double carried_m = thing.drag.is_acting() ? step_s * thing.drag.V_W.v.norm() : 0;
+  const double carried_rad = thing.drag.is_acting() ? step_s * thing.drag.V_W.w.norm() : 0;
   const double reach_m = motion.reach_m + moved_m + carried_m + 2 * thing.model->radius_m * (turned_rad + carried_rad);
   return std::min(reach_m, step_s * speed_m_per_s_);
 }
@@ -128,7 +128,7 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
   std::size_t drags = 0;
   for (std::size_t i = 0; i < things.size() && drags < drag_laws_.size(); ++i) {
     const TouchDrag& drag = things[i].drag;
-    if (!things[i].is_massless() || body_of_thing[i] == contact::kStaticBody || !drag.is_there()) continue;
+    if (!things[i].is_massless() || body_of_thing[i] == contact::kStaticBody || !drag.is_acting()) continue;
     haptics::CouplingLaw& law = *drag_laws_[drags++];
     law.set_parameters({0, drag.fluid.damping_n_s_per_m, 0, drag.fluid.damping_n_m_s_per_rad, drag.force_limit_n,
                         drag.torque_limit_n_m, 0, 1});

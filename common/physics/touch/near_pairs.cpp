@@ -30,7 +30,7 @@ struct NearPairs::Near {
 };
 
 /// State of a thing at look_ahead(), with its predicted reach.
-struct NearPairs::Foreseen {
+struct NearPairs::FoundThing {
   const TouchModel* model = nullptr;
   TouchThing::Role role = TouchThing::Role::kAbsent;
   std::optional<std::size_t> passes_through;
@@ -58,33 +58,33 @@ NearPairs::NearPairs(std::size_t things, std::size_t pairs, std::uint32_t budget
   near_.reserve(std::max(pairs, kMaxNear));
   neighbours_.reserve(near_.capacity());
   chosen_.reserve(pairs);
-  foreseen_.reserve(things);
+  found_things_.reserve(things);
   for (auto& shapes : beside_) shapes.reserve(kMaxBeside);
 }
 
 NearPairs::~NearPairs() = default;
 
 TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
-  const bool is_found = is_foreseen(things, reach_m);
-  foreseen_.clear();
+  const bool is_found = is_found_ahead(things, reach_m);
+  found_things_.clear();
   return is_found ? TickFaults{0} : search(things, reach_m);
 }
 
 /// A search with too many pairs is discarded: the step chooses among them.
 void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
-  foreseen_.clear();
+  found_things_.clear();
   if (search(things, reach_m) != 0) return;
   for (std::size_t i = 0; i < things.size(); ++i) {
     const TouchThing& thing = things[i];
-    foreseen_.push_back({thing.model, thing.role, thing.passes_through, thing.rigid->pose(), reach_m[i]});
+    found_things_.push_back({thing.model, thing.role, thing.passes_through, thing.rigid->pose(), reach_m[i]});
   }
 }
 
-bool NearPairs::is_foreseen(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept {
-  if (foreseen_.size() != things.size()) return false;
+bool NearPairs::is_found_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept {
+  if (found_things_.size() != things.size()) return false;
   for (std::size_t i = 0; i < things.size(); ++i) {
     const TouchThing& thing = things[i];
-    const Foreseen& was = foreseen_[i];
+    const FoundThing& was = found_things_[i];
     if (thing.model != was.model || thing.role != was.role || thing.passes_through != was.passes_through) return false;
     if (reach_m[i] > was.reach_m || !is_same(thing.rigid->pose(), was.X_WB)) return false;
   }

@@ -56,12 +56,12 @@ class NearPairs {
 
  private:
   struct Near;
-  struct Foreseen;
+  struct FoundThing;
   /// Index of a thing and of one of its shapes.
   using PartName = std::pair<std::uint16_t, std::uint16_t>;
 
   TickFaults search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
-  bool is_foreseen(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept;
+  bool is_found_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) const noexcept;
   bool add(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept;
   void match(std::span<const TouchThing> things) noexcept;
   TickFaults choose_nearest() noexcept;
@@ -76,8 +76,8 @@ class NearPairs {
   /// All pairs that are near enough for join(), whether searched or not.
   std::vector<std::array<PartName, 2>> neighbours_;
   std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for the pair in join(): shapes beside A, and beside B
-  std::vector<Foreseen>
-      foreseen_;  ///< each thing at the last look_ahead(); empty: it was not called, or not all pairs had room
+  std::vector<FoundThing>
+      found_things_;  ///< each thing at the last look_ahead(); empty: it was not called, or not all pairs had room
 };
 
 }  // namespace tandem::physics

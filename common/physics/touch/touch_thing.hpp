@@ -21,7 +21,7 @@ struct TouchDrag {
   double force_limit_n = 0;
   double torque_limit_n_m = 0;
 
-  bool is_there() const { return fluid.damping_n_s_per_m > 0 || fluid.damping_n_m_s_per_rad > 0; }
+  bool is_acting() const { return fluid.damping_n_s_per_m > 0 || fluid.damping_n_m_s_per_rad > 0; }
   /// Adds another fluid at the same place: dampings and limits are summed, velocities are averaged with the dampings as
   /// weights.
   void add(const TouchDrag& more) noexcept;

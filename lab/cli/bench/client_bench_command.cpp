@@ -238,7 +238,7 @@ struct ClientBenchOptions {
   double rtt_ms = 50;
   std::size_t repetitions = 3;
   bool has_check = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 /// Runs of one experiment, alternating all stages on and all off, so that a change of the clock rate affects both.
@@ -361,7 +361,7 @@ int run_client_bench(const ClientBenchOptions& options) {
   std::vector<ClientBenchRow> rows;
   for (const Claim& claim : kClaims) rows.push_back(measured(claim, options));
   const std::vector<Check> checks = checks_of(rows);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(to_json(options, rows, checks));
   } else {
     print(options, rows, checks);
@@ -382,7 +382,7 @@ void add_client_bench(CLI::App& bench, int& exit_code) {
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   command->add_flag("--check", options->has_check, "exit code 1 when a time is above its bound");
-  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->add_flag("--json", options->prints_json, "print JSON instead of a table");
   command->footer("Exit code: 0 done, 1 a bound does not hold and --check is given, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_client_bench(*options); });
 }

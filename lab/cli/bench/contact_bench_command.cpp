@@ -38,7 +38,7 @@ struct ContactBenchOptions {
   std::size_t check = 0;
   bool is_landing = false;
   bool has_peer = true;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 void check_numbers(const ContactBenchOptions& options) {
@@ -116,7 +116,7 @@ int run_landings(const ContactBenchOptions& options, const TouchObject& a, const
   std::vector<Landing> all = landings(a, b, direction_of(options), options.mass_kg, clock);
   for (Landing& drop : drops(a, options.mass_kg, clock)) all.push_back(std::move(drop));
   const std::vector<Check> checks = landing_checks(all);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(boost::json::object{{"a", a.name}, {"b", b.name}, {"landing", to_json(all)}});
   } else {
     std::cout << a.name << " on " << b.name << "\n\n" << to_text(all) << '\n';
@@ -142,13 +142,13 @@ int run_contact_bench(const ContactBenchOptions& options) {
     json["check"] = to_json(check);
     const auto checks = checks_of(check);
     holds = all_hold(checks);
-    if (!options.wants_json) {
+    if (!options.prints_json) {
       std::cout << text << '\n';
       print_checks(std::cout, checks);
       return holds ? 0 : 1;
     }
   }
-  std::cout << (options.wants_json ? pretty_json(json) : text);
+  std::cout << (options.prints_json ? pretty_json(json) : text);
   return holds ? 0 : 1;
 }
 
@@ -179,7 +179,7 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
   contact->add_option("--cache", options->cache,
                       "folder that keeps what is built of meshes: the next run takes it from there");
   contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
-  contact->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  contact->add_flag("--json", options->prints_json, "print JSON instead of a table");
   contact->footer("Exit code: 0 done, 1 a bound of --check or --landing does not hold, 2 bad input or set-up.");
   contact->callback([options, &exit_code] { exit_code = run_contact_bench(*options); });
 }

@@ -34,7 +34,7 @@ constexpr std::uint64_t kSeed = 1;
 
 struct CouplingBenchOptions {
   double seconds = 0.5;
-  bool wants_json = false;
+  bool prints_json = false;
   bool has_check = false;
 };
 
@@ -208,7 +208,7 @@ int run_coupling_bench(const CouplingBenchOptions& options) {
     for (CouplingBenchContestant& contestant : all) run_round(contestant, walk, options.seconds / kCouplingRounds);
   }
   const std::vector<Check> checks = checks_of(all);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(report_of(all, checks));
   } else {
     print(all, checks);
@@ -225,7 +225,7 @@ void add_coupling_bench(CLI::App& bench, int& exit_code) {
       ->check(CLI::Range(0.01, 10.0))
       ->capture_default_str();
   command->add_flag("--check", options->has_check, "exit code 1 when a median is above its bound");
-  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->add_flag("--json", options->prints_json, "print JSON instead of a table");
   command->footer("Exit code: 0 done, 1 a bound does not hold and --check is given, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_coupling_bench(*options); });
 }

@@ -45,9 +45,9 @@ struct DockingBenchOptions {
   std::size_t interface_atoms = 0;
   std::string out;
   double seconds = 2;
-  bool wants_sweep = false;
-  bool wants_grid = false;
-  bool wants_json = false;
+  bool runs_sweep = false;
+  bool runs_far_grid = false;
+  bool prints_json = false;
 };
 
 /// Interface sizes of a sweep, as parts of --interface-atoms.
@@ -129,10 +129,10 @@ json::object far_part(const DockingPair& pair, docking::MolecularField& field, c
     const LocalTime begin = clock.now();
     const docking::FieldResult exact = all.evaluate(X);
     of_all.record(clock.now() - begin);
-    const docking::FieldResult with = field.evaluate(X), without = near.evaluate(X);
-    energy += std::pow(exact.energy_kj_per_mol() - without.energy_kj_per_mol(), 2);
+    const docking::FieldResult with = field.evaluate(X), near_only = near.evaluate(X);
+    energy += std::pow(exact.energy_kj_per_mol() - near_only.energy_kj_per_mol(), 2);
     energy_error += std::pow(exact.energy_kj_per_mol() - with.energy_kj_per_mol(), 2);
-    force += (exact.force_on_b - without.force_on_b).squaredNorm();
+    force += (exact.force_on_b - near_only.force_on_b).squaredNorm();
     force_error += (exact.force_on_b - with.force_on_b).squaredNorm();
   }
   return {{"energy_kj_mol", std::sqrt(energy / kPoses)},
@@ -147,7 +147,7 @@ std::vector<Pose> poses_of(const DockingBenchOptions& options, const DockingPair
   std::vector<std::size_t> sizes;
   for (const std::size_t part : kSweepParts) {
     const std::size_t size = options.interface_atoms / part;
-    if (size > 0 && (options.wants_sweep || part == 1)) sizes.push_back(size);
+    if (size > 0 && (options.runs_sweep || part == 1)) sizes.push_back(size);
   }
   return poses_by_interface(pair.receptor, pair.ligand, reach_of(pair.model), sizes);
 }
@@ -176,7 +176,7 @@ void print_far_part(const json::object& part) {
 
 void run_docking_bench(const DockingBenchOptions& options) {
   DockingPair pair = load_docking_pair(options.pair);
-  if (options.wants_grid) {
+  if (options.runs_far_grid) {
     pair.model.has_far_grid = true;
     if (options.pair.cutoff == "auto") pair.model.cutoff_angstrom = docking::kUsualCutoffAngstrom;
     docking::validate(pair.model);
@@ -194,32 +194,32 @@ void run_docking_bench(const DockingBenchOptions& options) {
                       {"set_up_ms", set_up_ms}};
   const std::string title = std::to_string(pair.receptor.size()) + " x " + std::to_string(pair.ligand.size()) +
                             " atoms, " + std::string(field.method()) + ", kernel " + std::string(field.kernel());
-  if (!options.wants_json) std::cout << title << std::endl;
+  if (!options.prints_json) std::cout << title << std::endl;
   if (const docking::FarGrid* const grid = field.far_grid()) {
     result["grid"] = json::object{{"spacing_angstrom", spacing_angstrom(*grid)}, {"nodes", node_count(*grid)}};
-    if (!options.wants_json) {
+    if (!options.prints_json) {
       std::printf("grid of %zu nodes, %.2f Å apart; set up in %.0f ms\n", node_count(*grid), spacing_angstrom(*grid),
                   set_up_ms);
     }
-  } else if (pair.model.has_far_grid && !options.wants_json) {
+  } else if (pair.model.has_far_grid && !options.prints_json) {
     std::printf("no grid: the larger molecule is too large for one\n");
   }
   json::array rows;
   for (const Pose& X_AB : poses_of(options, pair)) {
     json::object row = measured(pair, field, X_AB, options.seconds);
     if (field.far_grid() != nullptr) row["far_part"] = far_part(pair, field, X_AB);
-    if (!options.wants_json) {
+    if (!options.prints_json) {
       print_row(row);
       if (row.contains("far_part")) print_far_part(row.at("far_part").as_object());
     }
     rows.emplace_back(std::move(row));
   }
-  if (options.wants_sweep) {
+  if (options.runs_sweep) {
     result["rows"] = rows;
   } else {
     for (const auto& [name, value] : rows.front().as_object()) result[name] = value;
   }
-  if (options.wants_json) std::cout << pretty_json(result);
+  if (options.prints_json) std::cout << pretty_json(result);
   if (options.out.empty()) return;
   const auto folder = made_folder(options.out);
   write_text_file(folder / "docking-scaling.json", pretty_json(result));
@@ -239,16 +239,16 @@ void add_docking_bench(CLI::App& bench, int& exit_code) {
                                                     "cut-off (8 Å without) of the other; default: as in the files");
   interface_atoms->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}));
   auto* const sweep =
-      command->add_flag("--sweep", options->wants_sweep, "likewise for 1/32, 1/16, … of them: cost against interface");
+      command->add_flag("--sweep", options->runs_sweep, "likewise for 1/32, 1/16, … of them: cost against interface");
   sweep->needs(interface_atoms);
-  command->add_flag("--far-grid", options->wants_grid,
+  command->add_flag("--far-grid", options->runs_far_grid,
                     "what the cut-off leaves out from a grid about the larger molecule");
   command->add_option("--out", options->out, "of a sweep: folder for docking-scaling.json and report.html")
       ->needs(sweep);
   command->add_option("--seconds", options->seconds, "time to measure, of each pose [s]")
       ->check(CLI::Range(0.01, 600.0))
       ->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print JSON");
+  command->add_flag("--json", options->prints_json, "print JSON");
   command->callback([options, &exit_code] {
     run_docking_bench(*options);
     exit_code = 0;

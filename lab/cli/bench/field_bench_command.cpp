@@ -31,7 +31,7 @@ constexpr int kFieldPoses = 16;
 struct FieldBenchOptions {
   std::string scene = "docking_helices";
   double seconds = 0.5;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 struct FieldPair {
@@ -163,7 +163,7 @@ void run_field_bench(const FieldBenchOptions& options) {
     for (FieldBenchContestant& contestant : contestants) run_round(contestant, poses, options.seconds / kFieldRounds);
   }
   const boost::json::object result = report(options, pair, contestants);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(result);
   } else {
     print_table(result);
@@ -180,7 +180,7 @@ void add_field_bench(CLI::App& bench, int& exit_code) {
   field->add_option("--seconds", options->seconds, "time spent on each kernel [s]")
       ->check(CLI::Range(0.01, 600.0))
       ->capture_default_str();
-  field->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  field->add_flag("--json", options->prints_json, "print JSON instead of a table");
   field->callback([options, &exit_code] {
     run_field_bench(*options);
     exit_code = 0;

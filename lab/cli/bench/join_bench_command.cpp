@@ -30,7 +30,7 @@ struct JoinBenchOptions {
   std::vector<double> losses{0, 0.02};
   double rtt_ms = 50;
   double jitter_ms = 0;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 /// One line, and the results of joining over it.
@@ -107,7 +107,7 @@ void run_join_bench(const JoinBenchOptions& options) {
   for (const double rate : options.rates_mbit_per_s) {
     for (const double loss : options.losses) rows.push_back(measure_join_bench(experiment, scene, options, rate, loss));
   }
-  if (options.wants_json) {
+  if (options.prints_json) {
     boost::json::array lines;
     for (const JoinBenchRow& row : rows) lines.push_back(json_of(row));
     std::cout << pretty_json(boost::json::object{{"experiment", options.experiment},
@@ -142,7 +142,7 @@ void add_join_bench(CLI::App& bench, int& exit_code) {
   join->add_option("--jitter-ms", options->jitter_ms, "of each way [ms]")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  join->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  join->add_flag("--json", options->prints_json, "print JSON instead of a table");
   join->footer(
       "touch: from joining to the first touch by a local model; full: by one of the whole assets, which coarse ones "
       "stand\n"

@@ -47,7 +47,7 @@ struct LoopBenchOptions {
   std::string keep_awake = "auto";
   bool has_window = false;
   bool is_checked = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 /// Figures of one run, or medians of several.
@@ -274,7 +274,7 @@ int run_loop_bench(const LoopBenchOptions& options) {
   if (options.has_window) check_display();
   const LoopBenchResult result = measure_loop_bench(options);
   const std::vector<Check> checks = checks_of(result);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     print(options, result, checks);
@@ -307,7 +307,7 @@ void add_loop_bench(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--with-window", options->has_window, "each time with the window open, too; needs a display");
   command->add_flag("--check", options->is_checked, "exit 1 when a bound does not hold");
-  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->add_flag("--json", options->prints_json, "print JSON instead of a table");
   command->callback([options, &exit_code] { exit_code = run_loop_bench(*options); });
 }
 

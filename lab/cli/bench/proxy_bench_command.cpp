@@ -29,7 +29,7 @@ struct ProxyBenchOptions {
   std::size_t steps = 20'000;
   bool is_shaded = true;
   bool is_checked = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 struct Result {
@@ -100,7 +100,7 @@ std::string to_text(const ProxyLag& lag) {
 int run_proxy_bench(const ProxyBenchOptions& options) {
   const Result result = measure_proxy_bench(options);
   const std::vector<Check> checks = checks_of(result);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     std::cout << options.mesh << ", " << result.triangles << " triangles, " << options.steps
@@ -128,7 +128,7 @@ void add_proxy_bench(CLI::App& bench, int& exit_code) {
   command->add_option("--steps", options->steps, "of 1 ms")->check(CLI::Range(1, 1'000'000))->capture_default_str();
   command->add_flag("!--no-shading", options->is_shaded, "leave force shading out");
   command->add_flag("--check", options->is_checked, "exit code 1 when a bound does not hold");
-  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->add_flag("--json", options->prints_json, "print JSON instead of a table");
   command->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_proxy_bench(*options); });
 }

@@ -95,7 +95,7 @@ struct RoomBenchOptions {
   std::size_t users = 0;  ///< 0: as many as the scene has tools, up to kDefaultUsers
   std::vector<std::string> hands;
   double seconds = 11;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 std::vector<Check> checks_of(const RoomBenchResult& result) {
@@ -160,7 +160,7 @@ int run_room_bench(RoomBenchOptions options) {
   for (const std::string& refusal : realtime::request_realtime(60)) std::cerr << refusal << '\n';
   const RoomBenchResult result = bench_room(scene, hands, from_seconds(options.seconds));
   const std::vector<Check> checks = checks_of(result);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     print(options, result, checks);
@@ -184,7 +184,7 @@ void add_room_bench(CLI::App& bench, int& exit_code) {
   command->add_option("--seconds", options->seconds, "how long [s]")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
-  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->add_flag("--json", options->prints_json, "print JSON instead of a table");
   command->callback([options, &exit_code] { exit_code = run_room_bench(*options); });
 }
 

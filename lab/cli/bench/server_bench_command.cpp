@@ -48,7 +48,7 @@ struct ServerBenchOptions {
   double seconds = 5;
   bool is_overloaded = false;
   bool is_insecure = false;
-  bool wants_json = false;
+  bool prints_json = false;
 };
 
 /// Processor time of this process without its calling thread, which generates the load, or of that thread alone.
@@ -244,9 +244,10 @@ double least_kept(const ServerBenchOptions& options, const ServerBenchResult& re
 
 std::vector<Check> checks_of(const ServerBenchOptions& options, const ServerBenchResult& result) {
   if (options.is_overloaded && options.rooms == 1) return {};
-  const std::string whose = options.is_overloaded ? "steps kept by the rooms that are not overloaded" : "steps kept";
+  const std::string rooms_text =
+      options.is_overloaded ? "steps kept by the rooms that are not overloaded" : "steps kept";
   std::vector<Check> checks{
-      {"server", whose + ", least", 100 * least_kept(options, result), Relation::kAtLeast, 99, "%", 1}};
+      {"server", rooms_text + ", least", 100 * least_kept(options, result), Relation::kAtLeast, 99, "%", 1}};
   if (options.is_overloaded) return checks;
   const double latency_us = median_p99_us(result, &LoadResult::added_latency);
   const double echoes = latency_us / microseconds(result.echo.quantile(0.99));
@@ -330,7 +331,7 @@ void print(const ServerBenchOptions& options, const ServerBenchResult& result, c
 int run_server_bench(const ServerBenchOptions& options) {
   const ServerBenchResult result = measure_server_bench(options);
   const std::vector<Check> checks = checks_of(options, result);
-  if (options.wants_json) {
+  if (options.prints_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     print(options, result, checks);
@@ -361,7 +362,7 @@ void add_server_bench(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--overload", options->is_overloaded, "each step of the first room takes 4 ms more");
   command->add_flag("--insecure", options->is_insecure, "nothing is encrypted, to compare");
-  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->add_flag("--json", options->prints_json, "print JSON instead of a table");
   command->callback([options, &exit_code] {
     if (options->rooms == 0) options->rooms = (options->clients + 1) / 2;
     exit_code = run_server_bench(*options);

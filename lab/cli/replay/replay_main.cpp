@@ -130,10 +130,11 @@ void declare(CLI::App& app, Options& options, int& exit_code) {
       "Exit code: 0 done, 1 the states differ or steps are missing, 2 bad input or set-up, 3 done with what could be "
       "read: "
       "the recording is damaged or cut.");
-  CLI::App* const tell = app.add_subcommand("info", "What is in a recording: who, how long, what, and what is missing");
-  add_file(*tell, options);
-  add_json(*tell, options);
-  tell->callback([&] { exit_code = info(options); });
+  CLI::App* const info_command =
+      app.add_subcommand("info", "What is in a recording: who, how long, what, and what is missing");
+  add_file(*info_command, options);
+  add_json(*info_command, options);
+  info_command->callback([&] { exit_code = info(options); });
   CLI::App* const write = app.add_subcommand("export", "Its time series as CSV files and one HDF5 file");
   add_file(*write, options);
   write->add_option("--out", options.out, "folder for them")->required()->type_name("DIR");

@@ -59,7 +59,7 @@ boost::json::object to_json(const ContactBench& bench) {
                              {"spacing_m", bench.spacing_m},
                              {"cell_m", bench.cell_m}};
   for (const auto& [key, value] : to_json(bench.ours)) result[key] = value;
-  result["looks"] = boost::json::object{{"p50", bench.ours.looks_p50}, {"p99", bench.ours.looks_p99}};
+  result["looks"] = boost::json::object{{"p50", bench.ours.queries_p50}, {"p99", bench.ours.queries_p99}};
   result["hand_force_step_max_n"] = bench.ours.hand_force_step_max_n;
   result["hand_torque_step_max_n_m"] = bench.ours.hand_torque_step_max_n_m;
   result["contact_created_j"] = bench.ours.contact_created_j;
@@ -86,8 +86,8 @@ std::string to_text(const ContactBench& bench) {
        << figures_text(bench.ours) << "  hand's force          moves by "
        << format_significant(bench.ours.hand_force_step_max_n, 3) << " N and "
        << format_significant(1e3 * bench.ours.hand_torque_step_max_n_m, 3)
-       << " mN m a step at most\n  distances asked       " << bench.ours.looks_p50 << " a step, p99 "
-       << bench.ours.looks_p99 << '\n';
+       << " mN m a step at most\n  distances asked       " << bench.ours.queries_p50 << " a step, p99 "
+       << bench.ours.queries_p99 << '\n';
   if (bench.gimpact) text << "\nBullet's GImpact        p50 / p99 / p99.9 / max\n" << figures_text(*bench.gimpact);
   text << "\nthis machine            p50 / p99 / p99.9 / max\n"
        << times_line("copy of 256 KiB       ", bench.memory_copy_us) << "  one field sample      "

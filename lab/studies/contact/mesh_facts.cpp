@@ -65,7 +65,7 @@ class Canvas {
       }
     }
   }
-  std::vector<std::uint8_t> take() { return std::move(rgb_); }
+  std::vector<std::uint8_t> release() { return std::move(rgb_); }
 
  private:
   void shade(const std::array<Vec3, 3>& corners, const Vec3& normal, const Vec3& at, double facing, bool is_sheet) {
@@ -149,7 +149,7 @@ std::vector<std::uint8_t> picture_of(const geometry::ContactMesh& mesh, int pixe
       canvas.draw(corners, is_sheet);
     }
   }
-  return canvas.take();
+  return canvas.release();
 }
 
 }  // namespace tandem::lab

@@ -127,12 +127,12 @@ double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoi
   const Pose X_WS = is_of_a ? X_WA : Pose{}, X_OW = is_of_a ? Pose{} : X_WA.inverse();
   const TouchObject &own = is_of_a ? a : b, &other = is_of_a ? b : a;
   double depth_m = 0;
-  const auto look_at = [&](const Vec3& p_S) {
+  const auto sample_at = [&](const Vec3& p_S) {
     if (std::abs(own.exact->distance_m(p_S, kOnSurface_m)) > kOnSurface_m) return;
     depth_m = std::max(depth_m, -other.exact->distance_m(X_OW * (X_WS * p_S), deepest_m));
   };
-  look_at(X_WS.inverse() * contact.p_W);
-  for (const contact::ShellPoint& point : pair.points_of(contact)) look_at(point.p_S.cast<double>());
+  sample_at(X_WS.inverse() * contact.p_W);
+  for (const contact::ShellPoint& point : pair.points_of(contact)) sample_at(point.p_S.cast<double>());
   return depth_m;
 }
 

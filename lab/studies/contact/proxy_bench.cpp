@@ -44,9 +44,9 @@ double lowest_x(const std::array<Vec3, 3>& triangle) {
 }
 
 /// Finds straight paths that cross a mesh, by testing every triangle that overlaps their extent in x.
-class CrossingJudge {
+class CrossingTest {
  public:
-  explicit CrossingJudge(const geometry::TriangleMesh& mesh);
+  explicit CrossingTest(const geometry::TriangleMesh& mesh);
   bool crosses(const Vec3& from, const Vec3& to) const;
 
  private:
@@ -54,7 +54,7 @@ class CrossingJudge {
   double widest_m_ = 0;                         ///< largest extent of a triangle in x
 };
 
-CrossingJudge::CrossingJudge(const geometry::TriangleMesh& mesh) {
+CrossingTest::CrossingTest(const geometry::TriangleMesh& mesh) {
   triangles_.reserve(mesh.triangles.size());
   for (const auto& corners : mesh.triangles) {
     const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(corners[i])]; };
@@ -65,7 +65,7 @@ CrossingJudge::CrossingJudge(const geometry::TriangleMesh& mesh) {
   std::ranges::sort(triangles_, {}, lowest_x);
 }
 
-bool CrossingJudge::crosses(const Vec3& from, const Vec3& to) const {
+bool CrossingTest::crosses(const Vec3& from, const Vec3& to) const {
   if (from == to) return false;
   const auto [low, high] = std::minmax(from.x(), to.x());
   auto triangle = std::ranges::lower_bound(triangles_, low - widest_m_, {}, lowest_x);
@@ -142,7 +142,7 @@ ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, 
 
 ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleMesh& mesh, double radius_m) {
   const geometry::TriangleTree tree(mesh);
-  const CrossingJudge judge(mesh);
+  const CrossingTest crossing_test(mesh);
   ProxyFigures figures;
   std::vector<Duration> times;
   for (const ProxyRun& run : runs) times.insert(times.end(), run.times.begin(), run.times.end());
@@ -151,7 +151,8 @@ ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::Trian
     figures.max_penetration_m = std::max(figures.max_penetration_m, radius_m - tree.signed_distance_m(p));
   }
   const std::vector<Vec3>& way = runs.front().way_W;
-  for (std::size_t i = 1; i < way.size(); ++i) figures.pop_throughs += judge.crosses(way[i - 1], way[i]) ? 1 : 0;
+  for (std::size_t i = 1; i < way.size(); ++i)
+    figures.pop_throughs += crossing_test.crosses(way[i - 1], way[i]) ? 1 : 0;
   return figures;
 }
 

@@ -176,11 +176,11 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
   const TouchTrace trace = fastest_of(runs);
   figures.steps = trace.size();
   std::vector<Duration> queries, steps;
-  std::vector<std::uint32_t> looks;
+  std::vector<std::uint32_t> query_counts;
   for (const TouchStep& step : trace) {
     queries.push_back(step.query);
     steps.push_back(step.step);
-    looks.push_back(step.looks);
+    query_counts.push_back(step.queries);
     figures.contacts_max = std::max(figures.contacts_max, step.contacts);
     figures.force_jump_max_n = std::max(figures.force_jump_max_n, step.force_jump_n);
     figures.not_converged += step.has_converged ? 0 : 1;
@@ -192,8 +192,8 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
   }
   figures.separations = separations_of(trace);
   judge_energy(trace, figures);
-  figures.looks_p50 = quantile_of(looks, 0.5);
-  figures.looks_p99 = quantile_of(std::move(looks), 0.99);
+  figures.queries_p50 = quantile_of(query_counts, 0.5);
+  figures.queries_p99 = quantile_of(std::move(query_counts), 0.99);
   figures.query_us = quantiles_of(std::move(queries));
   figures.step_us = quantiles_of(std::move(steps));
   steps.clear();

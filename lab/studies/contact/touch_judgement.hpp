@@ -13,7 +13,7 @@ namespace tandem::lab {
 struct TouchFigures {
   std::size_t steps = 0;
   std::uint32_t contacts_max = 0;
-  std::uint32_t looks_p50 = 0, looks_p99 = 0;  ///< distance queries to a field in a step: the same on every machine
+  std::uint32_t queries_p50 = 0, queries_p99 = 0;  ///< distance queries to a field in a step: the same on every machine
   TimeQuantiles query_us;
   TimeQuantiles step_us;       ///< per step, the shortest time of kRounds equal runs
   TimeQuantiles step_once_us;  ///< times of the first run alone, interruptions included

@@ -94,7 +94,7 @@ class TouchSimulation {
 
     result.query = found - begin;
     result.step = (found - begin) + (end - solve_begin);
-    result.looks = work.looks();
+    result.queries = work.queries();
     result.found = static_cast<std::uint32_t>(pair_.contacts().size());
     result.contacts = patch_result_.pressing;
     result.reported_depth_m = patch_result_.deepest_m;

@@ -32,7 +32,7 @@ struct TouchStep {
   int phase = -1;
   Pose X_WT;  ///< after the step
   Wrench on_hand_W;
-  std::uint32_t looks = 0;      ///< distance queries to a field
+  std::uint32_t queries = 0;    ///< distance queries to a field
   std::uint32_t found = 0;      ///< contact points within the band
   std::uint32_t contacts = 0;   ///< contacts that press
   double reported_depth_m = 0;  ///< deepest contact as reported by the method

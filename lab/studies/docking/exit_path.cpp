@@ -47,7 +47,7 @@ class Tree {
   }
 
   void grow(std::size_t effort) {
-    while (looked_at_ < effort && !is_out_) {
+    while (evaluations_ < effort && !is_out_) {
       const Vec3 towards = noise(random_).normalized();
       const std::size_t from = farthest_towards(towards);
       Node next = step_from(from, towards);
@@ -101,15 +101,15 @@ class Tree {
     return next;
   }
 
-  docking::FieldResult look(const Pose& X_AB) {
-    ++looked_at_;
+  docking::FieldResult evaluate(const Pose& X_AB) {
+    ++evaluations_;
     return field_.evaluate(X_AB);
   }
 
   /// Relaxes downhill, across the step's direction and in rotation, so that the path follows walls instead of entering
   /// them.
   void relax(Node& node) {
-    docking::FieldResult here = look(node.X_AB);
+    docking::FieldResult here = evaluate(node.X_AB);
     double way = kRelax_angstrom;
     for (int i = 0; i < kRelaxations; ++i) {
       const Vec3 push = here.force_on_b - here.force_on_b.dot(node.direction_A) * node.direction_A;
@@ -118,7 +118,7 @@ class Tree {
       if (!(size > 0) || !std::isfinite(size)) break;
       const Pose lower = {node.X_AB.p + way / size * push,
                           (quaternion_of(way / size / gyration_ * twist) * node.X_AB.q).normalized()};
-      const docking::FieldResult there = look(lower);
+      const docking::FieldResult there = evaluate(lower);
       if (there.lennard_jones_kj_per_mol < here.lennard_jones_kj_per_mol) {
         node.X_AB = lower;
         here = there;
@@ -134,7 +134,7 @@ class Tree {
     // The end first, because it is most often blocked.
     for (int quarter = kQuarters; quarter > 0; --quarter) {
       const double share = static_cast<double>(quarter) / kQuarters;
-      const docking::FieldResult here = look(pose_between(from, to, share));
+      const docking::FieldResult here = evaluate(pose_between(from, to, share));
       if (!(here.lennard_jones_kj_per_mol <= bound_kcal_per_mol_ * docking::kKilojoulesPerKilocalorie)) return false;
     }
     return true;
@@ -146,7 +146,7 @@ class Tree {
   double radius_ = 1, gyration_ = 1;
   std::vector<Node> nodes_;
   std::size_t farthest_ = 0;
-  std::size_t looked_at_ = 0;
+  std::size_t evaluations_ = 0;
   bool is_out_ = false;
 };
 

@@ -94,7 +94,7 @@ PublishedPair pair_of_helices() {
 }
 
 /// Adds the figures of the displayed force.
-ShownDocking judged(ShownDocking shown) {
+ShownDocking with_figures(ShownDocking shown) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> along;
@@ -124,7 +124,7 @@ ShownDocking with_stable_method(const PublishedPair& pair, const Condition& cond
     shown.at_s.push_back(to_seconds(tick.time));
     shown.force_n.push_back(tick.displayed_D.f);
   }
-  return judged(std::move(shown));
+  return with_figures(std::move(shown));
 }
 
 /// A molecule fixed to the handle of a simulated device.
@@ -152,7 +152,7 @@ struct HeldMolecule {
 /// Direct rendering: each molecule is fixed to its hand. The hands receive the field's force and torque at their
 /// poses, with the same scale, a zero-order hold of a millisecond and a round trip of delay. There is no body,
 /// coupling, zero area or knee. The device limits clip the wrench.
-ShownDocking without(const PublishedPair& pair, const Condition& condition) {
+ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
   const physics::WorldDescription& world = scene->world;
@@ -181,7 +181,7 @@ ShownDocking without(const PublishedPair& pair, const Condition& condition) {
     shown.force_n.push_back(ligand.show(now, on_the_way.front()[1]));
     on_the_way.pop_front();
   }
-  return judged(std::move(shown));
+  return with_figures(std::move(shown));
 }
 
 /// Largest E − E_min in kT from kAloneFrom_s on: both hands relaxed at the minimum, both with tremor.
@@ -211,7 +211,7 @@ struct Comparison {
 
 Comparison compared(const PublishedPair& pair, Condition condition) {
   Comparison made{std::move(condition), {}, {}};
-  made.direct = without(pair, made.condition);
+  made.direct = with_direct_rendering(pair, made.condition);
   made.stable = with_stable_method(pair, made.condition);
   return made;
 }

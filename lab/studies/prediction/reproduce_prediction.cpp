@@ -46,11 +46,13 @@ struct Comparison {
   double noise_n = 0;
   std::array<PredictionErrors, kMethods.size()> errors;  ///< in the order of kMethods
 
-  const PredictionErrors& of(std::string_view method) const {
+  const PredictionErrors& errors_by(std::string_view method) const {
     return errors[static_cast<std::size_t>(std::ranges::find(kMethods, method) - kMethods.begin())];
   }
-  double least_mean() const { return std::min(of("hold").force.mean, of("linear").force.mean); }
-  double least_variance() const { return std::min(of("hold").force.variance, of("linear").force.variance); }
+  double least_mean() const { return std::min(errors_by("hold").force.mean, errors_by("linear").force.mean); }
+  double least_variance() const {
+    return std::min(errors_by("hold").force.variance, errors_by("linear").force.variance);
+  }
 };
 
 Comparison compared(const ForceSeries& series) {
@@ -98,7 +100,7 @@ boost::json::object to_json(const Comparison& comparison) {
 /// Claims that the default is not worse than hold and linear. A series without error under both must have none under
 /// the default.
 void add_shipped(Reproduction& result, const Comparison& comparison) {
-  const PredictionErrors& ours = comparison.of(kDefault);
+  const PredictionErrors& ours = comparison.errors_by(kDefault);
   result.claims.push_back({comparison.series,
                            "mean error of " + std::string(kDefault) + ", of the lesser of hold's and linear's",
                            100 * ours.force.mean / comparison.least_mean(), Relation::kAtMost, 100, "%", 2});
@@ -109,16 +111,19 @@ void add_shipped(Reproduction& result, const Comparison& comparison) {
 
 void add_chatter(Reproduction& result, const Comparison& comparison) {
   const std::string noise = "noise " + format_significant(comparison.noise_n, 3) + " N";
-  const double gain = percent_below(comparison.of(kDefault).force.mean, comparison.of("linear").force.mean);
+  const double gain =
+      percent_below(comparison.errors_by(kDefault).force.mean, comparison.errors_by("linear").force.mean);
   result.claims.push_back(
       {"chatter, " + noise, "mean error below linear's", gain, Relation::kAtLeast, kMinGain_percent, "%", 1});
-  result.claims.push_back({"chatter, " + noise, "variance of the error, of linear's",
-                           100 * comparison.of(kDefault).force.variance / comparison.of("linear").force.variance,
-                           Relation::kAtMost, 100, "%", 1});
+  result.claims.push_back(
+      {"chatter, " + noise, "variance of the error, of linear's",
+       100 * comparison.errors_by(kDefault).force.variance / comparison.errors_by("linear").force.variance,
+       Relation::kAtMost, 100, "%", 1});
   result.rows.push_back({"AR and spline below linear on chattering contact", "6.77 %, lower variance",
                          format_significant(gain, 3) + " % with " + noise});
   result.rows.push_back({"chatter: mean error, variance", "linear 31 mN", listed_errors(comparison)});
-  const double literal = percent_below(comparison.of("literal").force.mean, comparison.of("linear").force.mean);
+  const double literal =
+      percent_below(comparison.errors_by("literal").force.mean, comparison.errors_by("linear").force.mean);
   result.rows.push_back({"the thesis's own (Yule–Walker, late spline) below linear, here", "6.77 %",
                          format_significant(literal, 3) + " %"});
 }

@@ -47,7 +47,7 @@ HandRigSettings pressing(std::string_view law, double mass_kg) {
 /// Force of the law without a limit, and the force displayed.
 struct Press {
   std::vector<double> at_s;
-  std::vector<double> asked_n;
+  std::vector<double> requested_n;
   std::vector<double> shown_n;
   double largest_n = 0;          ///< largest force on hand or tool
   double largest_unequal_n = 0;  ///< |force on hand + force on tool|
@@ -61,10 +61,10 @@ Press pressed(std::string_view law, double mass_kg) {
   for (int i = 0; i < 3000; ++i) {
     const HandRigTick tick = rig.tick();
     // Spring-damper law: it uses the handle at the tick and the tool at the end of the step.
-    const Vec3 asked =
+    const Vec3 requested =
         c.stiffness_n_per_m * (tick.X_WH.p - tick.X_WT.p) + c.damping_n_s_per_m * (tick.V_WH.v - tick.V_WT.v);
     result.at_s.push_back(to_seconds(tick.at));
-    result.asked_n.push_back(asked.norm());
+    result.requested_n.push_back(requested.norm());
     result.shown_n.push_back(tick.on_hand_W.f.norm());
     result.largest_n = std::max({result.largest_n, tick.on_hand_W.f.norm(), tick.on_tool_W.f.norm()});
     result.largest_unequal_n = std::max(result.largest_unequal_n, (tick.on_hand_W.f + tick.on_tool_W.f).norm());
@@ -76,8 +76,9 @@ Press pressed(std::string_view law, double mass_kg) {
 double changed_below_knee_n(const std::vector<Press>& presses) {
   double changed = 0;
   for (const Press& press : presses) {
-    for (std::size_t i = 0; i < press.asked_n.size(); ++i) {
-      if (press.asked_n[i] <= kKnee_n) changed = std::max(changed, std::abs(press.shown_n[i] - press.asked_n[i]));
+    for (std::size_t i = 0; i < press.requested_n.size(); ++i) {
+      if (press.requested_n[i] <= kKnee_n)
+        changed = std::max(changed, std::abs(press.shown_n[i] - press.requested_n[i]));
     }
   }
   return changed;
@@ -121,7 +122,7 @@ Plot press_figure(const std::vector<Press>& presses) {
     figure.series.push_back(
         {format_fixed(kSaturatingMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
   }
-  figure.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, Dash::kDotted});
+  figure.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().requested_n, 4, Dash::kDotted});
   return figure;
 }
 
@@ -136,7 +137,7 @@ Reproduction reproduce_saturation(const Clock&) {
       "Identity and "
       "limit are read from the simulated forces, the slope at the knee from the curve.";
   std::vector<Press> linear;
-  double largest_n = 0, unequal_n = 0, asked_n = 0;
+  double largest_n = 0, unequal_n = 0, requested_n = 0;
   boost::json::object details;
   details["settings"] = {{"force_limit_n", kForceLimit_n},
                          {"softness", kSoftness},
@@ -155,19 +156,19 @@ Reproduction reproduce_saturation(const Clock&) {
       unequal_n = std::max(unequal_n, press.largest_unequal_n);
       of_masses.push_back(press.largest_n);
       if (law != "spring-damper") continue;
-      asked_n = std::max(asked_n, *std::ranges::max_element(press.asked_n));
+      requested_n = std::max(requested_n, *std::ranges::max_element(press.requested_n));
       linear.push_back(press);
     }
     details[law] = {{"largest_force_n", of_masses}};
   }
   result.rows = {{"force from which it bends", "5.2 N", format_fixed(kKnee_n, 1) + " N"},
                  {"largest force, all laws and masses", "below 6.5 N", format_fixed(largest_n, 3) + " N"},
-                 {"largest force asked for, spring-damper", "", format_fixed(asked_n, 2) + " N"}};
+                 {"largest force asked for, spring-damper", "", format_fixed(requested_n, 2) + " N"}};
   const std::string all = "all laws, 0.05 to 0.2 kg";
   result.claims = {{"spring-damper", "force below 5.2 N is changed by", changed_below_knee_n(linear), Relation::kAtMost,
                     1e-9, "N", 12},
-                   {"spring-damper", "force asked for in the press goes beyond the limit", asked_n, Relation::kAtLeast,
-                    kForceLimit_n, "N", 2},
+                   {"spring-damper", "force asked for in the press goes beyond the limit", requested_n,
+                    Relation::kAtLeast, kForceLimit_n, "N", 2},
                    {"curve", "slope jumps at the knee by", slope_jump(), Relation::kAtMost, 1e-5, "", 7},
                    {all, "largest force", largest_n, Relation::kAtMost, kForceLimit_n, "N", 4},
                    {all, "force on hand and force on tool differ by", unequal_n, Relation::kAtMost, 1e-9, "N", 12}};

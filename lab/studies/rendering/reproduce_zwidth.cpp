@@ -250,13 +250,13 @@ boost::json::value details_of(const LawWidths& law) {
 
 void add_law(Reproduction& result, boost::json::object& details, const LawWidths& law) {
   for (const Width& width : law.widths) {
-    const std::string who = law.law + ", " + format_significant(width.rate_hz, 4) + " Hz: ";
+    const std::string row_name = law.law + ", " + format_significant(width.rate_hz, 4) + " Hz: ";
     if (is_switching(law.law)) {
-      result.rows.push_back({who + "lowest k_t not at rest [N/m]", "", listed(width.simulated_n_per_m)});
+      result.rows.push_back({row_name + "lowest k_t not at rest [N/m]", "", listed(width.simulated_n_per_m)});
       continue;
     }
-    result.rows.push_back({who + "predicted k_t [N/m]", "", listed(width.predicted_n_per_m)});
-    result.rows.push_back({who + "simulated k_t [N/m]", "", listed(width.simulated_n_per_m)});
+    result.rows.push_back({row_name + "predicted k_t [N/m]", "", listed(width.predicted_n_per_m)});
+    result.rows.push_back({row_name + "simulated k_t [N/m]", "", listed(width.simulated_n_per_m)});
   }
   details[law.law] = details_of(law);
   if (!is_direct(law.law)) result.figures.push_back(figure_of(law));

@@ -146,8 +146,8 @@ class GltfChecker {
 
   const json::value* accessor_at(std::int64_t index) const {
     const auto accessors = list(document_, "accessors");
-    const bool is_there = index >= 0 && static_cast<std::size_t>(index) < accessors.size();
-    return is_there ? &accessors[static_cast<std::size_t>(index)] : nullptr;
+    const bool is_in_range = index >= 0 && static_cast<std::size_t>(index) < accessors.size();
+    return is_in_range ? &accessors[static_cast<std::size_t>(index)] : nullptr;
   }
 
   const json::value& document_;

@@ -130,7 +130,7 @@ std::string element_of(const ElementClues& clues) {
   }
   if (is_lone_ion(name, clues.residue)) return name;
   if (stated == "D" || stated == "T" || find_element(stated) != nullptr) return known_or_x(stated);
-  if (const std::string told = by_columns(field); !told.empty()) return told;
+  if (const std::string by_column = by_columns(field); !by_column.empty()) return by_column;
   if (std::ranges::find(kPlainSymbols, letters.substr(0, 2)) != kPlainSymbols.end()) {
     return std::string(letters.substr(0, 2));
   }

@@ -51,7 +51,7 @@ class ParameterFile {
   bool next(Words& words) {
     while (!rest_.empty()) {
       ++line_;
-      std::string_view line = take_line(rest_);
+      std::string_view line = pop_line(rest_);
       words = server::words(line.substr(0, line.find(';')));
       if (words.empty() || handled_by_preprocessor(words) || skipping_) continue;
       return true;

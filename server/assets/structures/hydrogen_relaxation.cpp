@@ -99,13 +99,13 @@ class Relaxation {
     if (active.size() > kMaxGroups) active.resize(kMaxGroups);
     for (int round = 0; round < kMaxRounds; ++round) {
       bool has_moved = false;
-      for (RelaxedGroup* group : active) has_moved |= group->built->turns && may_go_on() && turn(*group);
+      for (RelaxedGroup* group : active) has_moved |= group->built->turns && may_continue() && turn(*group);
       if (!has_moved) break;
     }
     std::erase_if(active, [this](RelaxedGroup* group) { return !clashes(*group, kMovedShare); });
     for (int round = 0; round < kMaxRounds; ++round) {
       bool has_moved = false;
-      for (RelaxedGroup* group : active) has_moved |= may_go_on() && bend(*group);
+      for (RelaxedGroup* group : active) has_moved |= may_continue() && bend(*group);
       if (!has_moved) break;
     }
     write_back();
@@ -267,7 +267,7 @@ class Relaxation {
     return (may_bond(h, atom) ? kHydrogenBondWell : kWell) * sixth * (sixth - 2);
   }
 
-  bool may_go_on() const { return pairs_ < kMaxPairs; }
+  bool may_continue() const { return pairs_ < kMaxPairs; }
 
   double energy_at(const RelaxedGroup& group, std::size_t n, const Vec3& place) {
     pairs_ += group.near.size();

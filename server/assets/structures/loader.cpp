@@ -97,7 +97,7 @@ void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector
 }
 
 /// Selected residues. The others of the selected chains are counted by name for a note.
-std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
+std::vector<PdbResidue> pick_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
                                       LeftOutByName& left_out, std::vector<std::string>& dropped) {
   std::vector<PdbResidue> taken;
   for (const PdbResidue& residue : others) {
@@ -401,7 +401,7 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
     }
   }
   LeftOutByName left_out;
-  for (const PdbResidue& residue : take_selected(prepared.others, selection, left_out, found.dropped)) {
+  for (const PdbResidue& residue : pick_selected(prepared.others, selection, left_out, found.dropped)) {
     loader.add_other(residue);
   }
   if (molecule.size() == 0) {

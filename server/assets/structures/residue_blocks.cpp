@@ -172,7 +172,7 @@ std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainE
 }
 
 void apply_to_atoms(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
-  const auto put = [&atoms](const BlockAtom& atom) {
+  const auto insert = [&atoms](const BlockAtom& atom) {
     const auto same = std::find_if(atoms.begin(), atoms.end(), [&](const BlockAtom& a) { return a.name == atom.name; });
     if (same == atoms.end()) {
       atoms.push_back(atom);
@@ -181,8 +181,8 @@ void apply_to_atoms(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
     }
   };
   for (const std::string& name : edit.deleted) std::erase_if(atoms, [&](const BlockAtom& a) { return a.name == name; });
-  for (const BlockAtom& atom : edit.replaced) put(atom);
-  for (const BlockAtom& atom : edit.added) put(atom);
+  for (const BlockAtom& atom : edit.replaced) insert(atom);
+  for (const BlockAtom& atom : edit.added) insert(atom);
 }
 
 void apply(const TerminusEdit& edit, Composition& made) {

@@ -97,7 +97,7 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
   const std::string place =
       std::to_string(residue.segment) + '|' + residue.segment_name + '|' + residue.chain + '|' + residue.id;
   const auto [entry, is_new] = index_of_place_.try_emplace(place, open_.size());
-  std::size_t first_there = open_.size();
+  std::size_t first_place = open_.size();
   if (!is_new) {
     // Residue names at one position alternate, so the earlier one may continue.
     for (const std::size_t index : {entry->second, open_[entry->second].place}) {
@@ -106,13 +106,13 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
       return;
     }
     const OpenResidue& known = open_[entry->second];
-    if (known.residue.name != residue.name && alternate != ' ') first_there = known.place;
+    if (known.residue.name != residue.name && alternate != ' ') first_place = known.place;
     entry->second = open_.size();
   }
   OpenResidue& opened = open_.emplace_back();
   opened.residue = std::move(residue);
   opened.records.push_back(std::move(record));
-  opened.place = first_there;
+  opened.place = first_place;
 }
 
 void ResidueCollector::drop(const PdbResidue& residue, const Record& record, const char* why) {
@@ -211,7 +211,7 @@ void ResidueCollector::name_chains_by_segment() {
   for (OpenResidue& open : open_) open.residue.chain = open.residue.segment_name;
 }
 
-PdbStructure ResidueCollector::take() {
+PdbStructure ResidueCollector::finish() {
   name_chains_by_segment();
   choose_alternates();
   for (OpenResidue& open : open_) {

@@ -62,7 +62,7 @@ class ResidueCollector {
   /// Fails   MoleculeError: more than 1,000,000 atoms
   void add(PdbResidue residue, PdbAtom atom, char alternate);
   std::size_t atom_count() const { return atoms_; }
-  PdbStructure take();
+  PdbStructure finish();
 
  private:
   struct Record {

@@ -76,7 +76,7 @@ class Matcher {
     }
   }
 
-  const BlockAtom* of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
+  const BlockAtom* match_of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
   bool is_used(std::size_t block_atom) const { return used_[block_atom]; }
   /// Whether a hydrogen has no carrier in the residue, or is in excess on a matched one.
   bool is_misfit(std::size_t i) const {
@@ -122,7 +122,7 @@ class Matcher {
     for (std::size_t k = 0; k < atoms_.size(); ++k) {
       if (used_[k] || atoms_[k].name != named_.names[i]) continue;
       if (is_hydrogen(i) && !carrier_[k].empty() && !is_on(i, carrier_[k])) continue;
-      return take(i, k);
+      return assign(i, k);
     }
   }
 
@@ -137,7 +137,7 @@ class Matcher {
       nearest = distance;
       best = k;
     }
-    if (best) take(i, *best);
+    if (best) assign(i, *best);
   }
 
   /// Matches hydrogens whose carrier no rule states: HG13 with HG11 if that is unused and equal.
@@ -151,10 +151,10 @@ class Matcher {
       if (!alike(*first, atoms_[k])) return;
       if (!used_[k] && !spare) spare = k;
     }
-    if (spare) take(i, *spare);
+    if (spare) assign(i, *spare);
   }
 
-  void take(std::size_t i, std::size_t k) {
+  void assign(std::size_t i, std::size_t k) {
     used_[k] = true;
     match_[i] = k;
   }
@@ -203,7 +203,7 @@ std::string stand_in(const ForceField& force_field, const std::string& element, 
 }
 
 /// Selenium in place of sulfur: the charge of the sulfur entry, but the size of selenium.
-void take_selenium(const ForceField& force_field, TypedResidue& typed) {
+void match_selenium(const ForceField& force_field, TypedResidue& typed) {
   const std::string type = std::string(kElementPrefix) + "SE";
   if (force_field.types.contains(type)) typed.atoms.back().type = type;
 }
@@ -255,10 +255,10 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
   for (const BlockAtom& atom : atoms) *typed.expected_charge_e += atom.charge_e;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
     if (matcher.is_misfit(i)) typed.misfits.push_back(i);
-    if (const BlockAtom* entry = matcher.of(i)) {
+    if (const BlockAtom* entry = matcher.match_of(i)) {
       typed.atoms.push_back(*entry);
       typed.guesses.emplace_back();
-      if (residue.atoms[i].element == "SE") take_selenium(force_field, typed);
+      if (residue.atoms[i].element == "SE") match_selenium(force_field, typed);
       if (residue.atoms[i].element == "H") named.names[i] = entry->name;
     } else {
       guess_by_element(force_field, residue, i, block.name, typed);

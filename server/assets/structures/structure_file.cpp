@@ -49,7 +49,7 @@ std::string text_of(const fs::path& path) {
 /// Whether the first word that is not a comment is that of mmCIF.
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
-    const std::string_view line = trimmed(take_line(text));
+    const std::string_view line = trimmed(pop_line(text));
     if (!line.empty() && line.front() != '#') return begins_with_any_case(line, "data_");
   }
   return false;

@@ -38,7 +38,7 @@ std::vector<std::string_view> words(std::string_view line) {
   return found;
 }
 
-std::string_view take_line(std::string_view& rest) {
+std::string_view pop_line(std::string_view& rest) {
   const std::size_t end = std::min(rest.find('\n'), rest.size());
   std::string_view line = rest.substr(0, end);
   rest.remove_prefix(std::min(end + 1, rest.size()));

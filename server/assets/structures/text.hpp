@@ -29,7 +29,7 @@ std::string_view columns(std::string_view line, std::size_t first, std::size_t l
 std::vector<std::string_view> words(std::string_view line);
 
 /// Removes the first line from `rest` and returns it; accepts LF and CRLF.
-std::string_view take_line(std::string_view& rest);
+std::string_view pop_line(std::string_view& rest);
 
 /// True when the whole of `field` is one finite number.
 bool parse_finite(std::string_view field, double& value);

@@ -54,18 +54,18 @@ struct Rig {
 TEST(RunReport, TellsWhatBecomesOfTheDeviceAndNotATickLongEach) {
   Rig rig;
   rig.add(1);
-  EXPECT_EQ(rig.report.take_device_news(), "") << "ready, as it should be";
+  EXPECT_EQ(rig.report.pop_device_news(), "") << "ready, as it should be";
   rig.record.sample.is_valid = false;
   rig.record.sample.reason = "its orientation is no rotation; plug it in again";
   rig.add(1);
-  EXPECT_EQ(rig.report.take_device_news(),
+  EXPECT_EQ(rig.report.pop_device_news(),
             "ready, but gives no usable samples: its orientation is no rotation; plug it in again");
   int news = 0;
   for (int i = 0; i < 3000; ++i) {
     rig.record.sample.is_valid = i % 2 == 0;
     rig.record.sample.reason = i % 2 == 0 ? "" : "its pose jumps";
     rig.add(1);
-    news += rig.report.take_device_news().empty() ? 0 : 1;
+    news += rig.report.pop_device_news().empty() ? 0 : 1;
   }
   EXPECT_LE(news, 3);
   EXPECT_GE(news, 2);
@@ -73,7 +73,7 @@ TEST(RunReport, TellsWhatBecomesOfTheDeviceAndNotATickLongEach) {
   rig.record.sample.state = devices::DeviceState::kLost;
   rig.record.sample.reason = "it was unplugged; plug it in again";
   rig.add(1);
-  EXPECT_EQ(rig.report.take_device_news(), "lost: it was unplugged; plug it in again") << "at once";
+  EXPECT_EQ(rig.report.pop_device_news(), "lost: it was unplugged; plug it in again") << "at once";
 }
 
 TEST(RunReport, SilenceIsTimedFromTheLastArrivalToLastingZero) {

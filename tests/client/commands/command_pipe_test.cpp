@@ -41,7 +41,7 @@ class CommandPipeTest : public ::testing::Test {
   std::string taken() {
     const auto end = std::chrono::steady_clock::now() + kPatience;
     while (std::chrono::steady_clock::now() < end) {
-      if (const auto line = pipe_->take()) return *line;
+      if (const auto line = pipe_->pop_line()) return *line;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return "none";
@@ -73,7 +73,7 @@ TEST_F(CommandPipeTest, ALineIsReadWhenTheAnswerBeforeItIsWritten) {
   end_lines();
   for (const char* expected : {"first", "second", "", "last without an end"}) {
     EXPECT_EQ(taken(), expected);
-    EXPECT_EQ(pipe_->take(), std::nullopt) << "until it is answered";
+    EXPECT_EQ(pipe_->pop_line(), std::nullopt) << "until it is answered";
     EXPECT_FALSE(pipe_->is_over());
     pipe_->answer("to " + std::string(expected));
   }
@@ -102,7 +102,7 @@ TEST_F(CommandPipeTest, WhoReadsNoAnswersIsNotReadEither) {
     pipe_->answer(answer);
   }
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_EQ(pipe_->take(), std::nullopt) << "the second answer does not fit into the pipe";
+  EXPECT_EQ(pipe_->pop_line(), std::nullopt) << "the second answer does not fit into the pipe";
   EXPECT_EQ(read_answers(2 * answer.size() + 2), answer + "\n" + answer + "\n") << "and none of it is lost";
   EXPECT_EQ(taken(), "3");
 }

@@ -39,7 +39,7 @@ class CommandRunTest : public ::testing::Test {
     view_.newest.update.field_energy_kj_per_mol = -12.5;
     proto::BodyState body;
     body.id = BodyId{1};
-    view_.told_bodies.push_back(body);
+    view_.received_bodies.push_back(body);
     run_.emplace(client_, std::make_shared<devices::Pointer>(), lines_[0], answers_[1]);
     reader_ = std::thread([this] { read_answers(); });
   }

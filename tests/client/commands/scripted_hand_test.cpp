@@ -43,7 +43,7 @@ class ScriptedHandTest : public ::testing::Test {
 TEST_F(ScriptedHandTest, GoesToAPlaceOfTheWorldNoFasterThanItsSpeedAndRestsThere) {
   run(0.5);
   const Pose goal{Vec3(0.3, 0.1, 0.4), Quat(Eigen::AngleAxisd(1.5, Vec3(1, 2, 2).normalized()))};
-  hand_.go_to(goal, now_);
+  hand_.move_to(goal, now_);
   run(0.2);
   EXPECT_FALSE(hand_.has_arrived());
   EXPECT_FALSE(hand_.is_at_rest(now_));
@@ -57,7 +57,7 @@ TEST_F(ScriptedHandTest, GoesToAPlaceOfTheWorldNoFasterThanItsSpeedAndRestsThere
 
 TEST_F(ScriptedHandTest, AForceThatHoldsItUpStretchesItNoFartherThanAMouseMay) {
   run(0.5);
-  hand_.go_to(view_.workspace.world_pose({Vec3(0.4, 0, 0), Quat::Identity()}), now_);
+  hand_.move_to(view_.workspace.world_pose({Vec3(0.4, 0, 0), Quat::Identity()}), now_);
   run(6, {Vec3(-30, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand_.has_arrived());
   const double stretch_m = (hand_.target().X_DH.p - view_.record.sample.X_DH.p).norm();
@@ -67,7 +67,7 @@ TEST_F(ScriptedHandTest, AForceThatHoldsItUpStretchesItNoFartherThanAMouseMay) {
 TEST_F(ScriptedHandTest, AnotherSceneEndsTheMovementAndReleasesTheButtons) {
   run(0.1);
   hand_.press(kButtonGrab, true);
-  hand_.go_to({Vec3(0.3, 0.1, 0.4), Quat::Identity()}, now_);
+  hand_.move_to({Vec3(0.3, 0.1, 0.4), Quat::Identity()}, now_);
   run(0.3);
   EXPECT_EQ(view_.record.sample.buttons, kButtonGrab);
   ++view_.record.scene_generation;

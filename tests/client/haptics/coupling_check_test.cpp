@@ -47,7 +47,7 @@ void set(test::SessionBench& bench, const std::string& name, double value) {
   wire::ServerControl message;
   message.mutable_parameter_set()->set_name(name);
   message.mutable_parameter_set()->set_value(value);
-  bench.say(message);
+  bench.deliver(message);
 }
 void set_stiffness(test::SessionBench& bench, double value) {
   set(bench, "coupling.stiffness_n_per_m", value);
@@ -211,7 +211,7 @@ TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
   EXPECT_EQ(held.parameters, haptics::CouplingParameters{});
   wire::ServerControl grabbed;
   grabbed.mutable_grabbed()->set_body(body_id_at(0).value);
-  bench.say(grabbed);
+  bench.deliver(grabbed);
   set(bench, "coupling.damping_n_s_per_m", 1);
   bench.wait(CouplingWatch::kQuiet);
   ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
@@ -395,7 +395,7 @@ TEST(CouplingCheck, ABodyCountsWhereTheStateSaysThatItIsHeld) {
   };
   wire::ServerControl grabbed;
   grabbed.mutable_grabbed()->set_body(body_id_at(0).value);
-  bench.say(grabbed);
+  bench.deliver(grabbed);
   hold_at({0.1, 0, 0});
   bench.wait(CouplingWatch::kQuiet);
   EXPECT_NEAR(bench.session.coupling_check().moved.back().inertia_kg_m2, about_centre + 0.5 * 0.1 * 0.1, 1e-6);

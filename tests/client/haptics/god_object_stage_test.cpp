@@ -72,7 +72,7 @@ struct Rig {
     return stage->tick(input);
   }
   /// Moves the hand to `to_W` in a straight line, at most a millimetre a tick, and stops there.
-  StageOutput go(const Vec3& to_W) {
+  StageOutput move_to(const Vec3& to_W) {
     const Vec3 from_W = input.handle.X.p;
     const int ticks = 1 + static_cast<int>((to_W - from_W).norm() / 1e-3);
     StageOutput output;
@@ -82,8 +82,8 @@ struct Rig {
     }
     return output;
   }
-  Vec3 force_at(const Vec3& to_W) { return go(to_W).wrench_on_hand_W.f; }
-  void tell(const RigidState& body) {
+  Vec3 force_at(const Vec3& to_W) { return move_to(to_W).wrench_on_hand_W.f; }
+  void set_body(const RigidState& body) {
     ++received.update.step.value;
     received.received = input.now;
     received.update.bodies.assign(1, {body_id_at(0), body, {}});
@@ -108,7 +108,7 @@ TEST(GodObjectStage, PressesOutOfAPlaneByStiffnessTimesDepth) {
 TEST(GodObjectStage, PressesOutOfASphereAlongItsRadius) {
   Rig rig(scene_of({sphere_shape(0.03)}));
   const Vec3 direction = Vec3(1, 2, 2) / 3;
-  rig.go(0.05 * direction);
+  rig.move_to(0.05 * direction);
   const Vec3 force = rig.force_at(0.025 * direction);
   EXPECT_LT((force - kStiffness_n_per_m * (0.03 + kRadius_m - 0.025) * direction).norm(), 1e-6);
 }
@@ -116,7 +116,7 @@ TEST(GodObjectStage, PressesOutOfASphereAlongItsRadius) {
 TEST(GodObjectStage, PressesAcrossTheEdgeOfABox) {
   Rig rig(scene_of({box_shape({0.02, 0.2, 0.02})}));
   const Vec3 edge(0.01, 0, 0.01), out = Vec3(1, 0, 1).normalized();
-  rig.go(edge + 5e-3 * out);
+  rig.move_to(edge + 5e-3 * out);
   const Vec3 force = rig.force_at(edge + 0.5e-3 * out);
   EXPECT_LT((force - kStiffness_n_per_m * (kRadius_m - 0.5e-3) * out).norm(), 1e-6);
 }
@@ -126,7 +126,7 @@ TEST(GodObjectStage, FrictionIsTheRootOfBothCoefficients) {
   joined.mutable_scene()->mutable_bodies(0)->set_friction(0.9);
   joined.mutable_scene()->mutable_tools(0)->set_friction(0.4);
   Rig rig(joined);
-  rig.go({0, 0, 0.007});
+  rig.move_to({0, 0, 0.007});
   const Vec3 sliding = rig.force_at({0.05, 0, 0.007});
   EXPECT_NEAR(-sliding.x() / sliding.z(), 0.6, 1e-6) << "√(0.9 · 0.4)";
 }
@@ -150,7 +150,7 @@ TEST(GodObjectStage, NeverEntersAMeshThatItIsDrawnThrough) {
   const MeshScene scene;
   Rig rig(scene.joined, scene.assets);
   const auto box = contact::box_field(Vec3(0.03, 0.03, 0.02));
-  rig.go({0.001, 0.002, 0.02});
+  rig.move_to({0.001, 0.002, 0.02});
   for (const Vec3& to_W : {Vec3(0.001, 0.002, -0.002), Vec3(0.02, 0.01, -0.003), Vec3(-0.02, -0.02, 0.0)}) {
     const Vec3 from_W = rig.input.handle.X.p;
     for (int i = 1; i <= 200; ++i) {
@@ -165,7 +165,7 @@ TEST(GodObjectStage, NeverEntersAMeshThatItIsDrawnThrough) {
 TEST(GodObjectStage, AMeshPressesAsTheBoxThatItIs) {
   const MeshScene scene;
   Rig rig(scene.joined, scene.assets);
-  rig.go({0.001, 0.002, 0.02});
+  rig.move_to({0.001, 0.002, 0.02});
   const Vec3 force = rig.force_at({0.001, 0.002, 0.007});
   EXPECT_LT((force - Vec3(0, 0, kStiffness_n_per_m * (0.01 + kRadius_m - 0.007))).norm(), 1e-5);
 }
@@ -176,7 +176,8 @@ TEST(GodObjectStage, ABodyThatComesPushesTheHandAndThenHoldsItOff) {
   Vec3 before = Vec3::Zero(), force = Vec3::Zero();
   for (int i = 0; i <= 250; ++i) {
     // A state arrives only every 10 ms. Between states the body is extrapolated by its velocity.
-    if (i % 10 == 0) rig.tell({{Vec3(1e-4 * i, 0, 0), Quat::Identity()}, {Vec3(speed_m_per_s, 0, 0), Vec3::Zero()}});
+    if (i % 10 == 0)
+      rig.set_body({{Vec3(1e-4 * i, 0, 0), Quat::Identity()}, {Vec3(speed_m_per_s, 0, 0), Vec3::Zero()}});
     force = rig.tick().wrench_on_hand_W.f;
     EXPECT_GE(force.x(), before.x());
     EXPECT_LT((force - before).norm(), 0.3) << "tick " << i;
@@ -184,13 +185,13 @@ TEST(GodObjectStage, ABodyThatComesPushesTheHandAndThenHoldsItOff) {
   }
   const double depth_m = 0.025 + 1e-4 + 0.01 + kRadius_m - 0.03;
   EXPECT_NEAR(force.x(), kStiffness_n_per_m * depth_m + kDamping_n_s_per_m * speed_m_per_s, 1e-9);
-  rig.tell({{Vec3(0.025, 0, 0), Quat::Identity()}, {}});
+  rig.set_body({{Vec3(0.025, 0, 0), Quat::Identity()}, {}});
   EXPECT_NEAR(rig.tick().wrench_on_hand_W.f.x(), kStiffness_n_per_m * (depth_m - 1e-4), 1e-9);
 }
 
 TEST(GodObjectStage, ABodyIsCarriedOnForTwentyMillisecondsAndNoLonger) {
   Rig rig(scene_of({box_shape({0.02, 0.2, 0.2})}), {}, {0.011, 0, 0});
-  rig.tell({{}, {Vec3(0.1, 0, 0), Vec3::Zero()}});
+  rig.set_body({{}, {Vec3(0.1, 0, 0), Vec3::Zero()}});
   Vec3 force = Vec3::Zero();
   for (int i = 0; i < 1000; ++i) force = rig.tick().wrench_on_hand_W.f;
   EXPECT_NEAR(force.x(), kStiffness_n_per_m * (0.002 + 0.01 + kRadius_m - 0.011) + kDamping_n_s_per_m * 0.1, 1e-9);
@@ -202,12 +203,12 @@ TEST(GodObjectStage, AHeldBodyIsNotFeltUntilTheBallIsClearOfIt) {
     Rig rig(is_mesh ? mesh.joined : scene_of({box_shape({0.03, 0.03, 0.02})}), mesh.assets);
     EXPECT_GT(rig.force_at({0, 0, 0.011}).z(), 0.1);
     rig.received.update.held_body = body_id_at(0);
-    rig.tell({});
+    rig.set_body({});
     rig.tick();
     EXPECT_EQ(rig.tick().wrench_on_hand_W.f, Vec3::Zero()) << "held";
     EXPECT_EQ(rig.force_at({0, 0, 0.005}), Vec3::Zero()) << "and moved";
     rig.received.update.held_body = {};
-    rig.tell({});
+    rig.set_body({});
     EXPECT_EQ(rig.force_at({0, 0, 0.0055}), Vec3::Zero()) << "let go: the ball is still inside";
     EXPECT_EQ(rig.force_at({0, 0, 0.02}), Vec3::Zero());
     EXPECT_GT(rig.force_at({0, 0, 0.011}).z(), 0.1) << "it was clear of it";
@@ -219,19 +220,19 @@ TEST(GodObjectStage, AMovingBodyIsNotFeltWhereItWasBeforeItsFirstState) {
   joined.mutable_scene()->mutable_bodies(0)->set_mass_kg(0.1);
   Rig rig(joined);
   EXPECT_EQ(rig.force_at({0, 0, 0.005}), Vec3::Zero()) << "it may be elsewhere by now";
-  rig.tell({{Vec3(0, 0, 0.04), Quat::Identity()}, {}});
+  rig.set_body({{Vec3(0, 0, 0.04), Quat::Identity()}, {}});
   EXPECT_EQ(rig.force_at({0, 0, 0.006}), Vec3::Zero()) << "and it is: nothing is swept along on its way there";
   EXPECT_NEAR(rig.force_at({0, 0, 0.031}).z(), -kStiffness_n_per_m * (0.031 + kRadius_m - 0.03), 1e-9);
 }
 
 TEST(GodObjectStage, BeginsAnewAfterASilenceInWhichBodiesMayHavePassed) {
   Rig rig(scene_of({box_shape({0.02, 0.2, 0.2})}), {}, {0.05, 0, 0});
-  rig.tell({});
+  rig.set_body({});
   rig.tick();
   for (int i = 0; i < 200; ++i) rig.tick();
-  rig.tell({{Vec3(0.1, 0, 0), Quat::Identity()}, {}});
+  rig.set_body({{Vec3(0.1, 0, 0), Quat::Identity()}, {}});
   EXPECT_EQ(rig.tick().wrench_on_hand_W.f, Vec3::Zero()) << "the box is on the other side now";
-  rig.tell({{Vec3(0, 0, 0), Quat::Identity()}, {}});
+  rig.set_body({{Vec3(0, 0, 0), Quat::Identity()}, {}});
   EXPECT_LT(rig.tick().wrench_on_hand_W.f.x(), -1) << "within milliseconds it would have swept the hand along";
 }
 
@@ -258,7 +259,7 @@ TEST(GodObjectStage, HasNoTorqueOnAHandThatTurns) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.02})}));
   rig.input.handle.X.q = quaternion_of(Vec3(0.3, -1, 0.2));
   rig.input.handle.V.w = Vec3(3, 2, 1);
-  const StageOutput output = rig.go({0, 0, 0.005});
+  const StageOutput output = rig.move_to({0, 0, 0.005});
   EXPECT_GT(output.wrench_on_hand_W.f.norm(), 1);
   EXPECT_EQ(output.wrench_on_hand_W.t, Vec3::Zero());
   EXPECT_EQ(output.mode, proto::ClientMode::kHandle) << "the server's tool follows the handle";
@@ -266,10 +267,11 @@ TEST(GodObjectStage, HasNoTorqueOnAHandThatTurns) {
 
 TEST(GodObjectStage, StaysFiniteWhateverTheServerSaysOfItsBodies) {
   Rig rig(scene_of({box_shape({0.2, 0.2, 0.02}), sphere_shape(0.01)}));
-  rig.go({0, 0, 0.005});
+  rig.move_to({0, 0, 0.005});
   const double huge = 1e308, nothing = std::numeric_limits<double>::quiet_NaN();
   for (const double number : {huge, -huge, nothing}) {
-    rig.tell({{Vec3::Constant(number), Quat(number, 0, number, 0)}, {Vec3::Constant(number), Vec3::Constant(number)}});
+    rig.set_body(
+        {{Vec3::Constant(number), Quat(number, 0, number, 0)}, {Vec3::Constant(number), Vec3::Constant(number)}});
     rig.received.update.bodies.push_back({BodyId{0}, {}, {}});
     rig.received.update.bodies.push_back({BodyId{77}, {}, {}});
     EXPECT_TRUE(is_finite(rig.tick().wrench_on_hand_W)) << number;

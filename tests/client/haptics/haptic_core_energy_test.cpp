@@ -20,10 +20,10 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   rig.enter_scene();
   double to_hand_j = 0;
   double from_hand_j = 0;
-  double asked_to_hand_j = 0;
+  double requested_to_hand_j = 0;
   Vec3 last_p = Vec3::Zero();
   Quat last_q = Quat::Identity();
-  Wrench held, asked;
+  Wrench held, requested;
   for (int i = 0; i < 3000; ++i) {
     const double phase = 0.01 * i;
     rig.received.update.wrench_on_hand_W = {Vec3(std::cos(3 * phase), 0, 1), Vec3(0, 0, 0.1 * std::sin(2 * phase))};
@@ -36,21 +36,21 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
         return wrench.f.dot(p - last_p) + wrench.t.dot(rotation_vector(q * last_q.conjugate()));
       };
       const double work_j = work_of(held);
-      asked_to_hand_j += std::max(0.0, work_of(asked));
+      requested_to_hand_j += std::max(0.0, work_of(requested));
       (work_j > 0 ? to_hand_j : from_hand_j) += std::abs(work_j);
     }
     last_p = p;
     last_q = q;
     held = rig.core.record().displayed_on_hand_D;
-    asked = rig.core.record().stage_wrench_on_hand_D * rig.core.record().passivity_gain;
+    requested = rig.core.record().stage_wrench_on_hand_D * rig.core.record().passivity_gain;
   }
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
   EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
   // The server receives the energy of the requested wrench, before the ramp, and four times as much: hand joules are
   // world joules · s_f / s_p.
-  EXPECT_GT(asked_to_hand_j, 1.02 * to_hand_j);
-  EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * asked_to_hand_j, 4 * kSumRounding);
+  EXPECT_GT(requested_to_hand_j, 1.02 * to_hand_j);
+  EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * requested_to_hand_j, 4 * kSumRounding);
 }
 
 TEST(HapticCore, TheServerGetsTheEnergyAlsoOfAForceThatTheDeviceCannotShow) {
@@ -59,13 +59,13 @@ TEST(HapticCore, TheServerGetsTheEnergyAlsoOfAForceThatTheDeviceCannotShow) {
   rig.run(700);
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, -100);
   rig.run(50);
-  const double told_before_j = rig.sent().energy_from_hand_j;
+  const double sent_before_j = rig.sent().energy_from_hand_j;
   const double displayed_before_j = rig.core.counters().energy_from_hand_j;
   for (int i = 0; i < 100; ++i) {
     rig.device.sample.X_DH.p.z() += 1e-5;
     rig.run(1);
   }
-  EXPECT_NEAR(rig.sent().energy_from_hand_j - told_before_j, 100 * 1e-3, 2e-3);
+  EXPECT_NEAR(rig.sent().energy_from_hand_j - sent_before_j, 100 * 1e-3, 2e-3);
   EXPECT_LT(rig.core.counters().energy_from_hand_j - displayed_before_j, 20 * 1e-3) << "no device here shows 100 N";
 }
 
@@ -77,8 +77,8 @@ TEST(HapticCore, WhileTheClutchIsDownNoEnergyIsReported) {
   rig.device.sample.buttons = kButtonClutch;
   rig.run(1);
   const auto net_j = [&rig] {
-    const proto::ClientUpdate& told = rig.sent();
-    return told.energy_from_hand_j - told.energy_to_hand_j;
+    const proto::ClientUpdate& sent = rig.sent();
+    return sent.energy_from_hand_j - sent.energy_to_hand_j;
   };
   const double before_j = net_j();
   for (int i = 0; i < 1000; ++i) {
@@ -169,9 +169,9 @@ struct PressedWall {
     now += kTick;
     handles.emplace_back(x, v, 0);
     if (k >= delay) step(handles[static_cast<std::size_t>(k - delay)]);
-    told.push_back(server);
+    sent_updates.push_back(server);
     if (k >= 2 * delay) {
-      received.update = told[static_cast<std::size_t>(k - delay)];
+      received.update = sent_updates[static_cast<std::size_t>(k - delay)];
       received.received = now;
       mailboxes.inbox.publish(received);
     }
@@ -209,7 +209,7 @@ struct PressedWall {
   LocalTime now{std::chrono::seconds(1)};
   double x = -0.005, v = 0;
   std::vector<Vec3> handles;
-  std::vector<proto::ServerUpdate> told;
+  std::vector<proto::ServerUpdate> sent_updates;
   HapticCore core{{.stage = {.name = "late-pose"}}, device, mailboxes};
 };
 

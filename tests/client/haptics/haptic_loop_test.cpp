@@ -75,15 +75,15 @@ TEST(HapticLoop, DeadlinesAreEitherRunOrMissed) {
 }
 
 TEST(HapticLoop, KeepsItsProcessorAwakeWhenToldAndNotWithoutAPriority) {
-  for (const bool is_told : {true, false}) {
+  for (const bool is_stated : {true, false}) {
     HapticLoopSettings settings = kNormalPriority;
-    if (is_told) settings.keeps_awake = true;
+    if (is_stated) settings.keeps_awake = true;
     Rig rig(settings);
     rig.loop.start();
-    EXPECT_EQ(rig.loop.keeps_awake(), is_told);
+    EXPECT_EQ(rig.loop.keeps_awake(), is_stated);
     rig.wait_for_ticks(20);
     rig.loop.stop();
-    EXPECT_EQ(rig.loop.report().keeps_awake, is_told);
+    EXPECT_EQ(rig.loop.report().keeps_awake, is_stated);
   }
 }
 

@@ -41,7 +41,7 @@ TEST(SceneCoupling, BoundsWhatASceneAsksFor) {
 TEST(SceneCoupling, RampsAChangeInATenthOfASecondUnlessItJumps) {
   SceneCoupling coupling(kBounds);
   coupling.start(scene_of("spring-damper", 300));
-  coupling.go_to(scene_of("spring-damper", 600));
+  coupling.fade_to(scene_of("spring-damper", 600));
   for (int i = 1; i <= 50; ++i) {
     coupling.advance(kSceneCouplingTick_s);
     ASSERT_NEAR(coupling.parameters().stiffness_n_per_m, 300 + 3 * i, 1e-9) << i << " ms";
@@ -61,13 +61,13 @@ TEST(SceneCoupling, FadesToAnotherLawInThreeTenthsOfASecondUnlessItJumps) {
   coupling.start(scene_of("stable-dynamic", 300));
   run(1);
   const double before_n = force_n();
-  coupling.go_to(scene_of("spring-damper", 300));
+  coupling.fade_to(scene_of("spring-damper", 300));
   run(150);
   EXPECT_NEAR(force_n(), (before_n + 3) / 2, 1e-9) << "half way";
   run(151);
   EXPECT_EQ(coupling.law().name(), "spring-damper");
   EXPECT_NEAR(force_n(), 3, 1e-12);
-  coupling.go_to(scene_of("stable-dynamic", 300));
+  coupling.fade_to(scene_of("stable-dynamic", 300));
   run(10);
   coupling.jump();
   EXPECT_EQ(force_n(), before_n);

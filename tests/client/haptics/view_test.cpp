@@ -40,10 +40,10 @@ TEST(View, KeepsTheLastStateOfABodyThatTheNewestUpdateLeavesOut) {
   proto::ServerUpdate update = update_of(1);
   update.bodies.push_back(body_at(1, 0.1));
   update.bodies.push_back(body_at(2, 0.2));
-  feed.take(update);
+  feed.receive(update);
   update = update_of(2);
   update.bodies.push_back(body_at(2, 0.3));
-  feed.take(update);
+  feed.receive(update);
   const View* const view = written(feed);
   ASSERT_EQ(view->bodies.size(), 2U);
   EXPECT_EQ(view->bodies[0].state.X.p.x(), 0.1);
@@ -56,10 +56,10 @@ TEST(View, ForgetsAUserASecondAfterTheServerToldOfHimLast) {
   ViewFeed feed;
   proto::ServerUpdate update = update_of(1);
   update.users.push_back(user_of(4));
-  feed.take(update);
-  feed.take(update_of(900));
+  feed.receive(update);
+  feed.receive(update_of(900));
   EXPECT_EQ(written(feed)->users.size(), 1U);
-  feed.take(update_of(1100));
+  feed.receive(update_of(1100));
   EXPECT_TRUE(written(feed)->users.empty());
 }
 
@@ -71,7 +71,7 @@ TEST(View, HasRoomForWhatAHostileServerTellsOf) {
       update.users.push_back(user_of(first + i));
       update.bodies.push_back(body_at(first + i, 0));
     }
-    feed.take(update);
+    feed.receive(update);
   }
   EXPECT_EQ(written(feed)->users.size(), proto::kMaxUsers);
   EXPECT_EQ(written(feed)->bodies.size(), proto::kMaxBodies);
@@ -92,7 +92,7 @@ TEST(View, OfTheHapticPathIsThereOnlyWhenAskedForAndShowsWhatIsDisplayed) {
   ASSERT_NE(view, nullptr);
   EXPECT_TRUE(view->has_state);
   EXPECT_NEAR(view->record.displayed_on_hand_D.f.z(), 2, 1e-9);
-  ASSERT_EQ(view->told_bodies.size(), 1U);
+  ASSERT_EQ(view->received_bodies.size(), 1U);
   EXPECT_LE(rig.core.record().tick.value - view->record.tick.value, kViewEvery);
 }
 

@@ -109,7 +109,7 @@ class Across {
       ran_on_ = is_gap_ ? ran_on_ + 1 : 0;
       up_.pop_front();
     }
-    if (input_.tick.value != 0) take_input();
+    if (input_.tick.value != 0) receive_input();
     if (partner_ && !partner_is_silent_) server.set_handle(1, *partner_);
     if (partner_is_silent_) server.clear_handle(1);
     server.step();
@@ -131,9 +131,9 @@ class Across {
     return (next_ ? *next_ : model).step(input);
   }
   /// From now on another model of the same scene continues from the state of this one.
-  void go_over(const std::shared_ptr<const physics::WorldDescription>& world) {
+  void switch_world(const std::shared_ptr<const physics::WorldDescription>& world) {
     next_.emplace(world, 0, LocalModelSettings{});
-    next_->go_on_from(model, scene_);
+    next_->continue_from(model, scene_);
   }
   LocalModel& newest_model() { return next_ ? *next_ : model; }
 
@@ -147,7 +147,7 @@ class Across {
     std::uint32_t buttons = 0;
   };
 
-  void take_input() {
+  void receive_input() {
     server.set_handle(0, input_.handle);
     const bool is_down = (input_.buttons & kButtonGrab) != 0;
     if (is_down && !was_down_) server.grab(0, BodyId{});
@@ -156,19 +156,19 @@ class Across {
   }
 
   proto::ServerUpdate update() {
-    proto::ServerUpdate told;
-    told.step.value = tick_.value;
-    told.stepped = ServerTime{now().time_since_epoch()};
-    told.answered_input.value = input_.tick.value + ran_on_;
-    told.echoed_sent = LocalTime{kPeriod * static_cast<int>(input_.tick.value)};
+    proto::ServerUpdate sent;
+    sent.step.value = tick_.value;
+    sent.stepped = ServerTime{now().time_since_epoch()};
+    sent.answered_input.value = input_.tick.value + ran_on_;
+    sent.echoed_sent = LocalTime{kPeriod * static_cast<int>(input_.tick.value)};
     const physics::ToolState tool = server.tool(0);
-    told.tool = tool.tool;
-    told.wrench_on_hand_W = tool.wrench_on_hand_W;
-    told.held_body = tool.held;
-    if (tool.held.is_valid()) told.X_BT = server.body(tool.held).X.inverse() * tool.tool.X;
+    sent.tool = tool.tool;
+    sent.wrench_on_hand_W = tool.wrench_on_hand_W;
+    sent.held_body = tool.held;
+    if (tool.held.is_valid()) sent.X_BT = server.body(tool.held).X.inverse() * tool.tool.X;
     if (partner_) {
       const physics::ToolState other = server.tool(1);
-      told.users.push_back({.id = UserId{2},
+      sent.users.push_back({.id = UserId{2},
                             .tool = other.tool,
                             .holds = other.held,
                             .tool_index = 1,
@@ -177,8 +177,8 @@ class Across {
                             .handle_age = Duration{0},
                             .on_hand_W = other.wrench_on_hand_W});
     }
-    told.bodies.push_back({kBlock, server.body(kBlock), UserId{}});
-    return told;
+    sent.bodies.push_back({kBlock, server.body(kBlock), UserId{}});
+    return sent;
   }
 
   std::optional<LocalModel> next_;
@@ -223,20 +223,20 @@ class LocalModelDelay : public testing::TestWithParam<int> {};
 TEST_P(LocalModelDelay, AStaticThingIsFeltAsWithoutADelay) {
   const Vec3 start{-0.04, 0, 0.02}, pressed{-0.1, 0, -0.01};
   Across near(scene(), 1), far(scene(), GetParam());
-  const auto without = felt(near, start, pressed), with = felt(far, start, pressed);
-  EXPECT_GT(without.back().f.norm(), 3);
+  const auto without_far = felt(near, start, pressed), with = felt(far, start, pressed);
+  EXPECT_GT(without_far.back().f.norm(), 3);
   // The world receives the same inputs in the same order.
-  EXPECT_LT(largest_difference_n(without, with), 1e-3);
+  EXPECT_LT(largest_difference_n(without_far, with), 1e-3);
 }
 
 TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
   const Vec3 start{-0.04, 0, 0.02}, pushed{0.06, 0, 0.02};
   Across near(scene(), 1), far(scene(), GetParam());
-  const auto without = felt(near, start, pushed), with = felt(far, start, pushed);
+  const auto without_far = felt(near, start, pushed), with = felt(far, start, pushed);
   double most = 0;
-  for (const Wrench& wrench : without) most = std::max(most, wrench.f.norm());
+  for (const Wrench& wrench : without_far) most = std::max(most, wrench.f.norm());
   EXPECT_GT(most, 0.4);
-  EXPECT_LT(largest_difference_n(without, with), 0.05);
+  EXPECT_LT(largest_difference_n(without_far, with), 0.05);
   // Model and server agree once the block is at rest and the answers have arrived.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
 }
@@ -416,10 +416,10 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
   LocalModelInput input;
   input.handle = newest.update.tool;
   input.newest = &newest;
-  HapticScene asked;
-  asked.coupling = world->coupling.parameters;
-  asked.law = index_of_law(world->coupling.law);
-  input.scene = &asked;
+  HapticScene wanted;
+  wanted.coupling = world->coupling.parameters;
+  wanted.law = index_of_law(world->coupling.law);
+  input.scene = &wanted;
   double before = 0, steepest = 0;
   for (std::uint64_t k = 1; k < 500; ++k) {
     input.input = Tick{k};
@@ -461,7 +461,7 @@ TEST(LocalModel, GoesOnInAnotherModelOfItsSceneAsIfItWereTheSame) {
   Across one(world, 30), other(world, 30);
   double apart_n = 0, apart_m = 0, force_n = 0;
   for (int tick = 0; tick < 1200; ++tick) {
-    if (tick == 350) other.go_over(world);  // in the middle of the push
+    if (tick == 350) other.switch_world(world);  // in the middle of the push
     const Wrench felt = one.tick(pushing(tick));
     const Wrench felt_by_other = other.tick(pushing(tick));
     apart_n = std::max(apart_n, (felt.f - felt_by_other.f).norm());
@@ -479,7 +479,7 @@ TEST(LocalModel, GoesOnInAnotherModelWithWhatItHolds) {
   for (int tick = 0; tick < 300; ++tick) across.tick(at({-0.025, 0, 0.02}), tick > 100 ? kButtonGrab : 0U);
   ASSERT_EQ(across.model.held(), kBlock);
   const Vec3 before = across.model.body(kBlock).X.p;
-  across.go_over(world);
+  across.switch_world(world);
   for (int tick = 0; tick < 50; ++tick) across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
   EXPECT_EQ(across.newest_model().held(), kBlock);
   EXPECT_LT((across.newest_model().body(kBlock).X.p - before).norm(), 1e-3);
@@ -492,7 +492,7 @@ TEST(LocalModel, DoesNotGoOnFromAModelOfAnotherScene) {
   for (int tick = 0; tick < 100; ++tick) across.tick(at({-0.06, 0, 0.02}));
   auto smaller = scene();
   smaller->bodies.pop_back();
-  across.go_over(smaller);
+  across.switch_world(smaller);
   EXPECT_FALSE(across.newest_model().has_started());
 }
 

@@ -20,23 +20,23 @@ RigidState moving_at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
 }
 
 /// A user whose state arrives every millisecond, 50 ms late.
-class Told {
+class PartnerBench {
  public:
   RigidState tick(const RigidState& handle, const Wrench& shown_W, const PartnerSurroundings& around) {
     ++step_;
     proto::ServerUpdate update;
     update.step.value = step_;
     update.stepped = ServerTime(std::chrono::milliseconds(step_));
-    partner.take({.id = UserId{2},
-                  .tool = handle,
-                  .holds = BodyId{},
-                  .tool_index = 1,
-                  .has_handle = true,
-                  .handle = handle,
-                  .handle_age = Duration{0},
-                  .on_hand_W = shown_W},
-                 update);
-    return partner.foresee(update.stepped.time_since_epoch(), kLate_s, around, kPeriod_s);
+    partner.receive({.id = UserId{2},
+                     .tool = handle,
+                     .holds = BodyId{},
+                     .tool_index = 1,
+                     .has_handle = true,
+                     .handle = handle,
+                     .handle_age = Duration{0},
+                     .on_hand_W = shown_W},
+                    update);
+    return partner.predict(update.stepped.time_since_epoch(), kLate_s, around, kPeriod_s);
   }
 
   Partner partner{UserId{2}};
@@ -99,78 +99,78 @@ TEST(HandEstimate, IsARelaxedHandWhereNothingTells) {
 
 TEST(Partner, AtRestIsWhereHeIsToldWhateverHeIsShown) {
   for (const double newtons : {0.0, 1.0, 5.0}) {
-    Told told;
+    PartnerBench bench;
     const Vec3 force(newtons, 0, -newtons);
     RigidState handle;
     for (int k = 0; k < 5000; ++k)
-      handle = told.tick(moving_at({0.1, 0.2, 0.3}), {force, Vec3::Zero()}, pushed_by(force));
+      handle = bench.tick(moving_at({0.1, 0.2, 0.3}), {force, Vec3::Zero()}, pushed_by(force));
     EXPECT_LT((handle.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << newtons;
     EXPECT_LT(handle.V.v.norm(), 1e-4);
   }
 }
 
 TEST(Partner, GivesWayToWhatTheModelDoesBeforeHeCanHaveFeltIt) {
-  Told told;
-  for (int k = 0; k < 1000; ++k) told.tick(moving_at(Vec3::Zero()), {}, {});
+  PartnerBench bench;
+  for (int k = 0; k < 1000; ++k) bench.tick(moving_at(Vec3::Zero()), {}, {});
   RigidState handle;
-  for (int k = 0; k < 30; ++k) handle = told.tick(moving_at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
+  for (int k = 0; k < 30; ++k) handle = bench.tick(moving_at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
   EXPECT_GT(handle.X.p.x(), 5e-4) << "an arm of 0.3 kg within 30 ms";
-  for (int k = 0; k < 5000; ++k) handle = told.tick(moving_at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
+  for (int k = 0; k < 5000; ++k) handle = bench.tick(moving_at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
   EXPECT_NEAR(handle.X.p.x(), 1 / GivingHand::kStiffness_n_per_m, 1e-6);
 }
 
 TEST(Partner, IsForeseenWhereHeGoesLessWhereTheTwoTouchAndNotAtAllIfNotAskedFor) {
   static constexpr double kSpeed_m_per_s = 0.05;
   const auto ahead_m = [](const PartnerSurroundings& around) {
-    Told told;
-    RigidState told_handle, handle;
+    PartnerBench bench;
+    RigidState received_handle, handle;
     for (int k = 0; k < 1500; ++k) {
-      told_handle = moving_at({kSpeed_m_per_s * kPeriod_s * k, 0, 0}, {kSpeed_m_per_s, 0, 0});
-      handle = told.tick(told_handle, {}, around);
+      received_handle = moving_at({kSpeed_m_per_s * kPeriod_s * k, 0, 0}, {kSpeed_m_per_s, 0, 0});
+      handle = bench.tick(received_handle, {}, around);
     }
-    return (handle.X.p - told_handle.X.p).x();
+    return (handle.X.p - received_handle.X.p).x();
   };
-  PartnerSurroundings coupled, unforeseen;
+  PartnerSurroundings coupled, unpredicted;
   coupled.is_coupled = true;
-  unforeseen.is_foreseen = false;
+  unpredicted.is_predicted = false;
   const double free_m = ahead_m({}), coupled_m = ahead_m(coupled);
   EXPECT_GT(free_m, 0.7 * kSpeed_m_per_s * kLate_s);
   EXPECT_LT(free_m, kSpeed_m_per_s * kLate_s);
   EXPECT_GT(coupled_m, 0);
   EXPECT_LT(coupled_m, 0.9 * free_m);
-  EXPECT_EQ(ahead_m(unforeseen), 0);
+  EXPECT_EQ(ahead_m(unpredicted), 0);
 }
 
 TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
-  Told told;
+  PartnerBench bench;
   PartnerSurroundings around;
   around.has_common_body = true;
   around.pressing_W = Vec3::UnitX();
-  for (int k = 0; k < 1000; ++k) told.tick(moving_at({0.02, 0, 0}), {}, around);
+  for (int k = 0; k < 1000; ++k) bench.tick(moving_at({0.02, 0, 0}), {}, around);
   // The body is 5 mm farther along and across than in the last received state.
   around.body = moving_at({0.005, 0.005, 0});
-  const RigidState handle = told.tick(moving_at({0.02, 0, 0}), {}, around);
+  const RigidState handle = bench.tick(moving_at({0.02, 0, 0}), {}, around);
   EXPECT_NEAR(handle.X.p.x(), 0.02, 1e-6);
   EXPECT_GT(handle.X.p.y(), 0.001);
   EXPECT_LT(handle.X.p.y(), 0.005);
 }
 
 TEST(Partner, ForgetsHisHandleWhenNothingPullsHisTool) {
-  Told told;
-  told.tick(moving_at(Vec3::Zero()), {}, {});
-  EXPECT_TRUE(told.partner.has_handle());
+  PartnerBench bench;
+  bench.tick(moving_at(Vec3::Zero()), {}, {});
+  EXPECT_TRUE(bench.partner.has_handle());
   proto::ServerUpdate update;
   update.step.value = 2;
-  told.partner.take({.id = UserId{2},
-                     .tool = {},
-                     .holds = BodyId{},
-                     .tool_index = 1,
-                     .has_handle = false,
-                     .handle = {},
-                     .handle_age = Duration{0},
-                     .on_hand_W = {}},
-                    update);
-  EXPECT_FALSE(told.partner.has_handle());
+  bench.partner.receive({.id = UserId{2},
+                         .tool = {},
+                         .holds = BodyId{},
+                         .tool_index = 1,
+                         .has_handle = false,
+                         .handle = {},
+                         .handle_age = Duration{0},
+                         .on_hand_W = {}},
+                        update);
+  EXPECT_FALSE(bench.partner.has_handle());
 }
 
 TEST(Partner, IsFiniteForFiniteInput) {
@@ -179,18 +179,18 @@ TEST(Partner, IsFiniteForFiniteInput) {
   const auto any = [&random](double size) {
     return Vec3(random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size));
   };
-  Told told;
+  PartnerBench bench;
   for (int k = 0; k < 3000; ++k) {
     PartnerSurroundings around = pushed_by(any(1e4));
     if (k % 3 == 0) {
-      const Pose X_there{any(1e3), quaternion_of(any(3))};
+      const Pose X_then{any(1e3), quaternion_of(any(3))};
       around.has_common_body = true;
       around.body = moving_at(any(1e3), any(1e3));
-      around.X_WB_then = X_there;
+      around.X_WB_then = X_then;
       around.pressing_W = any(1).normalized();
       around.is_held = k % 2 == 0;
     }
-    const RigidState handle = told.tick(moving_at(any(1e3), any(1e3)), {any(1e4), any(1e4)}, around);
+    const RigidState handle = bench.tick(moving_at(any(1e3), any(1e3)), {any(1e4), any(1e4)}, around);
     ASSERT_TRUE(is_finite(handle)) << k;
     ASSERT_NEAR(handle.X.q.norm(), 1, 1e-9);
   }

@@ -26,7 +26,7 @@ Pose at_height(double z_m) {
 
 TEST(SoftFollower, FeelsTheSpringAtOnceAsTheToolMoves) {
   SoftFollower follower;
-  follower.take(spring(200, 0.003, -0.003), at_height(0.02));
+  follower.receive(spring(200, 0.003, -0.003), at_height(0.02));
   for (int k = 0; k < 500; ++k) follower.step(at_height(0.02), kSoftFollowerPeriod_s);
   for (const double depth_m : {0.001, 0.003, 0.02}) {
     EXPECT_NEAR(follower.step(at_height(-depth_m), kSoftFollowerPeriod_s).f.z(), 200 * depth_m, 1e-3) << depth_m;
@@ -37,11 +37,11 @@ TEST(SoftFollower, FeelsTheSpringAtOnceAsTheToolMoves) {
 TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
   SoftFollower follower;
   const Pose X_WT = at_height(-0.01);
-  follower.take(spring(100, 0.01, -0.01), X_WT);
+  follower.receive(spring(100, 0.01, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) follower.step(X_WT, kSoftFollowerPeriod_s);
   double before_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z(), rise_before_n = 0;
   ASSERT_NEAR(before_n, 1, 1e-6);
-  follower.take(spring(100, 0.02, -0.01), X_WT);
+  follower.receive(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
     const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
     // Bounds for one newton, critically damped with 50 ms: 1 / (e · 50 ms), 1 / (50 ms)².
@@ -56,10 +56,10 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
 TEST(SoftFollower, SameContactToldAgainChangesNothing) {
   SoftFollower once, often;
   const SoftContact contact = spring(100, 0.01, -0.01);
-  once.take(contact, at_height(0));
+  once.receive(contact, at_height(0));
   for (int k = 0; k < 100; ++k) {
     const Pose X_WT = at_height(-1e-4 * k);
-    often.take(contact, X_WT);
+    often.receive(contact, X_WT);
     EXPECT_EQ(once.step(X_WT, kSoftFollowerPeriod_s).f.z(), often.step(X_WT, kSoftFollowerPeriod_s).f.z()) << k;
   }
 }

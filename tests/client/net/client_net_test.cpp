@@ -266,7 +266,7 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   // during a read.
   EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
-  EXPECT_EQ(snapshot.counters.received_drops.of(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
+  EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
   EXPECT_GT(snapshot.links.up.delivered, 0U);
   io.stop();
   EXPECT_TRUE(test::eventually([&running] { return running.has_logged("asked to leave"); }))

@@ -57,7 +57,7 @@ inline std::size_t serve_assets(test::SessionBench& bench, const std::vector<std
       const auto found = std::ranges::find_if(contents, is_it);
       const wire::ServerControl answer = answer_to(request, found == contents.end() ? contents.front() : *found);
       served += answer.asset_chunk().data().size();
-      bench.say(answer);
+      bench.deliver(answer);
       idle = 0;
     }
     bench.wait(std::chrono::milliseconds(1));
@@ -71,9 +71,9 @@ inline std::size_t serve_assets(test::SessionBench& bench, const std::string& by
 
 inline void join(test::SessionBench& bench, const wire::Joined& joined) {
   bench.session.on_connected(bench.now);
-  bench.say_welcome();
+  bench.deliver_welcome();
   bench.transport.messages.clear();
-  bench.say_joined(joined);
+  bench.deliver_joined(joined);
 }
 
 inline void lose_the_connection_and_join_again(test::SessionBench& bench, const wire::Joined& joined) {

@@ -44,8 +44,8 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIs
   EXPECT_EQ(serve_assets(second.bench, bytes), 0U);
   EXPECT_EQ(second.announced, 1);
   EXPECT_EQ(second.bench.session.assets().size(), 1U);
-  StoreBench without(nullptr, test::minimal_joined());
-  EXPECT_EQ(without.announced, 1) << "a scene without assets has them all";
+  StoreBench unstored(nullptr, test::minimal_joined());
+  EXPECT_EQ(unstored.announced, 1) << "a scene without assets has them all";
   StoreBench cheated(nullptr, joined);
   serve_assets(cheated.bench, std::string(150'000, 'w'));
   EXPECT_EQ(cheated.announced, 1) << "what needs the asset says that it is missing";
@@ -168,7 +168,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCo
       if (!request.has_get_asset() || served >= assets.fine.size() / 2) continue;
       const bool is_fine = request.get_asset().sha256() == assets.joined.assets(0).sha256();
       served += is_fine ? request.get_asset().max_bytes() : 0;
-      bench.bench.say(answer_to(request, is_fine ? assets.fine : assets.coarse));
+      bench.bench.deliver(answer_to(request, is_fine ? assets.fine : assets.coarse));
     }
     bench.bench.wait(std::chrono::milliseconds(1));
   }
@@ -198,7 +198,7 @@ TEST(SessionAssets, RequestsNoMoreThanABoundOfWhatAServerOffers) {
       wire::ServerControl refusal;
       refusal.set_request(request.request());
       refusal.mutable_error()->set_code(wire::ERROR_UNKNOWN_ASSET);
-      bench.say(refusal);
+      bench.deliver(refusal);
     }
     bench.wait(std::chrono::milliseconds(1));
   }
@@ -249,7 +249,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
     for (const wire::ClientControl& request : std::exchange(bench.bench.transport.messages, {})) {
       if (!request.has_get_asset()) continue;
       here += request.get_asset().max_bytes();
-      bench.bench.say(answer_to(request, bytes));
+      bench.bench.deliver(answer_to(request, bytes));
     }
     bench.bench.wait(std::chrono::milliseconds(1));
   }
@@ -273,18 +273,18 @@ TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
     ASSERT_EQ(requests.size(), 2U) << "a pair, before anything is known of the line";
     wire::ServerControl answer = answer_to(requests[0], bytes);
     damage(answer);
-    bench.bench.say(answer);
-    bench.bench.say(answer_to(requests[1], bytes));
+    bench.bench.deliver(answer);
+    bench.bench.deliver(answer_to(requests[1], bytes));
     EXPECT_EQ(bench.announced, 1) << "what needs it says that it is missing";
     EXPECT_EQ(serve_assets(bench.bench, bytes), 0U);
     EXPECT_EQ(bench.bench.state(), "active");
   }
-  StoreBench unasked(nullptr, joined_with_asset(bytes));
-  const auto requests = std::exchange(unasked.bench.transport.messages, {});
+  StoreBench unrequested(nullptr, joined_with_asset(bytes));
+  const auto requests = std::exchange(unrequested.bench.transport.messages, {});
   wire::ServerControl answer = answer_to(requests.at(1), bytes);
-  unasked.bench.say(answer);
-  EXPECT_TRUE(unasked.bench.session.assets().empty());
-  EXPECT_EQ(unasked.bench.state(), "active");
+  unrequested.bench.deliver(answer);
+  EXPECT_TRUE(unrequested.bench.session.assets().empty());
+  EXPECT_EQ(unrequested.bench.state(), "active");
 }
 
 TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothing) {
@@ -297,9 +297,9 @@ TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothi
   bench.bench.wait(std::chrono::milliseconds(30));
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kNone);
   const auto after = std::exchange(bench.bench.transport.messages, {});
-  for (const wire::ClientControl& request : before) bench.bench.say(answer_to(request, bytes));
+  for (const wire::ClientControl& request : before) bench.bench.deliver(answer_to(request, bytes));
   for (const wire::ClientControl& request : after) {
-    if (request.has_get_asset()) bench.bench.say(answer_to(request, bytes));
+    if (request.has_get_asset()) bench.bench.deliver(answer_to(request, bytes));
   }
   serve_assets(bench.bench, bytes);
   EXPECT_EQ(bench.bench.session.assets().size(), 1U);
@@ -312,9 +312,9 @@ TEST(SessionAssets, AsksForOneChunkAtATimeWhereItIsToldTo) {
   settings.fetches_one_at_a_time = true;
   test::SessionBench bench(settings);
   bench.session.on_connected(bench.now);
-  bench.say_welcome();
+  bench.deliver_welcome();
   bench.transport.messages.clear();
-  bench.say_joined(joined_with_asset(bytes));
+  bench.deliver_joined(joined_with_asset(bytes));
   bench.wait(std::chrono::milliseconds(100));
   ASSERT_EQ(bench.transport.messages.size(), 1U);
   EXPECT_EQ(bench.transport.messages[0].get_asset().max_bytes(), proto::kAssetChunkBytes);
@@ -328,7 +328,7 @@ TEST(SessionAssets, HasNoMoreInFlightThanABoundHoweverFastTheLineIs) {
   for (int i = 0; i < 100; ++i) {
     const auto requests = std::exchange(bench.bench.transport.messages, {});
     for (const wire::ClientControl& request : requests) {
-      if (request.has_get_asset()) bench.bench.say(answer_to(request, bytes));
+      if (request.has_get_asset()) bench.bench.deliver(answer_to(request, bytes));
     }
     bench.bench.wait(std::chrono::milliseconds(1));
   }

@@ -74,9 +74,9 @@ Pressed press_on_a_floor(double deadband) {
     const RigidState hand = pressing_hand(1e-3 * ms);
     ada.publish_handle(hand.X, 0, hand.V);
     net.run(1);
-    const proto::ServerUpdate* told = ada.newest();
-    if (told == nullptr) continue;
-    pressed.largest_n = std::max(pressed.largest_n, told->wrench_on_hand_W.f.norm());
+    const proto::ServerUpdate* received = ada.newest();
+    if (received == nullptr) continue;
+    pressed.largest_n = std::max(pressed.largest_n, received->wrench_on_hand_W.f.norm());
   }
   const auto share = [](std::uint64_t sent, std::uint64_t suppressed) {
     return static_cast<double>(sent) / static_cast<double>(sent + suppressed);

@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 void begin_joining(test::SessionBench& bench) {
   bench.session.on_connected(bench.now);
-  bench.say_welcome();
+  bench.deliver_welcome();
 }
 
 TEST(ClientSession, KeepsTheShapesOfItsSoftBodiesAndNoOthers) {
@@ -30,19 +30,19 @@ TEST(ClientSession, KeepsTheShapesOfItsSoftBodiesAndNoOthers) {
   wire::Joined joined = test::minimal_joined();
   joined.mutable_scene()->add_soft_bodies()->set_name("pad");
   begin_joining(bench);
-  bench.say_joined(joined);
+  bench.deliver_joined(joined);
   wire::ServerControl message;
   const std::vector<Vec3> offsets(proto::kSoftLatticePoints, Vec3(0, 0, 0.01));
   proto::write_soft_shape(0, offsets, *message.mutable_soft_shape());
-  bench.say(message);
+  bench.deliver(message);
   ASSERT_EQ(bench.session.soft_offsets().size(), 1U);
   ASSERT_NE(bench.session.soft_offsets()[0], nullptr);
   EXPECT_NEAR((*bench.session.soft_offsets()[0])[7].z(), 0.01, 5e-5);
   message.mutable_soft_shape()->set_soft_body(1);
-  bench.say(message);
+  bench.deliver(message);
   message.mutable_soft_shape()->set_soft_body(0);
   message.mutable_soft_shape()->set_offsets("short");
-  bench.say(message);
+  bench.deliver(message);
   EXPECT_EQ(bench.state(), "active");
   EXPECT_NEAR((*bench.session.soft_offsets()[0])[7].z(), 0.01, 5e-5);
 }
@@ -52,27 +52,27 @@ TEST(ClientSession, TakesAStartOfTheRoomThatIsEitherAwaitedOrAtATime) {
   begin_joining(bench);
   wire::Joined joined = test::minimal_joined();
   joined.mutable_start()->set_awaited(2);
-  bench.say_joined(joined);
+  bench.deliver_joined(joined);
   EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited);
   EXPECT_THAT(bench.news, HasSubstr("2 more users"));
-  const auto say = [&](std::uint32_t awaited, std::uint64_t starts_ns) {
+  const auto deliver = [&](std::uint32_t awaited, std::uint64_t starts_ns) {
     wire::ServerControl message;
     message.mutable_room_start()->set_awaited(awaited);
     message.mutable_room_start()->set_starts_server_ns(starts_ns);
-    bench.say(message);
+    bench.deliver(message);
   };
-  say(0, 0);
-  say(1, 5);
-  say(17, 0);
-  say(0, std::uint64_t{1} << 63U);
-  say(0, ~std::uint64_t{0});
+  deliver(0, 0);
+  deliver(1, 5);
+  deliver(17, 0);
+  deliver(0, std::uint64_t{1} << 63U);
+  deliver(0, ~std::uint64_t{0});
   EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited) << "what makes no sense changes nothing";
-  say(0, 7'000'000'000);
+  deliver(0, 7'000'000'000);
   EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAt);
   EXPECT_EQ(bench.session.hand_start().at, ServerTime(std::chrono::seconds(7)));
   bench.mailboxes.scene.poll();
   EXPECT_EQ(bench.mailboxes.scene.front().hand_start.kind, HandStart::Kind::kAt);
-  say(1, 0);
+  deliver(1, 0);
   EXPECT_EQ(bench.session.hand_start().kind, HandStart::Kind::kAwaited) << "withdrawn";
   EXPECT_EQ(bench.state(), "active");
 }
@@ -83,7 +83,7 @@ TEST(ClientSession, RefusesASceneWhoseStartIsBoth) {
   wire::Joined joined = test::minimal_joined();
   joined.mutable_start()->set_awaited(1);
   joined.mutable_start()->set_starts_server_ns(1);
-  bench.say_joined(joined);
+  bench.deliver_joined(joined);
   EXPECT_EQ(bench.state(), "ended");
   EXPECT_THAT(bench.session.status().why, HasSubstr("start"));
 }
@@ -91,27 +91,27 @@ TEST(ClientSession, RefusesASceneWhoseStartIsBoth) {
 TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   test::SessionBench bench;
   begin_joining(bench);
-  bench.say_joined(test::minimal_joined());
+  bench.deliver_joined(test::minimal_joined());
   EXPECT_EQ(bench.session.kept_poses(), nullptr);
   wire::ServerControl message;
-  wire::KeptPose& told = *message.mutable_kept_pose();
-  const auto say = [&](std::uint32_t number, const std::vector<double>& in_first) {
-    told.set_number(number);
-    told.mutable_in_first()->Assign(in_first.begin(), in_first.end());
-    bench.say(message);
+  wire::KeptPose& pointed = *message.mutable_kept_pose();
+  const auto deliver = [&](std::uint32_t number, const std::vector<double>& in_first) {
+    pointed.set_number(number);
+    pointed.mutable_in_first()->Assign(in_first.begin(), in_first.end());
+    bench.deliver(message);
   };
-  told.set_name("the \x1b[31mfirst");
-  say(0, {0, 0, 0, 2, 0, 0, 0});
-  say(0, {0, 0, 0, 1, 0, 0});
-  say(1, {0, 0, 0, 1, 0, 0, 0});
+  pointed.set_name("the \x1b[31mfirst");
+  deliver(0, {0, 0, 0, 2, 0, 0, 0});
+  deliver(0, {0, 0, 0, 1, 0, 0});
+  deliver(1, {0, 0, 0, 1, 0, 0, 0});
   EXPECT_EQ(bench.session.kept_poses(), nullptr);
-  say(0, {1, 2, 3, 1, 0, 0, 0});
-  say(0, {4, 5, 6, 1, 0, 0, 0});
+  deliver(0, {1, 2, 3, 1, 0, 0, 0});
+  deliver(0, {4, 5, 6, 1, 0, 0, 0});
   ASSERT_NE(bench.session.kept_poses(), nullptr);
   EXPECT_EQ(bench.session.kept_poses()->size(), 1U);
   EXPECT_EQ(bench.session.kept_poses()->front().in_first(1), 2);
   EXPECT_EQ(bench.session.kept_poses()->front().name().find('\x1b'), std::string::npos);
-  for (std::uint32_t number = 1; number < 1000; ++number) say(number, {1, 2, 3, 1, 0, 0, 0});
+  for (std::uint32_t number = 1; number < 1000; ++number) deliver(number, {1, 2, 3, 1, 0, 0, 0});
   EXPECT_EQ(bench.session.kept_poses()->size(), 256U) << "a server cannot fill a client";
   EXPECT_EQ(bench.state(), "active");
 }
@@ -150,8 +150,8 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
   const std::string none = answers_after(bench, [&] {
     minimise(6);
     bench.session.send(command::Point{}, bench.now);
-    bench.say(taken(number()));
-    bench.say(taken(0));
+    bench.deliver(taken(number()));
+    bench.deliver(taken(0));
   });
   EXPECT_EQ(none, "") << "another request's answer, and news";
   wire::ServerControl progress;
@@ -161,10 +161,10 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredOnceAndByItsNumber) {
   progress.mutable_pose_progress()->set_is_over(true);
   const std::string one = answers_after(bench, [&] {
     minimise(7);
-    bench.say(progress);
+    bench.deliver(progress);
     const auto request = number();
-    bench.say(taken(request));
-    bench.say(taken(request));
+    bench.deliver(taken(request));
+    bench.deliver(taken(request));
   });
   EXPECT_EQ(one, "7: answer " + std::to_string(wire::ServerControl::kPoseTaken) + " after 7 steps;");
 }
@@ -192,7 +192,7 @@ TEST(ClientSession, ARequestAboutPosesIsAnsweredWithAnErrorWhenTheConnectionIsLo
 TEST(ClientSession, EventsTellOfEachStateAndEachRefusalInTheirOrder) {
   test::SessionBench bench;
   bench.join();
-  bench.say_error(wire::ERROR_NOT_ALLOWED, "no");
+  bench.deliver_error(wire::ERROR_NOT_ALLOWED, "no");
   bench.session.leave(bench.now);
   using enum SessionState;
   EXPECT_EQ(bench.states, (std::vector{kConnecting, kGreeting, kJoining, kActive, kEnded}));
@@ -203,18 +203,18 @@ TEST(ClientSession, EventsTellOfEachStateAndEachRefusalInTheirOrder) {
 TEST(ClientSession, KeptPosesAreRenamedAndDeletedAndNoMessageLeavesAHole) {
   test::SessionBench bench;
   begin_joining(bench);
-  bench.say_joined(test::minimal_joined());
-  const auto say = [&bench](std::uint32_t number, const std::string& name) {
+  bench.deliver_joined(test::minimal_joined());
+  const auto deliver = [&bench](std::uint32_t number, const std::string& name) {
     wire::ServerControl message;
     message.mutable_kept_pose()->set_number(number);
     message.mutable_kept_pose()->set_name(name);
     for (const double each : {1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0}) message.mutable_kept_pose()->add_in_first(each);
-    bench.say(message);
+    bench.deliver(message);
   };
-  const auto say_deleted = [&bench](std::uint32_t number) {
+  const auto deliver_deleted = [&bench](std::uint32_t number) {
     wire::ServerControl message;
     message.mutable_pose_deleted()->set_number(number);
-    bench.say(message);
+    bench.deliver(message);
   };
   const auto names = [&bench] {
     std::string text;
@@ -222,18 +222,18 @@ TEST(ClientSession, KeptPosesAreRenamedAndDeletedAndNoMessageLeavesAHole) {
       text += std::to_string(pose.number()) + " " + pose.name() + ", ";
     return text;
   };
-  say_deleted(1);
+  deliver_deleted(1);
   EXPECT_EQ(bench.session.kept_poses(), nullptr);
-  for (const std::uint32_t number : {0U, 1U, 4U, 9U}) say(number, "pose");
-  say(4, "bound \x1b[31m");
-  say(0, "not the files'");
-  say(3, "too late");
+  for (const std::uint32_t number : {0U, 1U, 4U, 9U}) deliver(number, "pose");
+  deliver(4, "bound \x1b[31m");
+  deliver(0, "not the files'");
+  deliver(3, "too late");
   EXPECT_EQ(names().find('\x1b'), std::string::npos);
-  say(4, "bound");
+  deliver(4, "bound");
   EXPECT_EQ(names(), "0 pose, 1 pose, 4 bound, 9 pose, ");
-  for (const std::uint32_t number : {0U, 1U, 1U, 9U, 4'000'000'000U}) say_deleted(number);
+  for (const std::uint32_t number : {0U, 1U, 1U, 9U, 4'000'000'000U}) deliver_deleted(number);
   EXPECT_EQ(names(), "0 pose, 4 bound, ");
-  say(12, "another");
+  deliver(12, "another");
   EXPECT_EQ(names(), "0 pose, 4 bound, 12 another, ");
   EXPECT_EQ(bench.state(), "active");
 }
@@ -241,67 +241,67 @@ TEST(ClientSession, KeptPosesAreRenamedAndDeletedAndNoMessageLeavesAHole) {
 TEST(ClientSession, TheProgressOfAMinimisationIsThereUntilItIsOver) {
   test::SessionBench bench;
   begin_joining(bench);
-  bench.say_joined(test::minimal_joined());
-  const auto say = [&bench](std::uint32_t max_steps, double energy, bool is_over) {
+  bench.deliver_joined(test::minimal_joined());
+  const auto deliver = [&bench](std::uint32_t max_steps, double energy, bool is_over) {
     wire::ServerControl message;
     message.mutable_pose_progress()->set_steps(3);
     message.mutable_pose_progress()->set_max_steps(max_steps);
     message.mutable_pose_progress()->set_energy_kj_per_mol(energy);
     message.mutable_pose_progress()->set_is_over(is_over);
-    bench.say(message);
+    bench.deliver(message);
   };
-  say(201, -3, false);
+  deliver(201, -3, false);
   ASSERT_TRUE(bench.session.pose_progress());
   EXPECT_EQ(bench.session.pose_progress()->steps(), 3U);
   for (const auto& [max_steps, is_over] : {std::pair(201U, true), {0U, false}}) {
-    say(201, -3, false);
-    say(max_steps, -3, is_over);
+    deliver(201, -3, false);
+    deliver(max_steps, -3, is_over);
     EXPECT_FALSE(bench.session.pose_progress());
   }
   EXPECT_EQ(bench.state(), "active");
-  say(201, std::nan(""), false);
+  deliver(201, std::nan(""), false);
   EXPECT_EQ(bench.state(), "waiting") << "no control message has a number that is not finite (WIRE.md)";
 }
 
 TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
   test::SessionBench bench;
   begin_joining(bench);
-  bench.say_joined(test::minimal_joined());
+  bench.deliver_joined(test::minimal_joined());
   wire::ServerControl joined;
   joined.mutable_user_joined()->set_user(7);
   joined.mutable_user_joined()->set_name("ben");
-  bench.say(joined);
+  bench.deliver(joined);
   const auto places = [&] {
     bench.mailboxes.scene.poll();
     return bench.mailboxes.scene.front().places_shown;
   };
-  const auto say = [&](std::uint32_t user, std::uint32_t body, double far, int numbers = 3) {
+  const auto deliver = [&](std::uint32_t user, std::uint32_t body, double far, int numbers = 3) {
     wire::ServerControl message;
-    wire::Pointed& told = *message.mutable_pointed();
-    told.set_user(user);
-    told.mutable_point()->set_body(body);
+    wire::Pointed& pointed = *message.mutable_pointed();
+    pointed.set_user(user);
+    pointed.mutable_point()->set_body(body);
     for (int i = 0; i < numbers; ++i) {
-      told.mutable_point()->add_place(far);
-      told.mutable_point()->add_place_w(2 * far);
+      pointed.mutable_point()->add_place(far);
+      pointed.mutable_point()->add_place_w(2 * far);
     }
-    bench.say(message);
+    bench.deliver(message);
   };
-  say(8, 0, 0.1);     // unknown user
-  say(7, 99, 0.1);    // unknown body
-  say(7, 0, 1e9);     // out of range
-  say(7, 0, 0.1, 2);  // invalid place
+  deliver(8, 0, 0.1);     // unknown user
+  deliver(7, 99, 0.1);    // unknown body
+  deliver(7, 0, 1e9);     // out of range
+  deliver(7, 0, 0.1, 2);  // invalid place
   EXPECT_EQ(bench.session.pointed().size(), 0U);
   EXPECT_EQ(places(), 0U);
-  say(7, 0, 0.1);
-  say(7, 0, 0.2);
+  deliver(7, 0, 0.1);
+  deliver(7, 0, 0.2);
   ASSERT_EQ(bench.session.pointed().size(), 1U) << "the last of each user";
   EXPECT_EQ(bench.session.pointed()[0].second.point().place(1), 0.2);
   EXPECT_EQ(places(), 1U) << "seen at once, felt once in a while";
   EXPECT_EQ(bench.mailboxes.scene.front().shown_W, Vec3::Constant(0.2));
-  say(test::minimal_joined().user(), 0, 0.3);
+  deliver(test::minimal_joined().user(), 0, 0.3);
   EXPECT_EQ(bench.session.pointed().size(), 2U);
   bench.now += JoinedScene::kNudgeEvery;
-  say(test::minimal_joined().user(), 0, 0.3);
+  deliver(test::minimal_joined().user(), 0, 0.3);
   EXPECT_EQ(places(), 1U) << "the own hand knows";
   EXPECT_EQ(bench.state(), "active");
 }
@@ -321,7 +321,7 @@ TEST(ClientSession, PlacesThatOthersPointAtNudgeTheHandRarelyAndAMutedOneNever) 
       wire::ServerControl joined;
       joined.mutable_user_joined()->set_user(user);
       joined.mutable_user_joined()->set_name("user");
-      bench.say(joined);
+      bench.deliver(joined);
     }
     std::vector<LocalTime> nudges;
     std::uint32_t known = 0;
@@ -340,7 +340,7 @@ TEST(ClientSession, PlacesThatOthersPointAtNudgeTheHandRarelyAndAMutedOneNever) 
         message.mutable_pointed()->mutable_point()->add_place(0.1);
         message.mutable_pointed()->mutable_point()->add_place_w(0.1 * i);
       }
-      bench.say(message);
+      bench.deliver(message);
       EXPECT_FALSE(bench.session.pointed().empty()) << "it is seen, muted or not";
       bench.mailboxes.scene.poll();
       const std::uint32_t places = bench.mailboxes.scene.front().places_shown;

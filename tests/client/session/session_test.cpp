@@ -20,10 +20,10 @@ TEST(ClientSession, ItsUserScalesAndTurnsTheScenesWorkspaceFromTheFirstJoinOn) {
   test::SessionBench bench(settings);
   bench.join();
   ASSERT_TRUE(bench.mailboxes.scene.poll());
-  const WorkspaceMapping& told = bench.mailboxes.scene.front().workspace;
-  EXPECT_EQ(told.position_scale, 3.0);
-  EXPECT_EQ(told.force_scale, 0.75);
-  EXPECT_NEAR(rotation_vector(told.X_WD.q).z(), 0.5, 1e-12);
+  const WorkspaceMapping& received = bench.mailboxes.scene.front().workspace;
+  EXPECT_EQ(received.position_scale, 3.0);
+  EXPECT_EQ(received.force_scale, 0.75);
+  EXPECT_NEAR(rotation_vector(received.X_WD.q).z(), 0.5, 1e-12);
 }
 
 TEST(ClientSession, PublishesTheSceneOfEachJoinAsANewGeneration) {
@@ -119,17 +119,17 @@ TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
   bench.wait(std::chrono::milliseconds(1500));
   EXPECT_EQ(bench.state(), "waiting");
   EXPECT_THAT(bench.session.status().why, HasSubstr("--transport tcp"));
-  test::SessionBench heard;
-  heard.join();
-  heard.send_update();
-  heard.wait(std::chrono::milliseconds(1500));
-  EXPECT_THAT(heard.session.status().why, HasSubstr("nothing came from the server for 1500 ms"));
+  test::SessionBench connected_bench;
+  connected_bench.join();
+  connected_bench.send_update();
+  connected_bench.wait(std::chrono::milliseconds(1500));
+  EXPECT_THAT(connected_bench.session.status().why, HasSubstr("nothing came from the server for 1500 ms"));
 }
 
 TEST(ClientSession, TextFromTheWireCannotWriteEscapeSequences) {
   test::SessionBench bench;
   bench.session.on_connected(bench.now);
-  bench.say_error(wire::ERROR_UNKNOWN_ROOM, "no\x1b[2J\nroom" + std::string(5000, 'x'));
+  bench.deliver_error(wire::ERROR_UNKNOWN_ROOM, "no\x1b[2J\nroom" + std::string(5000, 'x'));
   EXPECT_EQ(bench.session.status().why.find('\x1b'), std::string::npos);
   EXPECT_EQ(bench.session.status().why.find('\n'), std::string::npos);
   EXPECT_LT(bench.session.status().why.size(), 500U);
@@ -142,13 +142,13 @@ TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
   wire::ServerControl message;
   message.mutable_parameter_set()->set_name("coupling.stiffness_n_per_m");
   message.mutable_parameter_set()->set_value(123);
-  bench.say(message);
+  bench.deliver(message);
   bench.wait(CouplingWatch::kAtLatest);
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   EXPECT_EQ(bench.mailboxes.scene.front().coupling.stiffness_n_per_m, 123);
   EXPECT_EQ(bench.mailboxes.scene.front().generation, 1U) << "a parameter restarts no ramp";
   message.mutable_parameter_set()->set_value(1e12);
-  bench.say(message);
+  bench.deliver(message);
   bench.wait(CouplingWatch::kAtLatest);
   EXPECT_FALSE(bench.mailboxes.scene.poll());
 }
@@ -157,23 +157,23 @@ TEST(ClientSession, ALawFromTheServerIsTakenWhereItCanReplaceTheOneBefore) {
   test::SessionBench bench;
   bench.join();
   bench.mailboxes.scene.poll();
-  const auto say_law = [&bench](const std::string& law) {
+  const auto deliver_law = [&bench](const std::string& law) {
     wire::ServerControl message;
     message.mutable_parameter_set()->set_name("coupling.law");
     message.mutable_parameter_set()->set_text(law);
-    bench.say(message);
+    bench.deliver(message);
     bench.wait(CouplingWatch::kQuiet);
     return bench.mailboxes.scene.poll();
   };
   ASSERT_TRUE(haptics::are_exchangeable(bench.session.law(), *haptics::find_coupling_law("qsa-dynamic")));
-  ASSERT_TRUE(say_law("qsa-dynamic"));
+  ASSERT_TRUE(deliver_law("qsa-dynamic"));
   const HapticScene& scene = bench.mailboxes.scene.front();
   EXPECT_EQ(haptics::coupling_laws()[scene.law].name, "qsa-dynamic");
   EXPECT_EQ(scene.generation, 1U) << "no ramp is restarted, no model made anew";
   EXPECT_EQ(bench.session.joined()->scene().coupling().law(), "qsa-dynamic") << "a model that is made later has it";
   EXPECT_THAT(bench.news, HasSubstr("qsa-dynamic"));
   for (const char* law : {"", "hooke", "qsa-static", "direct", "\x1b[2J"}) {
-    EXPECT_FALSE(say_law(law)) << law;
+    EXPECT_FALSE(deliver_law(law)) << law;
     EXPECT_EQ(bench.session.law().name, "qsa-dynamic") << law;
   }
   EXPECT_EQ(bench.session.status().state, SessionState::kActive);
@@ -186,13 +186,13 @@ TEST(Session, KnowsWhoElseIsThere) {
     wire::ServerControl message;
     message.mutable_user_joined()->set_user(user);
     message.mutable_user_joined()->set_name(name);
-    bench.say(message);
+    bench.deliver(message);
   };
   meet(4, "ben");
   meet(5, "eve");
   wire::ServerControl left;
   left.mutable_user_left()->set_user(4);
-  bench.say(left);
+  bench.deliver(left);
   ASSERT_EQ(bench.session.users().size(), 1U);
   EXPECT_EQ(bench.session.users()[0].name(), "eve");
   for (std::uint32_t user = 100; user < 1000; ++user) meet(user, "x");
@@ -213,13 +213,13 @@ wire::ServerControl welcome_with_rooms() {
 
 void greet(test::SessionBench& bench) {
   bench.session.on_connected(bench.now);
-  bench.say(welcome_with_rooms());
+  bench.deliver(welcome_with_rooms());
 }
 
 TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
   test::SessionBench bench({.room = "hall"});
   greet(bench);
-  bench.say_joined();
+  bench.deliver_joined();
   ASSERT_EQ(bench.state(), "active");
   EXPECT_THAT(bench.session.rooms(), testing::ElementsAre("hall", "attic"));
   bench.transport.messages.clear();
@@ -231,16 +231,16 @@ TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
   greet(bench);
   ASSERT_EQ(test::described(bench.transport.messages), "hello, join");
   EXPECT_EQ(bench.transport.messages.back().join().room(), "attic");
-  bench.say_error(wire::ERROR_ROOM_FULL);
+  bench.deliver_error(wire::ERROR_ROOM_FULL);
   EXPECT_THAT(bench.news, HasSubstr("attic"));
   bench.transport.messages.clear();
   greet(bench);
   EXPECT_EQ(bench.transport.messages.back().join().room(), "hall");
-  bench.say_joined();
+  bench.deliver_joined();
   EXPECT_EQ(bench.state(), "active");
   bench.session.send(command::ChangeRoom{"attic"}, bench.now);
   greet(bench);
-  bench.say_joined();
+  bench.deliver_joined();
   EXPECT_EQ(bench.session.room(), "attic");
   EXPECT_EQ(bench.state(), "active");
 }
@@ -252,7 +252,7 @@ void join_by_token(test::SessionBench& bench) {
   EXPECT_FALSE(bench.transport.messages.back().join().token().empty());
   wire::Joined joined = test::minimal_joined();
   joined.set_resume_credential(std::string(16, 'c'));
-  bench.say_joined(joined);
+  bench.deliver_joined(joined);
   ASSERT_EQ(bench.state(), "active");
   bench.transport.messages.clear();
 }
@@ -325,7 +325,7 @@ TEST(ClientSession, CountsOfItsRequestsOnlyTheSettingsThatAreRefused) {
     wire::ServerControl answer;
     answer.set_request(request.request());
     answer.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);
-    bench.say(answer);
+    bench.deliver(answer);
   };
   bench.session.send(command::Release{}, bench.now);
   bench.session.send(command::SetParameter{"coupling.stiffness_n_per_m", 400}, bench.now);

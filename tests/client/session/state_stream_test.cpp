@@ -131,10 +131,10 @@ TEST(StateStream, DropsEachBadDatagramForItsOwnReasonAndKeepsTheNewestState) {
   of_another[5] ^= std::byte{1};
   bench.session.on_datagram(of_another, bench.now);
   const proto::DropCounters& drops = bench.session.counters().received_drops;
-  EXPECT_EQ(drops.of(proto::DropReason::kDuplicate), 1U);
-  EXPECT_EQ(drops.of(proto::DropReason::kLate), 1U);
-  EXPECT_EQ(drops.of(proto::DropReason::kMalformed), 1U);
-  EXPECT_EQ(drops.of(proto::DropReason::kUnknownConnection), 1U);
+  EXPECT_EQ(drops.count(proto::DropReason::kDuplicate), 1U);
+  EXPECT_EQ(drops.count(proto::DropReason::kLate), 1U);
+  EXPECT_EQ(drops.count(proto::DropReason::kMalformed), 1U);
+  EXPECT_EQ(drops.count(proto::DropReason::kUnknownConnection), 1U);
   ASSERT_TRUE(bench.mailboxes.inbox.poll());
   EXPECT_EQ(bench.mailboxes.inbox.front().update.step, Step{2});
   EXPECT_FALSE(bench.mailboxes.inbox.poll());
@@ -156,7 +156,7 @@ TEST(StateStream, SkipsStateOverTcpWhileControlBytesWait) {
   publish(3);
   EXPECT_EQ(test::described(bench.transport.messages), "state_datagram, state_datagram");
   EXPECT_TRUE(bench.transport.datagrams.empty());
-  EXPECT_EQ(bench.session.counters().sent_drops.of(proto::DropReason::kOverwritten), 1U);
+  EXPECT_EQ(bench.session.counters().sent_drops.count(proto::DropReason::kOverwritten), 1U);
 }
 
 /// Number of datagrams sent while the haptic thread publishes `handle_at(ms)` for a second, at 1 kHz.

@@ -24,20 +24,20 @@ void bring_to(test::SessionBench& bench, const std::string& state, bool has_join
   if (state == "connecting") return;
   bench.session.on_connected(bench.now);
   if (state == "greeting") return;
-  bench.say_welcome();
+  bench.deliver_welcome();
   if (state == "joining") return;
-  bench.say_joined();
+  bench.deliver_joined();
   if (state == "ended") bench.session.leave(bench.now);
 }
 
-void say_forbidden(test::SessionBench& bench) {
+void deliver_forbidden(test::SessionBench& bench) {
   wire::ServerControl message;
   if (bench.state() == "active") {
     message.mutable_joined();
   } else {
     message.mutable_pong();
   }
-  bench.say(message);
+  bench.deliver(message);
 }
 
 void wait_out(test::SessionBench& bench) {
@@ -54,34 +54,34 @@ const std::map<std::string, Event>& events() {
       {"connection lost", [](test::SessionBench& b) { b.session.on_disconnected(b.now, "lost"); }},
       {"time-out", wait_out},
       {"leave", [](test::SessionBench& b) { b.session.leave(b.now); }},
-      {"welcome", [](test::SessionBench& b) { b.say_welcome(); }},
+      {"welcome", [](test::SessionBench& b) { b.deliver_welcome(); }},
       {"welcome of another version",
        [](test::SessionBench& b) {
          wire::ServerControl message;
          message.mutable_welcome()->set_protocol_version(proto::kProtocolVersion + 1);
          message.mutable_welcome()->set_connection_id(1);
-         b.say(message);
+         b.deliver(message);
        }},
-      {"joined", [](test::SessionBench& b) { b.say_joined(); }},
+      {"joined", [](test::SessionBench& b) { b.deliver_joined(); }},
       {"joined with an unusable scene",
        [](test::SessionBench& b) {
          wire::Joined joined = test::minimal_joined();
          joined.mutable_scene()->mutable_tools(0)->mutable_workspace()->set_position_scale(0);
-         b.say_joined(joined);
+         b.deliver_joined(joined);
        }},
       {"goodbye",
        [](test::SessionBench& b) {
          wire::ServerControl message;
          message.mutable_goodbye()->set_reason(wire::DISCONNECT_SERVER_STOPPING);
-         b.say(message);
+         b.deliver(message);
        }},
       {"goodbye to one who is kicked",
        [](test::SessionBench& b) {
          wire::ServerControl message;
          message.mutable_goodbye()->set_reason(wire::DISCONNECT_KICKED);
-         b.say(message);
+         b.deliver(message);
        }},
-      {"message not allowed here", say_forbidden},
+      {"message not allowed here", deliver_forbidden},
       {"unreadable bytes",
        [](test::SessionBench& b) { b.session.on_control_bytes(proto::Bytes(8, std::byte{0xFF}), b.now); }},
   };
@@ -92,7 +92,7 @@ void cause(test::SessionBench& bench, const std::string& event) {
   if (event.starts_with("error ")) {
     wire::ErrorCode code{};
     ASSERT_TRUE(wire::ErrorCode_Parse(event.substr(6), &code)) << event;
-    bench.say_error(code);
+    bench.deliver_error(code);
   } else {
     ASSERT_TRUE(events().contains(event)) << "the document has an event that the test cannot cause";
     events().at(event)(bench);
@@ -154,7 +154,7 @@ TEST(StatesDocument, TheClientTakesExactlyTheListedMessages) {
       } else {
         message.GetReflection()->MutableMessage(&message, &field);
       }
-      bench.say(message);
+      bench.deliver(message);
       const bool was_protocol_error = bench.session.status().why.find("not allowed") != std::string::npos;
       const bool is_allowed = std::find(allowed.begin(), allowed.end(), field.name()) != allowed.end();
       EXPECT_EQ(was_protocol_error, !is_allowed) << bench.session.status().why;

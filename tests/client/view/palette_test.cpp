@@ -16,8 +16,8 @@ namespace {
 using Mat3 = Eigen::Matrix3d;
 
 Vec3 linear(const Rgba& color) {
-  const auto of = [](float c) { return c <= 0.04045F ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
-  return {of(color[0]), of(color[1]), of(color[2])};
+  const auto channel = [](float c) { return c <= 0.04045F ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  return {channel(color[0]), channel(color[1]), channel(color[2])};
 }
 
 /// Matrix from linear light to the responses of the three types of cones, in Viénot's normalisation.

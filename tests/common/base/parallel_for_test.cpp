@@ -24,14 +24,14 @@ TEST(ParallelFor, DoesEachOnceWithAnyNumberOfThreads) {
 TEST(ParallelFor, TellsWhatTheCallingThreadHasDoneOnThatThread) {
   const auto caller = std::this_thread::get_id();
   std::vector<std::thread::id> by(500);
-  std::vector<char> is_told(by.size());
+  std::vector<char> is_called(by.size());
   parallel_for(
       3, by.size(), [&](std::size_t i) { by[i] = std::this_thread::get_id(); },
       [&](std::size_t i) {
         EXPECT_EQ(std::this_thread::get_id(), caller);
-        is_told[i] = 1;
+        is_called[i] = 1;
       });
-  for (std::size_t i = 0; i < by.size(); ++i) EXPECT_EQ(is_told[i] != 0, by[i] == caller);
+  for (std::size_t i = 0; i < by.size(); ++i) EXPECT_EQ(is_called[i] != 0, by[i] == caller);
 }
 
 // The items after the tenth are slow: all of them would take ten seconds, so the test shows that the loop stops.

@@ -21,7 +21,7 @@ namespace {
 constexpr double kBand_m = 2e-4;
 
 ContactShape sphere_shape(double radius_m = 0.01, int count = 6000) {
-  return hand_made_shape(sphere_field(radius_m), PointShell::of(sphere_points(radius_m, count), 4.5e-4));
+  return hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, count), 4.5e-4));
 }
 
 std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {
@@ -48,7 +48,7 @@ double net_normal_force_n(std::span<const ContactPoint> contacts, double stiffne
 }
 
 // Number of queries to the distance field.
-double asked(const ContactWork& work) {
+double queries(const ContactWork& work) {
   return work.nodes + work.points;
 }
 
@@ -190,9 +190,9 @@ TEST(ContactPair, RemembersMostOfTheTreeWhileShapesSlide) {
     double fresh_work = 0;
     for (int i = 0; i < 80; ++i) {
       const Pose X_WA{Vec3(-0.04 + 1e-3 * speed_m_s * i, 0, 0.0199), quaternion_of(Vec3(0, 1e-3 * i, 0))};
-      work += asked(pair.find(X_WA, {}, kBand_m));
+      work += queries(pair.find(X_WA, {}, kBand_m));
       fresh.bind(&sphere, &box);
-      fresh_work += asked(fresh.find(X_WA, {}, kBand_m));
+      fresh_work += queries(fresh.find(X_WA, {}, kBand_m));
       ASSERT_GT(deepest_m(pair.contacts()), 5e-5);
     }
     EXPECT_LT(work, share * fresh_work) << speed_m_s << " m/s";
@@ -222,7 +222,7 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   for (int i = 0; i < 100; ++i) {
     // Far from the table's origin: as the tool rotates, the table's points sweep past it.
     const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
-    (i == 0 ? first_work : work) += asked(pair.find(X_WA, {}, kBand_m));
+    (i == 0 ? first_work : work) += queries(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
   }
   EXPECT_LT(work / 99, 0.25 * first_work) << "what is near is asked each time, and little else";

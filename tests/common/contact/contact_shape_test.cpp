@@ -201,8 +201,8 @@ TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   ByteReader reader(rest);
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
   // A block that declares a smaller size than it unpacks to.
-  const std::uint32_t told = 1000;
-  std::memcpy(bomb.data(), &told, sizeof(told));
+  const std::uint32_t stated = 1000;
+  std::memcpy(bomb.data(), &stated, sizeof(stated));
   rest = bomb;
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
 }

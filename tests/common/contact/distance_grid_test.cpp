@@ -335,16 +335,16 @@ TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
 
 TEST(DistanceGrid, ProgressRisesToOneOnTheCallingThread) {
   const geometry::TriangleMesh mesh = sphere_mesh(0.005, 3);
-  std::vector<double> told;
+  std::vector<double> reported;
   const auto caller = std::this_thread::get_id();
   DistanceGrid::build({mesh, geometry::SurfaceKind::kSolid, {}}, geometry::TriangleTree(mesh), {}, [&](double done) {
     EXPECT_EQ(std::this_thread::get_id(), caller);
-    told.push_back(done);
+    reported.push_back(done);
   });
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  ASSERT_FALSE(told.empty());
-  EXPECT_GE(told.front(), 0);
-  EXPECT_EQ(told.back(), 1.0);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
+  ASSERT_FALSE(reported.empty());
+  EXPECT_GE(reported.front(), 0);
+  EXPECT_EQ(reported.back(), 1.0);
 }
 
 TEST(DistanceGrid, AThrowOfProgressEndsTheBuild) {

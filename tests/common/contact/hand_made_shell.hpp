@@ -82,8 +82,9 @@ inline std::vector<ShellPoint> box_edge_points(const Vec3& size_m, double spacin
 
 /// A box with its faces and edges in points.
 inline ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
-  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
-                         PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
+  return hand_made_shape(box_field(size_m),
+                         PointShell::make(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
+                         PointShell::make(box_edge_points(size_m, spacing_m), spacing_m));
 }
 
 /// The same shape without flat nodes: each of its points counts.

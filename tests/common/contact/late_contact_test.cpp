@@ -49,7 +49,7 @@ TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
     if (p.x() < 0 && point.normal_S.z() < 0)
       point.p_S.z() += static_cast<float>(5e-5 * std::sin(9e4 * p.x() * p.y() + 7e3 * p.x()));
   }
-  const ContactShape tool = hand_made_shape(box_field(size_m), PointShell::of(std::move(points), 2e-4));
+  const ContactShape tool = hand_made_shape(box_field(size_m), PointShell::make(std::move(points), 2e-4));
   const ContactShape ground = box_shape(Vec3(0.2, 0.2, 0.02), 1e-3);
   ContactPair pair(128);
   pair.bind(&tool, &ground);

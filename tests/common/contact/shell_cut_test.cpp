@@ -24,14 +24,14 @@ class LinedTable final : public DistanceField {
   double distance_m(const Vec3& p_S) const noexcept override { return table_->distance_m(p_S); }
   DistanceSample sample(const Vec3& p_S) const noexcept override { return table_->sample(p_S); }
   std::span<const FieldPlane> planes() const noexcept override { return table_->planes(); }
-  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& looks) const noexcept override {
-    asked.push_back(box_S.centre);
-    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S, looks);
+  PlaneSet planes_over(const OrientedBox& box_S, std::size_t& queries) const noexcept override {
+    queried.push_back(box_S.centre);
+    return std::abs(box_S.centre.x()) < box_S.reach_m(Vec3::UnitX()) + 3e-3 ? 0 : table_->planes_over(box_S, queries);
   }
   double error_m() const noexcept override { return table_->error_m(); }
   double band_m() const noexcept override { return table_->band_m(); }
 
-  mutable std::vector<Vec3> asked;  ///< centres of the queried boxes
+  mutable std::vector<Vec3> queried;  ///< centres of the queried boxes
 
  private:
   std::shared_ptr<const DistanceField> table_;
@@ -75,12 +75,12 @@ TEST(ShellCut, ANodeIsAskedForPlanesOnceInAStepThatTriesSeveralLevels) {
   ContactPair pair(64);
   pair.bind(&block, &table);
   ASSERT_TRUE(pair.find({Vec3(0, 0, 0.018 - 1e-5), Quat::Identity()}, {}, kShellCutBand_m).is_coarse);
-  std::vector<Vec3>& asked = field->asked;
-  std::ranges::sort(asked, [](const Vec3& a, const Vec3& b) {
+  std::vector<Vec3>& queried = field->queried;
+  std::ranges::sort(queried, [](const Vec3& a, const Vec3& b) {
     return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
   });
-  EXPECT_GT(asked.size(), 10U);
-  EXPECT_EQ(std::ranges::adjacent_find(asked), asked.end());
+  EXPECT_GT(queried.size(), 10U);
+  EXPECT_EQ(std::ranges::adjacent_find(queried), queried.end());
 }
 
 TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
@@ -111,7 +111,7 @@ TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
     }
   }
   const ContactShape squares =
-      hand_made_shape(box_field(Vec3::Constant(1e-3)), PointShell::of(std::move(points), 4.5e-4));
+      hand_made_shape(box_field(Vec3::Constant(1e-3)), PointShell::make(std::move(points), 4.5e-4));
   const ContactShape table = box_shape(table_m, 4e-3);
   ContactPair pair(460);
   pair.bind(&squares, &table);
@@ -172,14 +172,14 @@ TEST(ShellCut, PointsJustBeyondTheBandCostNoMoreThanThereIsTimeFor) {
   std::uint32_t most = 0;
   for (int i = 0; i < 40; ++i) {
     const double gap_m = i % 2 == 0 ? 1.5e-4 : 4e-4;
-    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kShellCutBand_m).looks());
+    most = std::max(most, pair.find({Vec3(0, 0, 0.03 + gap_m), Quat::Identity()}, {}, kShellCutBand_m).queries());
     EXPECT_TRUE(pair.contacts().empty());
   }
   EXPECT_LT(most, 6'000U) << "of some 8,000 points on each of six sides";
 }
 
 TEST(ShellCut, FindsTheSameWhenTheBandShrinksAndGrows) {
-  const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::of(sphere_points(0.01, 6000), 4.5e-4));
+  const ContactShape ball = hand_made_shape(sphere_field(0.01), PointShell::make(sphere_points(0.01, 6000), 4.5e-4));
   const ContactShape table = without_flat_parts(box_shape(Vec3(0.1, 0.1, 0.02), 4e-3));
   ContactPair kept(8192), fresh(8192);
   kept.bind(&ball, &table);

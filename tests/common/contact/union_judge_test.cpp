@@ -210,7 +210,7 @@ TriangleMesh joined(const std::vector<TriangleMesh>& meshes) {
   return all;
 }
 
-TriangleMesh without(TriangleMesh mesh, std::vector<std::ptrdiff_t> triangles) {
+TriangleMesh without_triangles(TriangleMesh mesh, std::vector<std::ptrdiff_t> triangles) {
   std::ranges::sort(triangles, std::greater<>());
   for (const std::ptrdiff_t triangle : triangles) mesh.triangles.erase(mesh.triangles.begin() + triangle);
   return mesh;
@@ -303,14 +303,16 @@ std::vector<Case> whole_cases(std::uint64_t seed) {
 /// Meshes that are closed only together, have a wall or are open.
 std::vector<Case> unpaired_cases(std::uint64_t seed) {
   const TriangleMesh ball = sphere_mesh(0.01, 2);
-  const TriangleMesh holed = without(ball, {100, 40, 41, 7}), holed_aside = moved(without(ball, {3, 60, 61}), kAside);
+  const TriangleMesh holed = without_triangles(ball, {100, 40, 41, 7}),
+                     holed_aside = moved(without_triangles(ball, {3, 60, 61}), kAside);
   const TriangleMesh t_cube = box_with_t_junctions(Vec3::Constant(0.02));
   const TriangleMesh t_bar = moved(box_with_t_junctions({0.01, 0.02, 0.03}), kAcross);
-  const TriangleMesh bar = moved(without(subdivided(box_mesh({0.03, 0.01, 0.01}), 2), {5}), {0.01, -0.003, 0.001});
+  const TriangleMesh bar =
+      moved(without_triangles(subdivided(box_mesh({0.03, 0.01, 0.01}), 2), {5}), {0.01, -0.003, 0.001});
   Case wall = together("a box with a wall", box_mesh({0.02, 0.03, 0.02}));
   wall.mesh.triangles.insert(wall.mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
   std::vector<TriangleMesh> open_needles = needles(seed);
-  for (std::size_t i = 0; i < open_needles.size(); i += 3) open_needles[i] = without(open_needles[i], {0});
+  for (std::size_t i = 0; i < open_needles.size(); i += 3) open_needles[i] = without_triangles(open_needles[i], {0});
   return {together("two balls with holes", joined({holed, holed_aside})),
           {"three balls with holes",
            joined({holed, holed_aside, moved(ball, kAbove)}),
@@ -332,7 +334,8 @@ std::vector<Case> mended_cases() {
   return {{"two boxes with T-junctions", joined({t_cube, t_bar}), {cube, bar}},
           {"a box with a wall", wall, {cube}},
           {"a box with a wall in a ball with a hole, and one inside out",
-           joined({wall, moved(without(ball, {100}), kAside), turned(moved(without(ball, {40}), kAbove))}),
+           joined({wall, moved(without_triangles(ball, {100}), kAside),
+                   turned(moved(without_triangles(ball, {40}), kAbove))}),
            {cube, moved(ball, kAside), moved(ball, kAbove)}},
           {"boxes of one size that touch",
            joined({cube, moved(cube, {0.02, 0, 0})}),
@@ -348,12 +351,13 @@ void expect_tree_agrees(const Case& one, const UnionJudge& judge, Random random)
   for (int i = 0; i < kPoints; ++i) {
     const Vec3 p = judge.point(random);
     if (!judge.is_sure(p)) continue;
-    const Range said = judge.at(p);
+    const Range expected = judge.at(p);
     const double distance_m = tree.signed_distance_m(p);
-    inside += said.least_m < 0;
-    EXPECT_EQ(distance_m < 0, said.least_m < 0) << p.transpose() << ": " << distance_m << ", not " << said.least_m;
-    EXPECT_GE(distance_m, said.least_m - 1e-12) << p.transpose();
-    EXPECT_LE(distance_m, said.most_m + 1e-12) << p.transpose();
+    inside += expected.least_m < 0;
+    EXPECT_EQ(distance_m < 0, expected.least_m < 0)
+        << p.transpose() << ": " << distance_m << ", not " << expected.least_m;
+    EXPECT_GE(distance_m, expected.least_m - 1e-12) << p.transpose();
+    EXPECT_LE(distance_m, expected.most_m + 1e-12) << p.transpose();
   }
   EXPECT_GT(inside, kPoints / 5);
 }
@@ -371,15 +375,15 @@ void expect_grid_agrees(const Case& one, const UnionJudge& judge, Random random)
   for (int i = 0; i < 600; ++i) {
     const Vec3 p = judge.point(random);
     if (!judge.is_sure(p)) continue;
-    const Range said = judge.at(p);
+    const Range expected = judge.at(p);
     const double distance_m = grid->distance_m(p);
-    if (std::max(-said.least_m, said.most_m) > grid->band_m()) {
-      EXPECT_EQ(distance_m < 0, said.least_m < 0) << p.transpose();
+    if (std::max(-expected.least_m, expected.most_m) > grid->band_m()) {
+      EXPECT_EQ(distance_m < 0, expected.least_m < 0) << p.transpose();
       ++far;
       continue;
     }
-    EXPECT_GE(distance_m, said.least_m - grid->error_m()) << p.transpose();
-    EXPECT_LE(distance_m, said.most_m + grid->error_m()) << p.transpose();
+    EXPECT_GE(distance_m, expected.least_m - grid->error_m()) << p.transpose();
+    EXPECT_LE(distance_m, expected.most_m + grid->error_m()) << p.transpose();
     ++near;
   }
   EXPECT_GT(near, 200);

@@ -56,12 +56,12 @@ TEST_P(FarGridOf, BringsBackTheForceOfAllPairsInEveryKernel) {
     double force = 0, force_error = 0, torque = 0, torque_error = 0, energy = 0, energy_error = 0;
     for (int i = 0; i < 24; ++i) {
       const Pose X_AB = {(20 + i % 8) * Vec3(0.6, 0.64, 0.48), test::random_rotation(random_)};
-      const FieldResult exact = all.evaluate(X_AB), without = near.evaluate(X_AB), with = grid.evaluate(X_AB);
-      force += (without.force_on_b - exact.force_on_b).squaredNorm();
+      const FieldResult exact = all.evaluate(X_AB), near_only = near.evaluate(X_AB), with = grid.evaluate(X_AB);
+      force += (near_only.force_on_b - exact.force_on_b).squaredNorm();
       force_error += (with.force_on_b - exact.force_on_b).squaredNorm();
-      torque += (without.torque_on_b - exact.torque_on_b).squaredNorm();
+      torque += (near_only.torque_on_b - exact.torque_on_b).squaredNorm();
       torque_error += (with.torque_on_b - exact.torque_on_b).squaredNorm();
-      energy += std::pow(without.energy_kj_per_mol() - exact.energy_kj_per_mol(), 2);
+      energy += std::pow(near_only.energy_kj_per_mol() - exact.energy_kj_per_mol(), 2);
       energy_error += std::pow(with.energy_kj_per_mol() - exact.energy_kj_per_mol(), 2);
     }
     EXPECT_LT(std::sqrt(force_error / force), 0.1) << kernel;

@@ -137,15 +137,16 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
-/// Checks a query `ask`, which fills a span and returns the number found; if the span is too short, more than its size.
-template <class Ask>
-std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Ask& ask) {
-  const std::size_t count = ask(found);
+/// Checks a query `query`, which fills a span and returns the number found; if the span is too short, more than its
+/// size.
+template <class Query>
+std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Query& query) {
+  const std::size_t count = query(found);
   std::vector<int> triangles;
   for (std::size_t k = 0; k < count; ++k) triangles.push_back(found[k].triangle);
   EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
   if (count > 1) {
-    EXPECT_GT(ask(found.first(count - 1)), count - 1);
+    EXPECT_GT(query(found.first(count - 1)), count - 1);
   }
   return count;
 }

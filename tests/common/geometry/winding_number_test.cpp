@@ -12,10 +12,10 @@
 namespace tandem::geometry {
 namespace {
 
-double exact(const TriangleMesh& mesh, const Vec3& p, int without = -1) {
+double exact(const TriangleMesh& mesh, const Vec3& p, int excluded_triangle = -1) {
   double sum = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (static_cast<int>(t) == without) continue;
+    if (static_cast<int>(t) == excluded_triangle) continue;
     std::array<Vec3, 3> to;
     for (std::size_t i = 0; i < 3; ++i) to[i] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])] - p;
     const double a = to[0].norm(), b = to[1].norm(), c = to[2].norm();
@@ -66,8 +66,8 @@ TEST(WindingNumber, IsTheSumOfSolidAnglesWithinItsTolerance) {
     for (std::size_t t = 0; t < mesh.triangles.size(); t += 7) {
       Vec3 middle = Vec3::Zero();
       for (const int corner : mesh.triangles[t]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
-      const int without = static_cast<int>(t);
-      worst = std::max(worst, std::abs(winding.at(middle, without) - exact(mesh, middle, without)));
+      const int excluded_triangle = static_cast<int>(t);
+      worst = std::max(worst, std::abs(winding.at(middle, excluded_triangle) - exact(mesh, middle, excluded_triangle)));
     }
   }
   RecordProperty("worst", std::to_string(worst));

@@ -172,9 +172,9 @@ TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     SafetyRig rig(settings);
     rig.run(good_input(), 5000);
-    SafetyInput gone;  // no state, and zero force
+    SafetyInput absent;  // no state, and zero force
     for (int i = 1; i <= 20; ++i) {
-      rig.tick(gone);
+      rig.tick(absent);
       ASSERT_NEAR(rig.out.f.z(), std::max(0.0, 3.0 * (1 - i / 15.0)), 1e-9) << i << " ms";
     }
     EXPECT_TRUE(rig.chain.is_quiet());

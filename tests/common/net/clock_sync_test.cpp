@@ -21,10 +21,10 @@ constexpr double kDriftAllowed = 100e-6;              // clock drift that the fi
 constexpr Duration kMemory = milliseconds(64 * 100);  // how long the filter keeps an exchange
 
 struct Network {
-  Duration there = milliseconds(20);
+  Duration up = milliseconds(20);
   Duration back = milliseconds(20);
   Duration mean_jitter{0};  ///< in each direction, exponentially distributed
-  Duration queue_there{0};  ///< added on the way to the server while a queue lasts
+  Duration queue_up{0};     ///< added on the way to the server while a queue lasts
   double skew = 0.0;        ///< server clock's rate − 1
 };
 
@@ -38,7 +38,7 @@ class Experiment {
   /// Sends at `now`; the exchange is added when its answer arrives.
   void exchange() {
     const LocalTime t1 = now_;
-    const LocalTime arrived = t1 + network.there + network.queue_there + jitter();
+    const LocalTime arrived = t1 + network.up + network.queue_up + jitter();
     const LocalTime answered = arrived + milliseconds(1);
     const LocalTime t4 = std::max(answered + network.back + jitter(), newest_t4_);
     newest_t4_ = t4;
@@ -53,8 +53,8 @@ class Experiment {
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
   /// Error bound of the target from the header of ClockSync, for the smallest round trip that the filter has seen.
   Duration bound() const {
-    const Duration asymmetry = std::chrono::abs(network.there - network.back);
-    const Duration queueing = sync.minimum_round_trip() - network.there - network.back;
+    const Duration asymmetry = std::chrono::abs(network.up - network.back);
+    const Duration queueing = sync.minimum_round_trip() - network.up - network.back;
     return asymmetry / 2 + queueing / 2 + from_seconds(kDriftAllowed * to_seconds(kMemory));
   }
   LocalTime newest_t4() const { return newest_t4_; }
@@ -132,19 +132,19 @@ TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
 }
 
 TEST(ClockSync, QueueInTheFirstExchangesIsForgottenWhenItDrainsDuringSettling) {
-  Experiment experiment({.queue_there = milliseconds(200), .skew = 50e-6}, 1);
+  Experiment experiment({.queue_up = milliseconds(200), .skew = 50e-6}, 1);
   experiment.run(milliseconds(500));
   EXPECT_GE(experiment.error(), milliseconds(99)) << "half of the queue: nothing better is known yet";
-  experiment.network.queue_there = Duration{0};
+  experiment.network.queue_up = Duration{0};
   experiment.run(milliseconds(250));
   EXPECT_LE(std::chrono::abs(experiment.error()), experiment.bound());
 }
 
 TEST(ClockSync, QueueThatOutlastsSettlingIsSlewedAwayInTenSeconds) {
-  Experiment experiment({.queue_there = milliseconds(200)}, 1);
+  Experiment experiment({.queue_up = milliseconds(200)}, 1);
   experiment.run(seconds(3));
   EXPECT_EQ(experiment.error(), milliseconds(100)) << "half of the queue: nothing better is known";
-  experiment.network.queue_there = Duration{0};
+  experiment.network.queue_up = Duration{0};
   experiment.run(seconds(10));
   EXPECT_LE(std::chrono::abs(experiment.error()), milliseconds(1) + experiment.bound());
   experiment.run(seconds(3));
@@ -154,7 +154,7 @@ TEST(ClockSync, QueueThatOutlastsSettlingIsSlewedAwayInTenSeconds) {
 TEST(ClockSync, QueueOfFiveSecondsDoesNotMoveASettledOffset) {
   Experiment experiment({.mean_jitter = milliseconds(1), .skew = 50e-6}, 1);
   experiment.run(seconds(10));
-  experiment.network.queue_there = milliseconds(200);
+  experiment.network.queue_up = milliseconds(200);
   for (int i = 0; i < 5'000; ++i) {
     experiment.exchange();
     ASSERT_LE(std::chrono::abs(experiment.error()), experiment.bound()) << "exchange " << i;
@@ -163,10 +163,10 @@ TEST(ClockSync, QueueOfFiveSecondsDoesNotMoveASettledOffset) {
 
 TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
   constexpr double kFastestSlew = 0.05;
-  for (const Duration new_there : {milliseconds(500), milliseconds(1)}) {
-    Experiment experiment({.there = milliseconds(150)}, 1);
+  for (const Duration new_up : {milliseconds(500), milliseconds(1)}) {
+    Experiment experiment({.up = milliseconds(150)}, 1);
     experiment.run(seconds(2));
-    experiment.network.there = new_there;  // a change of route: an error that the filter cannot detect
+    experiment.network.up = new_up;  // a change of route: an error that the filter cannot detect
     LocalTime at = experiment.newest_t4();
     Duration offset = experiment.sync.offset(at);
     for (int i = 0; i < 20'000; ++i) {

@@ -22,10 +22,10 @@ RigidState moving(const Vec3& p, const Vec3& v) {
 
 TEST(Deadband, AForceIsNoticedBeyondItsShareOfWhatIsFelt) {
   const Deadband deadband(0.1);
-  const Wrench told{Vec3(0, 0, 4), Vec3::Zero()};
-  EXPECT_FALSE(deadband.notices({Vec3(0, 0, 4.39), Vec3::Zero()}, told));
-  EXPECT_TRUE(deadband.notices({Vec3(0, 0, 4.41), Vec3::Zero()}, told));
-  EXPECT_TRUE(deadband.notices({Vec3(0.41, 0, 4), Vec3::Zero()}, told)) << "also across";
+  const Wrench sent{Vec3(0, 0, 4), Vec3::Zero()};
+  EXPECT_FALSE(deadband.notices({Vec3(0, 0, 4.39), Vec3::Zero()}, sent));
+  EXPECT_TRUE(deadband.notices({Vec3(0, 0, 4.41), Vec3::Zero()}, sent));
+  EXPECT_TRUE(deadband.notices({Vec3(0.41, 0, 4), Vec3::Zero()}, sent)) << "also across";
   EXPECT_FALSE(deadband.notices({Vec3(0.09, 0, 0), Vec3::Zero()}, {})) << "noise at rest";
   EXPECT_TRUE(deadband.notices({Vec3(0.11, 0, 0), Vec3::Zero()}, {}));
   EXPECT_TRUE(deadband.notices({Vec3::Zero(), Vec3(0, 0.0031, 0)}, {}));
@@ -46,17 +46,17 @@ TEST(Deadband, APlaceIsNoticedAsTheForceThatTheCouplingMakesOfIt) {
 
 TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   const Deadband deadband(0.1);
-  const RigidState told = moving(Vec3::Zero(), Vec3(0.2, 0, 0));
-  const RigidState now = moving(Vec3(0.2 * to_seconds(kHalfFloor), 0, 0), told.V.v);
-  const Pose X_believed = integrate(told.X, told.V, to_seconds(kHalfFloor));
-  EXPECT_TRUE(deadband.notices(now, told.V, told.X, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
-  EXPECT_FALSE(deadband.notices(now, told.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
+  const RigidState sent = moving(Vec3::Zero(), Vec3(0.2, 0, 0));
+  const RigidState now = moving(Vec3(0.2 * to_seconds(kHalfFloor), 0, 0), sent.V.v);
+  const Pose X_believed = integrate(sent.X, sent.V, to_seconds(kHalfFloor));
+  EXPECT_TRUE(deadband.notices(now, sent.V, sent.X, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
+  EXPECT_FALSE(deadband.notices(now, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState faster = now;
   faster.V.v.x() += 0.021;
-  EXPECT_TRUE(deadband.notices(faster, told.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
+  EXPECT_TRUE(deadband.notices(faster, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState turned = now;
   turned.X.q = quaternion_of(Vec3(0, 0, 0.011));  // times 0.3 N·m/rad this gives 3.3 mN·m; the floor is 3 mN·m
-  EXPECT_TRUE(deadband.notices(turned, told.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
+  EXPECT_TRUE(deadband.notices(turned, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }
 
 TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {

@@ -82,11 +82,11 @@ class Fetching {
       fetched += piece->size();
       rate.answered(now_);
     }
-    while (const std::size_t bytes = rate.may_ask(now_)) {
+    while (const std::size_t bytes = rate.bytes_to_request(now_)) {
       std::vector<std::byte> request(50);
       std::memcpy(request.data(), &bytes, sizeof bytes);
       up_.send(now_, request);
-      rate.asked(now_, bytes);
+      rate.note_request(now_, bytes);
     }
   }
 
@@ -153,9 +153,9 @@ TEST(FetchRate, StaysWithinItsBoundsWhateverDelaysItIsTold) {
   for (int i = 0; i < 5000; ++i) {
     now += milliseconds(1);
     rate.state_came(now, i % 3 == 0 ? longest : i % 3 == 1 ? -longest : Duration{0}, kStateBytes);
-    while (const std::size_t bytes = rate.may_ask(now)) {
+    while (const std::size_t bytes = rate.bytes_to_request(now)) {
       EXPECT_LE(bytes, FetchRate::kMaxPiece);
-      rate.asked(now, bytes);
+      rate.note_request(now, bytes);
     }
     for (int k = 0; k < i % 5; ++k) rate.answered(now);
     EXPECT_GE(rate.rate_bytes_per_s(), FetchRate::kMinRate_bytes_per_s);

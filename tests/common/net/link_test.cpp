@@ -40,17 +40,17 @@ struct Arrival {
 // Sends `count` packets `gap` apart and steps from arrival to arrival.
 std::vector<Arrival> run(SimulatedLink& link, std::uint32_t count, Duration gap, std::size_t size = 4) {
   std::vector<Arrival> arrivals;
-  const auto take_until = [&](LocalTime end) {
+  const auto receive_until = [&](LocalTime end) {
     for (auto due = link.next_due(); due && *due <= end; due = link.next_due()) {
       while (const auto bytes = link.receive(*due)) arrivals.push_back({number_of(*bytes), *due});
     }
   };
   for (std::uint32_t i = 0; i < count; ++i) {
     const LocalTime now{gap * i};
-    take_until(now);
+    receive_until(now);
     link.send(now, packet(i, size));
   }
-  take_until(LocalTime::max());
+  receive_until(LocalTime::max());
   return arrivals;
 }
 

@@ -20,7 +20,7 @@ constexpr double kMost_hz = 1000;
 struct SendRateLine {
   void run(Duration length) {
     for (const Duration end = now + length; now < end; now += milliseconds(1)) {
-      while (!under_way.empty() && under_way.front().heard <= now) {
+      while (!under_way.empty() && under_way.front().received_at <= now) {
         rate.delivered(under_way.front().sent,
                        under_way.front().arrived - under_way.front().sent + std::chrono::hours(1));
         under_way.pop_front();
@@ -43,7 +43,7 @@ struct SendRateLine {
   }
 
   struct Message {
-    Duration sent, arrived, heard;
+    Duration sent, arrived, received_at;
   };
   SendRate rate{kFloor, kMost_hz};
   double carried_hz = 1e6;

@@ -12,11 +12,11 @@ LocalTime at_ms(int ms) {
 TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {
   TokenBucket bucket({100, 20});
   int taken = 0;
-  while (bucket.take(1, at_ms(0))) ++taken;
+  while (bucket.consume(1, at_ms(0))) ++taken;
   EXPECT_EQ(taken, 20);
   for (int ms = 1; ms <= 1000; ++ms) {
     if (!bucket.has_some(at_ms(ms))) continue;
-    bucket.take(1, at_ms(ms));
+    bucket.consume(1, at_ms(ms));
     ++taken;
   }
   EXPECT_NEAR(taken, 120, 2) << "100 more within a second, less what was owed";
@@ -24,24 +24,24 @@ TEST(TokenBucket, GivesSoMuchAtOnceAndThenItsRate) {
 
 TEST(TokenBucket, NeverHoldsMoreThanItsSize) {
   TokenBucket bucket({100, 20});
-  bucket.take(20, at_ms(0));
+  bucket.consume(20, at_ms(0));
   EXPECT_FALSE(bucket.has_some(at_ms(0)));
   EXPECT_FALSE(bucket.is_full(at_ms(100)));
   EXPECT_TRUE(bucket.is_full(at_ms(3'600'000)));
-  EXPECT_TRUE(bucket.take(20, at_ms(3'600'000)));
-  EXPECT_FALSE(bucket.take(0.5, at_ms(3'600'000)));
+  EXPECT_TRUE(bucket.consume(20, at_ms(3'600'000)));
+  EXPECT_FALSE(bucket.consume(0.5, at_ms(3'600'000)));
 }
 
 TEST(TokenBucket, WhatCostsMoreThanIsLeftIsOwed) {
   TokenBucket bucket({1000, 2});
-  EXPECT_FALSE(bucket.take(10, at_ms(0)));
+  EXPECT_FALSE(bucket.consume(10, at_ms(0)));
   EXPECT_FALSE(bucket.has_some(at_ms(8)));
   EXPECT_TRUE(bucket.has_some(at_ms(9)));
 }
 
 TEST(TokenBucket, NoMoreIsOwedThanItHolds) {
   TokenBucket bucket({100, 20});
-  for (int i = 0; i < 1000; ++i) bucket.take(1, at_ms(0));
+  for (int i = 0; i < 1000; ++i) bucket.consume(1, at_ms(0));
   EXPECT_FALSE(bucket.has_some(at_ms(200)));
   EXPECT_TRUE(bucket.has_some(at_ms(201)));
 }

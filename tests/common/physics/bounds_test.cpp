@@ -20,18 +20,18 @@ TEST(SceneBounds, ABodyThatLeavesReturnsToItsStartAtRest) {
   World world = client_world(falling());
   world.set_body(kA, at({0, 0, -0.9}, {0, 0, -1}));
   int steps = 0;
-  while (world.put_back().empty() && steps < 1000) {
+  while (world.returned_bodies().empty() && steps < 1000) {
     const TickFaults faults = world.step();
-    EXPECT_EQ((faults & kFaultOutOfBounds) != 0, !world.put_back().empty());
+    EXPECT_EQ((faults & kFaultOutOfBounds) != 0, !world.returned_bodies().empty());
     ++steps;
   }
   EXPECT_NEAR(steps, 101, 1);
-  ASSERT_EQ(world.put_back().size(), 1U);
-  EXPECT_EQ(world.put_back()[0], kA);
+  ASSERT_EQ(world.returned_bodies().size(), 1U);
+  EXPECT_EQ(world.returned_bodies()[0], kA);
   EXPECT_EQ(world.body(kA).X.p, Vec3(0, 0, 0.5));
   EXPECT_EQ(world.body(kA).V.v, Vec3(0, 0, 0));
   EXPECT_EQ(world.step(), 0U);
-  EXPECT_TRUE(world.put_back().empty()) << "told once";
+  EXPECT_TRUE(world.returned_bodies().empty()) << "told once";
 }
 
 TEST(SceneBounds, AHandMayCarryABodyAnywhere) {
@@ -57,11 +57,11 @@ TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
     }
     return force_n;
   };
-  World without = client_world(description);
-  without.remove_body(kA);
-  without.activate_tool(0);
-  EXPECT_EQ(push(without), 0) << "a body that nobody has told of is no ghost at its start";
-  EXPECT_EQ(without.grab(0, kA), GrabResult::kOutOfReach);
+  World without_body = client_world(description);
+  without_body.remove_body(kA);
+  without_body.activate_tool(0);
+  EXPECT_EQ(push(without_body), 0) << "a body that nobody has told of is no ghost at its start";
+  EXPECT_EQ(without_body.grab(0, kA), GrabResult::kOutOfReach);
   World with = client_world(description);
   with.remove_body(kA);
   with.set_body(kA, at({0, 0, 0}));

@@ -120,10 +120,10 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     world.step();
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
-  const double heard = amplitude_at(force, 80);
+  const double amplitude_n = amplitude_at(force, 80);
   // The tool's mass attenuates the vibration at the hand: |k + i b ω| / |k − m ω² + i b ω| = 0.20 at 50 g.
-  EXPECT_NEAR(heard, 0.20 * 0.8, 0.01 * 0.8);
-  for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * heard) << hz;
+  EXPECT_NEAR(amplitude_n, 0.20 * 0.8, 0.01 * 0.8);
+  for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * amplitude_n) << hz;
 }
 
 TEST(EffectStage, APlateBuzzesOnlyWhileItIsTouched) {

@@ -73,30 +73,30 @@ Vec3 hand_at(int step) {
 }
 
 TEST(LookAhead, ChangesNothingThatIsFelt) {
-  World without = cubes(), with = cubes();
-  without.activate_tool(0);
+  World plain = cubes(), with = cubes();
+  plain.activate_tool(0);
   with.activate_tool(0);
   double most_n = 0;
   std::uint32_t touched = 0;
   for (int i = 0; i < 1000; ++i) {
     if (i == 700) {  // displaced after the look-ahead
-      for (World* world : {&without, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
+      for (World* world : {&plain, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
     }
     if (i == 250 || i == 900) {  // held from now on: the tool no longer presses it
-      for (World* world : {&without, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
+      for (World* world : {&plain, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
     }
     if (i == 280 || i == 930) {
-      for (World* world : {&without, &with}) world->release(0);
+      for (World* world : {&plain, &with}) world->release(0);
     }
-    for (World* world : {&without, &with}) world->set_handle(0, at(hand_at(i)));
-    EXPECT_EQ(without.step(), with.step()) << i;
+    for (World* world : {&plain, &with}) world->set_handle(0, at(hand_at(i)));
+    EXPECT_EQ(plain.step(), with.step()) << i;
     with.look_ahead();
     touched += with.touch(0).contacts > 0 ? 1 : 0;
-    const Vec3 force = without.tool(0).wrench_on_hand_W.f;
+    const Vec3 force = plain.tool(0).wrench_on_hand_W.f;
     most_n = std::max(most_n, force.norm());
     // Where friction has not converged within the iterations, the result is accurate to parts in a thousand.
     ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
-    ASSERT_LT((with.body(BodyId{2}).X.p - without.body(BodyId{2}).X.p).norm(), 1e-5) << i;
+    ASSERT_LT((with.body(BodyId{2}).X.p - plain.body(BodyId{2}).X.p).norm(), 1e-5) << i;
   }
   EXPECT_GT(most_n, 3);
   EXPECT_GT(touched, 300U);

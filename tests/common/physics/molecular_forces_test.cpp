@@ -189,26 +189,26 @@ TEST(MolecularForces, WhatIsFeltDoesNoWorkOnAClosedPath) {
 
 TEST(MolecularForces, AFieldFoundAheadIsOfWhereThingsAre) {
   const auto scene = two_molecules(8, 0.1, 0);
-  World without = server::make_server_world(scene), with = server::make_server_world(scene);
+  World without_grid = server::make_server_world(scene), with = server::make_server_world(scene);
   const double start = [&] {
-    without.step();
+    without_grid.step();
     with.step();
-    return without.field_energy_kj_per_mol();
+    return without_grid.field_energy_kj_per_mol();
   }();
   EXPECT_NE(start, 0) << "the first step finds it, wherever things are";
   for (int i = 0; i < 20; ++i) {
     with.look_ahead();
     if (i % 5 == 4) {  // moved after the look-ahead
-      for (World* world : {&without, &with}) {
+      for (World* world : {&without_grid, &with}) {
         RigidState state = world->body(BodyId{2});
         state.X.p.x() -= 2e-4;
         world->set_body(BodyId{2}, state);
       }
     }
-    without.step();
+    without_grid.step();
     with.step();
-    ASSERT_EQ(with.field_energy_kj_per_mol(), without.field_energy_kj_per_mol()) << i;
-    ASSERT_EQ(with.body(BodyId{2}).X.p, without.body(BodyId{2}).X.p) << i;
+    ASSERT_EQ(with.field_energy_kj_per_mol(), without_grid.field_energy_kj_per_mol()) << i;
+    ASSERT_EQ(with.body(BodyId{2}).X.p, without_grid.body(BodyId{2}).X.p) << i;
   }
   EXPECT_NE(with.field_energy_kj_per_mol(), start);
 }

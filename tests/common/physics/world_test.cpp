@@ -218,7 +218,7 @@ TEST(World, BodyHeldByALostHandIsNotDropped) {
 struct ForceSteps {
   Vec3 last = Vec3::Zero();
   double largest_n = 0;
-  void look(const World& world) {
+  void note_change(const World& world) {
     const Vec3 now = world.tool(0).wrench_on_hand_W.f;
     largest_n = std::max(largest_n, (now - last).norm());
     last = now;
@@ -238,12 +238,12 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
   EXPECT_EQ(world.tool(0).held, BodyId{2});
   for (int i = 0; i < 200; ++i) {
     world.step();
-    steps.look(world);
+    steps.note_change(world);
   }
   world.release(0);
   for (int i = 0; i < 200; ++i) {
     world.step();
-    steps.look(world);
+    steps.note_change(world);
   }
   // At rest only the damper's response to contact noise may change the force (measured: 1e-6 N).
   EXPECT_LT(steps.largest_n, 1e-3);
@@ -377,14 +377,14 @@ TEST(World, CouplingThatIsNotFiniteIsIgnored) {
 TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
   haptics::CouplingParameters other;
   other.stiffness_n_per_m = 900;
-  const auto height_after = [&](int steps, bool asks_every_step, bool asks_before) {
+  const auto height_after = [&](int steps, bool sets_every_step, bool sets_before) {
     World world(server::make_server_world(
         load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
-    if (asks_before) world.set_coupling(other);
+    if (sets_before) world.set_coupling(other);
     world.activate_tool(0);
     world.set_handle(0, resting_at({0, 0, 1}));
     for (int i = 0; i < steps; ++i) {
-      if (i == 0 || asks_every_step) world.set_coupling(other);
+      if (i == 0 || sets_every_step) world.set_coupling(other);
       world.step();
     }
     return world.body(BodyId{1}).X.p.z();

@@ -12,19 +12,19 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 std::vector<std::string> flooded(LineLimit& limit, std::string_view kind, std::size_t lines, LocalTime now) {
-  std::vector<std::string> said;
+  std::vector<std::string> admitted;
   for (std::size_t i = 0; i < lines; ++i) {
-    for (std::string& line : limit.admitted(kind, "line", now)) said.push_back(std::move(line));
+    for (std::string& line : limit.admitted(kind, "line", now)) admitted.push_back(std::move(line));
   }
-  return said;
+  return admitted;
 }
 
 TEST(LineLimit, OfAFloodSaysTheFirstLinesAndHowManyWereLeftOut) {
   LineLimit limit;
   const LocalTime start{std::chrono::seconds(5)};
-  const auto said = flooded(limit, "closed", 1000, start);
-  ASSERT_EQ(said.size(), LineLimit::kMaxLines + 1);
-  EXPECT_THAT(said.back(), HasSubstr("more than 60 lines a minute of the kind \"closed\""));
+  const auto admitted = flooded(limit, "closed", 1000, start);
+  ASSERT_EQ(admitted.size(), LineLimit::kMaxLines + 1);
+  EXPECT_THAT(admitted.back(), HasSubstr("more than 60 lines a minute of the kind \"closed\""));
   EXPECT_THAT(limit.admitted("joined", "ada joined", start), ElementsAre("ada joined"))
       << "other kinds are not touched";
   EXPECT_THAT(limit.admitted("joined", "ben joined", start + LineLimit::kWindow),

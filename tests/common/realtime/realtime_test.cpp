@@ -102,7 +102,7 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
 }
 
 /// Exits with 0 if processors are kept from deep sleep after a request for priority, and not before.
-[[noreturn]] void ask_for_light_sleep() {
+[[noreturn]] void request_light_sleep_and_exit() {
   const auto holds_it = [] {
     const std::filesystem::directory_iterator files("/proc/self/fd");
     return std::ranges::any_of(files, [](const auto& file) {
@@ -119,7 +119,7 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
 
 TEST(Realtime, ProcessorsDoNotSleepDeeplyOnceThereIsAPriority) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");  // in a process without an earlier request
-  EXPECT_EXIT(ask_for_light_sleep(), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(request_light_sleep_and_exit(), testing::ExitedWithCode(0), "");
 }
 
 TEST(Realtime, ProcessorTimeIsThatOfTheThreadAskedAbout) {

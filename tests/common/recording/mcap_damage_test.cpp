@@ -59,7 +59,7 @@ Written random_file(Random& random) {
     }
     written.chunks_at.push_back(written.file.size());
     written.messages_of_chunks.push_back(written.messages.size());
-    append(writer.take_chunk());
+    append(writer.pop_chunk());
   }
   written.data_end = written.file.size();
   append(writer.finish());

@@ -29,7 +29,7 @@ Bytes whole_file(std::vector<std::size_t>* ends = nullptr) {
   for (std::uint64_t i = 0; i < 30; ++i) {
     writer.add(static_cast<std::uint16_t>(i % 2), 1000 + i, bytes_of("message " + std::to_string(i)));
     if (i % 10 != 9) continue;
-    append(file, writer.take_chunk());
+    append(file, writer.pop_chunk());
     if (ends != nullptr) ends->push_back(file.size());
   }
   append(file, writer.finish());
@@ -126,13 +126,13 @@ TEST(Mcap, AChunkThatWasDroppedIsNotInTheIndex) {
   McapWriter writer = two_channels();
   Bytes file = writer.begin();
   writer.add(0, 1, bytes_of("kept"));
-  append(file, writer.take_chunk());
+  append(file, writer.pop_chunk());
   writer.add(0, 2, bytes_of("lost"));
-  writer.take_chunk();
+  writer.pop_chunk();
   writer.drop_chunk();
   writer.add(0, 3, bytes_of("kept too"));
   const std::uint64_t at = file.size();
-  const Bytes chunk = writer.take_chunk();
+  const Bytes chunk = writer.pop_chunk();
   append(file, chunk);
   const Bytes end = writer.finish();
   append(file, end);

@@ -127,34 +127,34 @@ TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
   RecordingFile file = open();
   file.add(1, 1, octets_of_text("before"));
   file.flush(1);
-  EXPECT_EQ(file.take_news(), "");
+  EXPECT_EQ(file.pop_news(), "");
   {
     const SmallDisk small(file.bytes_written() + 20);  // leaves room for a part of the chunk
     for (const std::uint64_t i : {2, 3}) {
       file.add(1, i, octets_of_text("lost"));
       file.flush(i);
     }
-    const std::string news = file.take_news();
+    const std::string news = file.pop_news();
     EXPECT_NE(news.find("cannot be written"), std::string::npos) << news;
-    EXPECT_EQ(file.take_news(), "");
+    EXPECT_EQ(file.pop_news(), "");
     EXPECT_EQ(messages_in(folder_ / "r.mcap", false).back(), "before") << "whole chunks alone stay";
   }
   constexpr std::uint64_t kSecondNs = 1'000'000'000;
   file.add(1, 4, octets_of_text("after"));
   file.flush(4 * kSecondNs);
-  EXPECT_EQ(file.take_news(), "") << "a disk that is nearly full takes a small chunk";
+  EXPECT_EQ(file.pop_news(), "") << "a disk that is nearly full takes a small chunk";
   {
     const SmallDisk small(file.bytes_written() + 20);
     file.add(1, 5, octets_of_text("lost"));
     file.flush(5 * kSecondNs);
-    EXPECT_EQ(file.take_news(), "") << "told already";
+    EXPECT_EQ(file.pop_news(), "") << "told already";
   }
   file.add(1, 6, octets_of_text("and"));
   file.flush(6 * kSecondNs);
-  EXPECT_EQ(file.take_news(), "");
+  EXPECT_EQ(file.pop_news(), "");
   file.add(1, 7, octets_of_text("on"));
   file.flush(10 * kSecondNs);
-  EXPECT_NE(file.take_news().find("again"), std::string::npos);
+  EXPECT_NE(file.pop_news().find("again"), std::string::npos);
   EXPECT_EQ(file.messages_lost(), 3U);
   file.finish();
   EXPECT_EQ(messages_in(folder_ / "r.mcap"), (std::vector<std::string>{"part 1", "before", "after", "and", "on"}));

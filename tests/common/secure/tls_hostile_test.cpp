@@ -41,7 +41,7 @@ class AnyClient {
     if (!bytes.empty()) BIO_read(bio, bytes.data(), static_cast<int>(bytes.size()));
     return bytes;
   }
-  void take(const Bytes& bytes) {
+  void receive(const Bytes& bytes) {
     if (!bytes.empty()) BIO_write(SSL_get_rbio(ssl_), bytes.data(), static_cast<int>(bytes.size()));
   }
   /// Whether the server completes the handshake.
@@ -50,7 +50,7 @@ class AnyClient {
       SSL_do_handshake(ssl_);
       Bytes plain, answer;
       if (!server.receive(to_server(), plain, answer)) return false;
-      take(answer);
+      receive(answer);
     }
     return server.is_established();
   }

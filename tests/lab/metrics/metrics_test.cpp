@@ -69,7 +69,7 @@ TEST(UserMetrics, TheHoldPhaseCountsOnlyASecondAfterEachBegin) {
 TEST(UserMetrics, WhatDoesNotApplyIsNotANumber) {
   UserTrace trace;
   for (const UserMetric& metric : user_metrics()) {
-    const double value = metric.of(trace);
+    const double value = metric.value_of(trace);
     EXPECT_TRUE(std::isnan(value) || value == 0) << metric.name << " is " << value;
   }
   EXPECT_TRUE(std::isnan(user_metric(trace, "hold_speed_max_m_per_s")));

@@ -59,7 +59,7 @@ double metric(const char* name, const SessionTrace& trace, const SessionTrace* r
 }
 
 void force(TickSample& tick, double z_n) {
-  tick.displayed_D.f = tick.asked_D.f = tick.stage_D.f = Vec3(0, 0, z_n);
+  tick.displayed_D.f = tick.requested_D.f = tick.stage_D.f = Vec3(0, 0, z_n);
 }
 
 TEST(TrialMetrics, FreeDragIsWhatMovingCostsBeyondZeroDelay) {
@@ -362,7 +362,7 @@ TEST(EnergyLedger, CountsInWorldJoulesAndKeepsApartWhatSafetyWithheld) {
   trace.users[0].hand_joules_per_world_joule = 4;
   EXPECT_NEAR(energy_ledger(trace).hand_ports_j.at(0), 0.05, 1e-9);
   SessionTrace clamped = working(2, -0.5);
-  for (TickSample& tick : clamped.users[0].ticks) tick.asked_D.f.z() = 5;
+  for (TickSample& tick : clamped.users[0].ticks) tick.requested_D.f.z() = 5;
   EXPECT_NEAR(energy_ledger(clamped).created_max_j, 0, 1e-9) << "the model had it";
   EXPECT_NEAR(energy_ledger(clamped).hand_ports_j.at(0), 0.2, 1e-9) << "the hand did not get it";
   EXPECT_NEAR(metric("energy_withheld_by_safety_j", clamped), 0.3, 1e-9);

@@ -57,8 +57,8 @@ class SessionReplayTest : public ::testing::Test {
     room.watch(recorder);
     server::RoomSeats seats(room);
     Random random(test::test_seed(1));
-    const auto anna = seats.take(server::UserRole::kOperator, false, haptics::kNoCouplingBounds, "anna");
-    const auto ben = seats.take(server::UserRole::kManipulator, true, {.stiffness_n_per_m = 200}, "ben");
+    const auto anna = seats.allocate(server::UserRole::kOperator, false, haptics::kNoCouplingBounds, "anna");
+    const auto ben = seats.allocate(server::UserRole::kManipulator, true, {.stiffness_n_per_m = 200}, "ben");
     for (int i = 0; i < 3000; ++i) {
       if (i == 1200) seats.set_coupling(*anna, {.stiffness_n_per_m = 500});
       if (i == 1350) seats.set_law(*anna, *haptics::find_coupling_law("stable-dynamic"));
@@ -112,7 +112,7 @@ class SessionReplayTest : public ::testing::Test {
       message->channel == 1 ? writer->add(1, message->log_ns, proto::bytes_of(step))
                             : writer->add(message->channel, message->log_ns, message->data);
     }
-    append(writer->take_chunk());
+    append(writer->pop_chunk());
     append(writer->finish());
     in.close();
     std::ofstream(file(), std::ios::binary)
@@ -191,7 +191,7 @@ TEST_F(SessionReplayTest, AFullRingLosesWholeStepsAndCountsThem) {
   for (int i = 0; i < 100; ++i) room.step(ServerTime(room.period() * (i + 1)));
   recorder.finish();
   EXPECT_GT(recorder.steps_lost(), 50U);
-  EXPECT_FALSE(recorder.take_news().empty());
+  EXPECT_FALSE(recorder.pop_news().empty());
   std::uint64_t steps = 0;
   proto::read_recording(file(), [&steps](const std::string& topic, const auto&) {
     steps += topic == "/step" ? 1 : 0;

@@ -65,7 +65,7 @@ class Study : public testing::Test {
   }
   static std::size_t reused(const std::vector<TrialResult>& results) {
     return static_cast<std::size_t>(
-        std::count_if(results.begin(), results.end(), [](const TrialResult& result) { return result.was_there; }));
+        std::count_if(results.begin(), results.end(), [](const TrialResult& result) { return result.was_done; }));
   }
 
   fs::path folder_;

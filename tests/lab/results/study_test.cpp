@@ -64,7 +64,7 @@ TEST_F(Study, AtZeroDelayTheReferenceStageDoesNotErr) {
 
 TEST_F(Study, SamplesAreKeptWhereTheyWereAskedFor) {
   RunSettings with_samples = settings();
-  with_samples.wants_samples = true;
+  with_samples.keeps_samples = true;
   const auto results = run(trials(), with_samples);
   for (const TrialResult& result : results) {
     for (const char* file : {"1-anna.csv", "2-ben.csv", "bodies.csv", "trial.json", "report.html"}) {
@@ -78,7 +78,7 @@ TEST_F(Study, SamplesAreKeptWhereTheyWereAskedFor) {
 
 TEST_F(Study, IsWrittenForOtherPrograms) {
   RunSettings with_samples = settings();
-  with_samples.wants_samples = true;
+  with_samples.keeps_samples = true;
   const auto results = run(trials(), with_samples);
   const fs::path file = folder_ / "results.h5";
   write_study_hdf5(file, results);

@@ -22,7 +22,7 @@ TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
   TrialRunner first(trials(), settings());
   EXPECT_EQ(first.size().trials, 8U);
   EXPECT_EQ(first.size().references, 4U) << "one a seed and stage, shared by delays; late-pose is the truth";
-  EXPECT_EQ(first.size().there, 0U);
+  EXPECT_EQ(first.size().done, 0U);
   EXPECT_NEAR(first.size().virtual_s, 12, 1e-9);
   std::size_t shown = 0;
   const auto results = first.run([&](std::size_t done, std::size_t reused) {
@@ -33,7 +33,7 @@ TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
   EXPECT_EQ(reused(results), 0U);
 
   TrialRunner second(trials(), settings());
-  EXPECT_EQ(second.size().there, 8U);
+  EXPECT_EQ(second.size().done, 8U);
   EXPECT_EQ(second.size().references, 0U);
   EXPECT_EQ(second.size().virtual_s, 0);
   const auto again = second.run([](std::size_t, std::size_t) {});

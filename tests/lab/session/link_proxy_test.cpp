@@ -30,7 +30,7 @@ class LinkProxyTest : public ::testing::Test {
     datagrams_.non_blocking(true);
     acceptor_.non_blocking(true);
     proxy_ = std::make_unique<LinkProxy>(settings);
-    there_ = {asio::ip::make_address(settings.listen), settings.port};
+    proxy_address_ = {asio::ip::make_address(settings.listen), settings.port};
   }
 
   void step(Duration time = std::chrono::milliseconds(1)) {
@@ -49,14 +49,14 @@ class LinkProxyTest : public ::testing::Test {
   /// A stream through the proxy: the client's socket and the server's socket.
   std::pair<tcp::socket, tcp::socket> connected() {
     tcp::socket client(io_), server(io_);
-    client.connect(there_);
+    client.connect(proxy_address_);
     client.non_blocking(true);
     error_code error;
-    const bool is_there = step_until([&] {
+    const bool has_arrived = step_until([&] {
       acceptor_.accept(server, error);
       return !error;
     });
-    EXPECT_TRUE(is_there);
+    EXPECT_TRUE(has_arrived);
     server.non_blocking(true);
     return {std::move(client), std::move(server)};
   }
@@ -79,7 +79,7 @@ class LinkProxyTest : public ::testing::Test {
   }
   udp::socket sender() {
     udp::socket client(io_, udp::endpoint(asio::ip::make_address("127.0.0.1"), 0));
-    client.connect(udp::endpoint(there_.address(), there_.port()));
+    client.connect(udp::endpoint(proxy_address_.address(), proxy_address_.port()));
     return client;
   }
 
@@ -87,7 +87,7 @@ class LinkProxyTest : public ::testing::Test {
   tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
   udp::socket datagrams_{io_};
   std::unique_ptr<LinkProxy> proxy_;
-  tcp::endpoint there_;
+  tcp::endpoint proxy_address_;
   LocalTime now_{};
 };
 

@@ -26,12 +26,12 @@ Ticks pressed(const OnClient& on_client) {
 
 /// Changes the stage to `there` and back, once while the hand moves and once while it rests.
 Ticks pressed_while(const client::StageSettings& there) {
-  bool is_there = false;
+  bool is_switched = false;
   return pressed([&](std::size_t, Duration time, client::Client& client) {
     const auto is_in = [time](const Change& change) { return time >= change.there && time < change.back; };
-    const bool should_be_there = is_in(kMoving) || is_in(kStill);
-    if (std::exchange(is_there, should_be_there) == should_be_there) return;
-    client.set_stage(should_be_there ? there : client::StageSettings{});
+    const bool should_be_switched = is_in(kMoving) || is_in(kStill);
+    if (std::exchange(is_switched, should_be_switched) == should_be_switched) return;
+    client.set_stage(should_be_switched ? there : client::StageSettings{});
   });
 }
 
@@ -65,12 +65,12 @@ INSTANTIATE_TEST_SUITE_P(
 /// the model in the middle of the push, and again while the block is held.
 UserTrace pushed(bool is_changed) {
   const Trial trial = shipped_trial("push", {"link.rtt_ms=100"});
-  bool was_there = false;
+  bool was_switched = false;
   const OnClient change = [&](std::size_t, Duration time, client::Client& client) {
-    const bool is_there = time >= kPushing && time < kHolding;
-    if (!is_changed || std::exchange(was_there, is_there) == is_there) return;
+    const bool is_switched = time >= kPushing && time < kHolding;
+    if (!is_changed || std::exchange(was_switched, is_switched) == is_switched) return;
     client::StageSettings same;
-    if (is_there) same.wave.linear_n_s_per_m *= 2;  // a setting of another stage
+    if (is_switched) same.wave.linear_n_s_per_m *= 2;  // a setting of another stage
     client.set_stage(same);
   };
   return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, change).users.at(0);

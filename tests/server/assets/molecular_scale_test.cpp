@@ -220,8 +220,8 @@ wire::MoleculeSource helix(const std::string& chain) {
 
 TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   TANDEM_NEEDS_FILES(kHelices, kOplsDirectory);
-  const wire::Scene asked = docking_scene(helix("A"), helix("B"), {});
-  const auto scene = load_scene_text(scene_text(asked), "two files", ".");
+  const wire::Scene requested = docking_scene(helix("A"), helix("B"), {});
+  const auto scene = load_scene_text(scene_text(requested), "two files", ".");
   const wire::MolecularField& field = scene->description.molecular_field();
   EXPECT_EQ(field.dielectric(), "4r");
   EXPECT_EQ(field.cutoff_angstrom(), 0);
@@ -337,8 +337,8 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
 TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
   const std::string file = "/usr/share/pymol/data/demo/1tii.pdb";
   TANDEM_NEEDS_FILES(file, kOplsDirectory);
-  const auto field_of = [&](const std::string& hydrogens, const wire::MolecularField& asked) {
-    return docking_scene(molecule_source(file + ":D", hydrogens), molecule_source(file + ":E", hydrogens), asked)
+  const auto field_of = [&](const std::string& hydrogens, const wire::MolecularField& requested) {
+    return docking_scene(molecule_source(file + ":D", hydrogens), molecule_source(file + ":E", hydrogens), requested)
         .molecular_field();
   };
   const wire::MolecularField few = field_of("united", {}), many = field_of("build", {});
@@ -346,9 +346,9 @@ TEST(DockingScene, TheNumberOfPairsChoosesWhatIsSummed) {
   EXPECT_FALSE(few.far_grid());
   EXPECT_EQ(many.cutoff_angstrom(), 8);
   EXPECT_TRUE(many.far_grid());
-  wire::MolecularField asked;
-  asked.set_cutoff_angstrom(8);
-  EXPECT_FALSE(field_of("build", asked).far_grid()) << "who chooses the cut-off chooses the grid";
+  wire::MolecularField requested;
+  requested.set_cutoff_angstrom(8);
+  EXPECT_FALSE(field_of("build", requested).far_grid()) << "who chooses the cut-off chooses the grid";
 }
 
 TEST(DockingScene, AWrongDielectricIsSaid) {

@@ -99,25 +99,26 @@ TEST_F(SceneFiles, EachPartOfAMeshIsNoted) {
 }
 
 TEST_F(SceneFiles, ShapesThatAreTooThinToHoldAreNotedByNameWithTheRemedy) {
-  const auto said = [this](double radius_m) {
+  const auto notes_of = [this](double radius_m) {
     return load(physics::scene_json({.bodies = R"({"name": "wire", "shapes": [{"capsule": {"radius_m": )" +
                                                std::to_string(radius_m) + R"(, "length_m": 0.02}}]})"}))
         ->notes_for_users;
   };
-  EXPECT_THAT(said(5e-5), Contains(AllOf(HasSubstr("bodies[0].shapes[0] is 0.1 mm thick, too thin to hold"),
-                                         HasSubstr("make it 0.15 mm thick or more"))));
-  EXPECT_THAT(said(1e-4), Not(Contains(HasSubstr("thick"))));
+  EXPECT_THAT(notes_of(5e-5), Contains(AllOf(HasSubstr("bodies[0].shapes[0] is 0.1 mm thick, too thin to hold"),
+                                             HasSubstr("make it 0.15 mm thick or more"))));
+  EXPECT_THAT(notes_of(1e-4), Not(Contains(HasSubstr("thick"))));
 }
 
 TEST_F(SceneFiles, MeshOfAnUnlikelySizeIsNotedWithTheFieldThatMendsIt) {
   write("t.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n");
-  const auto said = [this](const std::string& fields) { return load(mesh_body(fields))->notes; };
-  const auto is_asked = Contains(AllOf(HasSubstr("m large, for a unit of the file is"), HasSubstr("scale")));
-  EXPECT_THAT(said(R"(, "scale": 2)"), Contains("t.obj: 4 m large, for a unit of the file is 2 m: is that right? Else "
-                                                "give the mesh scale (0.001 if the file is in millimetres) or "
-                                                "largest_size_m"));
-  EXPECT_THAT(said(R"(, "scale": 0.0001)"), is_asked);
-  EXPECT_THAT(said(R"(, "largest_size_m": 0.0002)"), Not(is_asked)) << "this one was meant";
+  const auto notes_of = [this](const std::string& fields) { return load(mesh_body(fields))->notes; };
+  const auto asks_for_scale = Contains(AllOf(HasSubstr("m large, for a unit of the file is"), HasSubstr("scale")));
+  EXPECT_THAT(notes_of(R"(, "scale": 2)"),
+              Contains("t.obj: 4 m large, for a unit of the file is 2 m: is that right? Else "
+                       "give the mesh scale (0.001 if the file is in millimetres) or "
+                       "largest_size_m"));
+  EXPECT_THAT(notes_of(R"(, "scale": 0.0001)"), asks_for_scale);
+  EXPECT_THAT(notes_of(R"(, "largest_size_m": 0.0002)"), Not(asks_for_scale)) << "this one was meant";
   EXPECT_THAT(refusal(mesh_body(R"(, "scale": 100)")),
               AllOf(HasSubstr("which is 200 m large"), HasSubstr("0.001 if the file is in millimetres")));
 }
@@ -170,12 +171,12 @@ TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
   std::string ply =
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
-  const auto put = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto append = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
   // The lowest byte of 0.04 in single precision is 10 (a line feed).
-  for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) put(x);
+  for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) append(x);
   for (const auto& corners : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
     ply += '\3';
-    for (const int corner : corners) put(corner);
+    for (const int corner : corners) append(corner);
   }
   write("t.ply", ply);
   const auto scene =
@@ -184,23 +185,23 @@ TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
 }
 
 TEST_F(SceneFiles, MeshWithoutTrianglesOrInAnotherFormatIsRefusedInWordsOfItsOwn) {
-  const auto said_of = [this](const std::string& name, const std::string& text) {
+  const auto refusal_of = [this](const std::string& name, const std::string& text) {
     write(name, text);
     return refusal(
         physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + name + R"("}}]})"}));
   };
   const std::string vertices = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
-  EXPECT_THAT(said_of("cloud.ply", vertices + "property float z\nend_header\n0 0 0\n"),
+  EXPECT_THAT(refusal_of("cloud.ply", vertices + "property float z\nend_header\n0 0 0\n"),
               AllOf(HasSubstr("cloud.ply, which has no triangle: its elements are"), HasSubstr("export its surface")));
-  EXPECT_THAT(said_of("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"),
+  EXPECT_THAT(refusal_of("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"),
               HasSubstr("lines.obj, which has no triangle"));
-  EXPECT_THAT(said_of("other.stl", kTetrahedron),
+  EXPECT_THAT(refusal_of("other.stl", kTetrahedron),
               AllOf(HasSubstr("other.stl, which is not a mesh"), HasSubstr("in the format that its name says"),
                     Not(HasSubstr("give a file such as"))));
-  EXPECT_THAT(said_of("mesh.xyz", "nothing that anybody reads"), HasSubstr("give .obj, .stl, .ply"));
-  EXPECT_THAT(said_of("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n"),
+  EXPECT_THAT(refusal_of("mesh.xyz", "nothing that anybody reads"), HasSubstr("give .obj, .stl, .ply"));
+  EXPECT_THAT(refusal_of("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n"),
               HasSubstr("t.off, which has a face with an index beyond its last vertex"));
-  EXPECT_THAT(said_of("t.gltf", R"({"asset": {"version": "2.0"}, "scene": 0})"),
+  EXPECT_THAT(refusal_of("t.gltf", R"({"asset": {"version": "2.0"}, "scene": 0})"),
               AllOf(HasSubstr("t.gltf, which is not a mesh"), HasSubstr("; export the mesh again")));
   std::filesystem::create_directory(directory_ / "d.obj");
   EXPECT_THAT(refusal(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "d.obj"}}]})"})),
@@ -219,9 +220,9 @@ TEST_F(SceneFiles, MeshThatDeclaresMoreThanItHoldsIsRefusedBeforeItIsAllocated) 
 TEST_F(SceneFiles, MeshCannotBeReadWithoutTheReaderWhichIsNamed) {
   write("t.obj", kTetrahedron);
   setenv("TANDEM_MESH_READER", "/nowhere/reader", 1);
-  const std::string said = refusal(mesh_body(""));
+  const std::string text = refusal(mesh_body(""));
   unsetenv("TANDEM_MESH_READER");
-  EXPECT_THAT(said, AllOf(HasSubstr("t.obj, which cannot be read, for /nowhere/reader cannot be started"),
+  EXPECT_THAT(text, AllOf(HasSubstr("t.obj, which cannot be read, for /nowhere/reader cannot be started"),
                           HasSubstr("set TANDEM_MESH_READER")));
   EXPECT_EQ(refusal(mesh_body("")), "accepted");
 }
@@ -231,9 +232,9 @@ TEST_F(SceneFiles, MeshWhoseReaderSaysWhatIsNoMeshIsRefused) {
   write("liar", "#!/bin/sh\nprintf 'M\\003\\000\\000\\000\\377\\377\\377\\377'\n");
   std::filesystem::permissions(directory_ / "liar", std::filesystem::perms::owner_all);
   setenv("TANDEM_MESH_READER", (directory_ / "liar").c_str(), 1);
-  const std::string said = refusal(mesh_body(""));
+  const std::string text = refusal(mesh_body(""));
   unsetenv("TANDEM_MESH_READER");
-  EXPECT_THAT(said, HasSubstr("t.obj, which is so damaged that its reader fails; export the mesh again"));
+  EXPECT_THAT(text, HasSubstr("t.obj, which is so damaged that its reader fails; export the mesh again"));
 }
 
 TEST_F(SceneFiles, BuildingLongerThanAllowedIsRefusedWithTheRemedy) {
@@ -382,7 +383,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
 /// Invalid contents in place of a cache entry.
 struct BadEntry {
   const char* name;
-  std::function<void(const std::filesystem::path& entry)> put;
+  std::function<void(const std::filesystem::path& entry)> write_entry;
 };
 void PrintTo(const BadEntry& entry, std::ostream* os) {
   *os << entry.name;
@@ -399,7 +400,7 @@ TEST_P(BadCache, EntryIsIgnored) {
   const auto built = load_with_cache();
   const std::filesystem::path entry = std::filesystem::directory_iterator(loading.cache_directory)->path();
   std::filesystem::remove(entry);
-  GetParam().put(entry);
+  GetParam().write_entry(entry);
   const auto rebuilt = load_with_cache();
   EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
   EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256);
@@ -408,7 +409,7 @@ TEST_P(BadCache, EntryIsIgnored) {
 }
 
 /// Puts the entry of another mesh under this one's name.
-void put_foreign_entry(const std::filesystem::path& entry) {
+void write_foreign_entry(const std::filesystem::path& entry) {
   SceneLoading loading;
   loading.cache_directory = entry.parent_path() / "other";
   std::ofstream(entry.parent_path() / "t.obj")
@@ -428,7 +429,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  touched.close();
                                  std::filesystem::resize_file(entry, 1ULL << 40U);
                                }},
-                      BadEntry{"EntryOfAnotherMesh", put_foreign_entry}),
+                      BadEntry{"EntryOfAnotherMesh", write_foreign_entry}),
     [](const ::testing::TestParamInfo<BadEntry>& test) { return test.param.name; });
 
 TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {

@@ -23,13 +23,13 @@ class Sidecar {
       if (call == Call::kHealth) ++health_calls;
       if (call != Call::kHealth) calls.push_back(call);
       ++tries;
-      plan_.note_answer(call, is_there, now_, is_allocated);
+      plan_.note_answer(call, is_reachable, now_, is_allocated);
     }
     return calls;
   }
 
   AgonesPlan::Seen seen{.is_healthy = true};
-  bool is_there = true;
+  bool is_reachable = true;
   bool is_allocated = false;  ///< allocated by the cluster, not by the server
   int health_calls = 0;
   int tries = 0;
@@ -60,14 +60,14 @@ TEST(AgonesPlan, AllocatesItselfForItsFirstUserAndReturnsWhenItWasLeft) {
   sidecar.seen.is_ready = true;
   sidecar.calls_in(seconds(1));
   sidecar.seen.users = 1;
-  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kLook, Call::kAllocate}));
+  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kGameServer, Call::kAllocate}));
   sidecar.seen.users = 2;
   EXPECT_TRUE(sidecar.calls_in(seconds(100)).empty());
   sidecar.seen.users = 0;
   EXPECT_TRUE(sidecar.calls_in(seconds(59)).empty()) << "a connection may be lost for a while";
   EXPECT_EQ(sidecar.calls_in(seconds(200)), std::vector{Call::kReady});
   sidecar.seen.users = 1;
-  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kLook, Call::kAllocate}));
+  EXPECT_EQ(sidecar.calls_in(seconds(5)), (std::vector{Call::kGameServer, Call::kAllocate}));
 }
 
 TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
@@ -75,17 +75,17 @@ TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
   sidecar.seen.is_ready = sidecar.is_allocated = true;
   sidecar.calls_in(seconds(200));  // no user has joined yet: the server is not shut down
   sidecar.seen.users = 1;
-  EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kLook});
+  EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kGameServer});
 }
 
 TEST(AgonesPlan, TriesLessAndLessOftenWhereNobodyAnswers) {
   Sidecar sidecar;
   sidecar.seen.is_ready = true;
-  sidecar.is_there = false;
+  sidecar.is_reachable = false;
   sidecar.calls_in(seconds(60));
   EXPECT_GE(sidecar.tries, 60 / 4);
   EXPECT_LE(sidecar.tries, 60 / 4 + 4);
-  sidecar.is_there = true;
+  sidecar.is_reachable = true;
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kReady}) << "as soon as it answers";
 }
 

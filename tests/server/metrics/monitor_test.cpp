@@ -79,21 +79,21 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
   };
   monitor.watch(server);
   std::thread thread([&server] { server.run(); });
-  const auto says = [&monitor](const std::string& path, const std::string& status, const std::string& words) {
+  const auto answers = [&monitor](const std::string& path, const std::string& status, const std::string& words) {
     return test::eventually([&] {
       const std::string answer = get(monitor, path);
       return answer.starts_with("HTTP/1.1 " + status) && answer.find(words) != std::string::npos;
     });
   };
-  EXPECT_TRUE(says("/readyz", "200", "ok"));
-  EXPECT_TRUE(says("/metrics", "200", "tandem_room_awake{room=\"stuck\"} 1"));
+  EXPECT_TRUE(answers("/readyz", "200", "ok"));
+  EXPECT_TRUE(answers("/metrics", "200", "tandem_room_awake{room=\"stuck\"} 1"));
   is_held = true;
-  EXPECT_TRUE(says("/healthz", "503", "room stuck has stood still"));
+  EXPECT_TRUE(answers("/healthz", "503", "room stuck has stood still"));
   EXPECT_THAT(get(monitor, "/healthz"), testing::Not(HasSubstr("good")));
-  EXPECT_TRUE(says("/readyz", "503", "room stuck"));
-  EXPECT_TRUE(says("/metrics", "200", "tandem_healthy 0")) << "it is answered while a room stands still";
+  EXPECT_TRUE(answers("/readyz", "503", "room stuck"));
+  EXPECT_TRUE(answers("/metrics", "200", "tandem_healthy 0")) << "it is answered while a room stands still";
   is_held = false;
-  EXPECT_TRUE(says("/healthz", "200", "ok"));
+  EXPECT_TRUE(answers("/healthz", "200", "ok"));
   server.stop();
   thread.join();
   EXPECT_THAT(get(monitor, "/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("ended")));

@@ -278,7 +278,7 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   elsewhere.receive_from(asio::buffer(buffer), from, 0, error);
   EXPECT_EQ(error, asio::error::would_block);
   running.stop();
-  EXPECT_EQ(running.server->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(running.server->counters().received_drops.count(proto::DropReason::kNotAllowed), 1U);
 }
 
 TEST(LiveServer, AFloodAtItsPortPushesOutNothingThatAUserSends) {

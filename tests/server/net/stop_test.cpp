@@ -89,7 +89,7 @@ struct Asker {
   Asker(std::uint16_t port, const std::string& room, const std::string& name) : connection(port) {
     EXPECT_TRUE(connection.join(room, name, wire::ROLE_MANIPULATOR)) << name;
   }
-  std::uint32_t ask(wire::AskPose::Kind kind, std::uint32_t number = 0) {
+  std::uint32_t send_request(wire::AskPose::Kind kind, std::uint32_t number = 0) {
     wire::ClientControl message;
     message.set_request(++last_request);
     message.mutable_ask_pose()->set_kind(kind);
@@ -104,21 +104,21 @@ struct Asker {
   }
   /// Waits for the first progress message of a minimisation.
   bool sees_progress() {
-    return take_until([](const auto& message) { return message.has_pose_progress(); });
+    return read_until([](const auto& message) { return message.has_pose_progress(); });
   }
   /// Returns true once the server has read all requests, by a ping after them.
-  bool is_heard() {
+  bool is_answered() {
     wire::ClientControl message;
     message.mutable_ping()->set_token(kToken);
     connection.send(message);
-    return take_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
+    return read_until([](const auto& answer) { return answer.has_pong() && answer.pong().token() == kToken; });
   }
   /// Receives until goodbye.
-  void take_rest() {
-    take_until([](const auto& message) { return message.has_goodbye(); });
+  void read_rest() {
+    read_until([](const auto& message) { return message.has_goodbye(); });
   }
   template <class IsIt>
-  bool take_until(const IsIt& is_it) {
+  bool read_until(const IsIt& is_it) {
     return connection
         .receive_until([&](const auto& message) {
           if (message.request() != 0) answers[message.request()] = message;
@@ -208,7 +208,7 @@ class BusyServer {
            ", joins " + std::to_string(joins_) + ", scrapes " + std::to_string(scrapes_);
   }
   /// Whether an asset request is unanswered.
-  bool is_fetching() const { return chunks_asked_ > chunks_; }
+  bool is_fetching() const { return chunks_requested_ > chunks_; }
 
   void begin_to_end(Ending ending) {
     if (ending == Ending::kStop) server_->stop();
@@ -248,11 +248,11 @@ class BusyServer {
     wire::ClientControl request;
     request.mutable_get_asset()->set_sha256(joined->assets(0).sha256());
     const auto is_chunk = [](const auto& message) { return message.has_asset_chunk(); };
-    for (int i = 0; i < 4; ++i, ++chunks_asked_) connection.send(request);
+    for (int i = 0; i < 4; ++i, ++chunks_requested_) connection.send(request);
     while (!is_over_ && connection.receive_until(is_chunk)) {
       ++chunks_;
       connection.send(request);
-      ++chunks_asked_;
+      ++chunks_requested_;
       rest();
     }
   }
@@ -285,7 +285,7 @@ class BusyServer {
   std::unique_ptr<LiveServer> server_;
   std::uint16_t server_port_ = 0;
   std::atomic<bool> throws_{false}, is_over_{false};
-  std::atomic<std::uint64_t> chunks_{0}, chunks_asked_{0}, joins_{0}, scrapes_{0};
+  std::atomic<std::uint64_t> chunks_{0}, chunks_requested_{0}, joins_{0}, scrapes_{0};
   std::array<std::uint64_t, 5> first_{};
   std::string fault_;
   std::thread running_;
@@ -329,19 +329,20 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
   Asker ada(server.port(), "docking", user), ben(server.port(), "docking too", user);
   const bool is_busy = test::eventually([&server] { return server.is_busy(); });
   ASSERT_TRUE(is_busy) << server.figures();
-  const wire::ServerControl kept = ada.answer_to(ada.ask(wire::AskPose::KEEP));
+  const wire::ServerControl kept = ada.answer_to(ada.send_request(wire::AskPose::KEEP));
   ASSERT_TRUE(kept.has_kept_pose()) << kept.ShortDebugString();
-  std::vector<std::uint32_t> of_ada{ada.ask(wire::AskPose::MINIMISE)}, of_ben{ben.ask(wire::AskPose::MINIMISE)};
+  std::vector<std::uint32_t> of_ada{ada.send_request(wire::AskPose::MINIMISE)},
+      of_ben{ben.send_request(wire::AskPose::MINIMISE)};
   ASSERT_TRUE(ada.sees_progress() && ben.sees_progress()) << "both are being minimised";
-  of_ada.push_back(ada.ask(wire::AskPose::KEEP));
-  of_ada.push_back(ada.ask(wire::AskPose::DELETE, kept.kept_pose().number()));
-  of_ben.push_back(ben.ask(wire::AskPose::KEEP));
-  ASSERT_TRUE(ada.is_heard() && ben.is_heard());
+  of_ada.push_back(ada.send_request(wire::AskPose::KEEP));
+  of_ada.push_back(ada.send_request(wire::AskPose::DELETE, kept.kept_pose().number()));
+  of_ben.push_back(ben.send_request(wire::AskPose::KEEP));
+  ASSERT_TRUE(ada.is_answered() && ben.is_answered());
   EXPECT_TRUE(server.is_fetching());
   server.begin_to_end(ending);
   if (ending == Ending::kStop) {
-    ada.take_rest();
-    ben.take_rest();
+    ada.read_rest();
+    ben.read_rest();
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();

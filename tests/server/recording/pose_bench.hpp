@@ -80,12 +80,12 @@ class PoseKeeperTest : public ::testing::Test {
 
   /// Sends a request and executes the resulting placement in the room. Returns the answer, to all users or to the
   /// requester.
-  wire::ServerControl ask(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
-    wire::AskPose asked;
-    asked.set_kind(kind);
-    asked.set_number(number);
-    asked.set_name(name);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, user_name_, 31, asked), "");
+  wire::ServerControl answer_to(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
+    wire::AskPose request;
+    request.set_kind(kind);
+    request.set_number(number);
+    request.set_name(name);
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, user_name_, 31, request), "");
     keeper_->work();
     return serve();
   }
@@ -110,18 +110,18 @@ class PoseKeeperTest : public ::testing::Test {
   }
 
   wire::ServerControl serve() {
-    wire::ServerControl told;
+    wire::ServerControl answered;
     keeper_->deliver([&](const Room& of, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
       EXPECT_EQ(&of, &room());
       EXPECT_EQ(user, UserId{7});
-      if (!answer.has_pose_progress()) told = answer;
+      if (!answer.has_pose_progress()) answered = answer;
       if (placing == nullptr) return true;
       RoomCommand command = *placing;
       command.seat = {0, UserId{7}};
       return !is_busy_ && room().post(command);
     });
     step(1);
-    return told;
+    return answered;
   }
 
   double apart_angstrom(const Pose& one, const Pose& other) {

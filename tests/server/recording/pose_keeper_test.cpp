@@ -23,19 +23,20 @@ TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
   const Pose second = pose();
   move({0, 5, 0}, 100);  // in motion: no resting pose
   const Pose third = pose();
-  EXPECT_THAT(ask(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
+  EXPECT_THAT(answer_to(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
-  ask(wire::AskPose::UNDO);
+  answer_to(wire::AskPose::UNDO);
   EXPECT_LT(apart_angstrom(pose(), first), 0.2);
-  EXPECT_THAT(ask(wire::AskPose::UNDO).error().text(), HasSubstr("nothing to go back to"));
-  ask(wire::AskPose::REDO);
+  EXPECT_THAT(answer_to(wire::AskPose::UNDO).error().text(), HasSubstr("nothing to go back to"));
+  answer_to(wire::AskPose::REDO);
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
-  ask(wire::AskPose::REDO);
+  answer_to(wire::AskPose::REDO);
   EXPECT_LT(apart_angstrom(pose(), third), 0.2) << "where it was when it was sent back";
-  EXPECT_THAT(ask(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"));
-  ask(wire::AskPose::UNDO);
+  EXPECT_THAT(answer_to(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"));
+  answer_to(wire::AskPose::UNDO);
   move({0, 0, 4}, 700);
-  EXPECT_THAT(ask(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to")) << "it went elsewhere";
+  EXPECT_THAT(answer_to(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"))
+      << "it went elsewhere";
 }
 
 TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
@@ -45,9 +46,9 @@ TEST_F(PoseKeeperTest, WhatIsAskedWhileTheRoomPlacesWaitsForIt) {
   move({0, 5, 0}, 700);
   const Pose third = pose();
   for (const auto kind : {wire::AskPose::UNDO, wire::AskPose::REDO}) {
-    wire::AskPose asked;
-    asked.set_kind(kind);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
+    wire::AskPose request;
+    request.set_kind(kind);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 31, request), "");
     keeper_->work();
     // The room has not stepped: the second request must wait, because the molecule is not yet at its new pose.
     keeper_->work();
@@ -61,25 +62,25 @@ TEST_F(PoseKeeperTest, WhatABusyRoomWasNotToldLeavesTheTrailAsItWas) {
   move({0, 0, 0}, 700);
   move({5, 0, 0}, 700);
   const Pose second = pose();
-  ask(wire::AskPose::UNDO);
+  answer_to(wire::AskPose::UNDO);
   const Pose first = pose();
   is_busy_ = true;
-  ask(wire::AskPose::REDO);
+  answer_to(wire::AskPose::REDO);
   EXPECT_LT(apart_angstrom(pose(), first), 0.1);
   is_busy_ = false;
-  EXPECT_TRUE(ask(wire::AskPose::REDO).has_pose_taken());
+  EXPECT_TRUE(answer_to(wire::AskPose::REDO).has_pose_taken());
   EXPECT_LT(apart_angstrom(pose(), second), 0.2);
 }
 
 TEST_F(PoseKeeperTest, TheFirstIsMovedWhereTheSecondIsStatic) {
   start(folder_, load_helices({1}));
   const Pose X_WB = room().world().body(BodyId{2}).X;
-  EXPECT_TRUE(ask(wire::AskPose::GO_TO, 0).has_pose_taken());
+  EXPECT_TRUE(answer_to(wire::AskPose::GO_TO, 0).has_pose_taken());
   EXPECT_EQ(room().world().body(BodyId{2}).X.p, X_WB.p);
-  EXPECT_LT(ask(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
+  EXPECT_LT(answer_to(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
   start(folder_, load_helices({0, 1}));
-  EXPECT_TRUE(ask(wire::AskPose::KEEP).has_kept_pose());
-  EXPECT_THAT(ask(wire::AskPose::GO_TO, 0).error().text(), HasSubstr("neither molecule moves"));
+  EXPECT_TRUE(answer_to(wire::AskPose::KEEP).has_kept_pose());
+  EXPECT_THAT(answer_to(wire::AskPose::GO_TO, 0).error().text(), HasSubstr("neither molecule moves"));
 }
 
 TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
@@ -88,26 +89,26 @@ TEST_F(PoseKeeperTest, OfTwoServersWithOneFolderNoneWritesOverTheOthers) {
   PoseKeeper other(folder_, rooms, [] { return 1ULL; });
   ASSERT_TRUE(rooms[0]->post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
   rooms[0]->step(ServerTime{});
-  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 1U);
-  const auto ask_other = [&] {
-    wire::AskPose asked;
-    asked.set_kind(wire::AskPose::KEEP);
-    EXPECT_EQ(other.ask(*rooms[0], UserId{7}, "ada", 31, asked), "");
+  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 1U);
+  const auto request_other = [&] {
+    wire::AskPose request;
+    request.set_kind(wire::AskPose::KEEP);
+    EXPECT_EQ(other.submit(*rooms[0], UserId{7}, "ada", 31, request), "");
     other.work();
-    wire::ServerControl told;
-    other.deliver([&told](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
-      told = answer;
+    wire::ServerControl received;
+    other.deliver([&received](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
+      received = answer;
       return true;
     });
-    return told;
+    return received;
   };
-  EXPECT_THAT(ask_other().error().text(), HasSubstr("another server keeps poses in that folder"));
+  EXPECT_THAT(request_other().error().text(), HasSubstr("another server keeps poses in that folder"));
   keeper_.reset();
-  EXPECT_THAT(ask_other().error().text(), HasSubstr("has kept poses in that folder"));
+  EXPECT_THAT(request_other().error().text(), HasSubstr("has kept poses in that folder"));
 }
 
 TEST_F(PoseKeeperTest, ARoomOfAnotherNameHasAnotherFolder) {
-  ask(wire::AskPose::KEEP);
+  answer_to(wire::AskPose::KEEP);
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"a_room", "a room"}) rooms.push_back(std::make_unique<Room>(RoomId{1}, name, helices()));
   const PoseKeeper other(folder_, rooms, [] { return 1ULL; });
@@ -119,12 +120,12 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   ASSERT_EQ(keeper_->kept(room()).size(), 1U);
   EXPECT_EQ(keeper_->kept(room())[0].rmsd_angstrom(), 0);
   EXPECT_GT(keeper_->kept(room())[0].contacts(), 10U) << "the files have them together";
-  const wire::KeptPose apart = ask(wire::AskPose::KEEP, 0, "a \"first\" one").kept_pose();
+  const wire::KeptPose apart = answer_to(wire::AskPose::KEEP, 0, "a \"first\" one").kept_pose();
   EXPECT_EQ(apart.number(), 1U);
   EXPECT_EQ(apart.user_name(), "ada");
   EXPECT_EQ(apart.contacts(), 0U);
   EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "drawn apart by the scene";
-  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
+  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
   std::filesystem::path list;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() == "poses.csv") list = entry.path();
@@ -140,39 +141,40 @@ TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
   ASSERT_EQ(keeper_->kept(room()).size(), 3U);
   EXPECT_EQ(keeper_->kept(room())[1].name(), "a \"first\" one");
   move({9, 0, 0}, 20);
-  ask(wire::AskPose::GO_TO, 1);
+  answer_to(wire::AskPose::GO_TO, 1);
   EXPECT_NEAR(helices()->world.metres_per_angstrom * apart.in_first(0), pose().p.x(), 1e-3);
-  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 3U) << "counted on";
+  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 3U) << "counted on";
 }
 
 TEST_F(PoseKeeperTest, TheMinimumNearbyIsTheFilesOwn) {
-  ask(wire::AskPose::GO_TO, 0);
-  const wire::ServerControl told = ask(wire::AskPose::MINIMISE);
-  EXPECT_THAT(told.pose_taken().text(), HasSubstr("to the minimum nearby, -"));
-  const wire::KeptPose found = ask(wire::AskPose::KEEP).kept_pose();
+  answer_to(wire::AskPose::GO_TO, 0);
+  const wire::ServerControl reply = answer_to(wire::AskPose::MINIMISE);
+  EXPECT_THAT(reply.pose_taken().text(), HasSubstr("to the minimum nearby, -"));
+  const wire::KeptPose found = answer_to(wire::AskPose::KEEP).kept_pose();
   EXPECT_LT(found.rmsd_angstrom(), 1.0);
   EXPECT_LT(found.lj_kj_per_mol() + found.coulomb_kj_per_mol(),
             keeper_->kept(room())[0].lj_kj_per_mol() + keeper_->kept(room())[0].coulomb_kj_per_mol());
-  ask(wire::AskPose::UNDO);
-  EXPECT_LT(ask(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
+  answer_to(wire::AskPose::UNDO);
+  EXPECT_LT(answer_to(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
 }
 
 TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
-  ask(wire::AskPose::KEEP);
+  answer_to(wire::AskPose::KEEP);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() == "poses.json")
       std::ofstream(entry.path()) << R"({"poses": [{"number": 1, "inFirst": [1, 2]}]})";
   }
   start(folder_);
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
-  EXPECT_THAT(ask(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list of poses"));
+  EXPECT_THAT(answer_to(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list of poses"));
   EXPECT_EQ(keeper_->kept(room()).size(), 1U);
   start(folder_);
-  EXPECT_THAT(ask(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list")) << "it still stands there";
+  EXPECT_THAT(answer_to(wire::AskPose::KEEP).error().text(), HasSubstr("poses.json is no list"))
+      << "it still stands there";
 }
 
 TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
-  ask(wire::AskPose::KEEP, 0, "mine");
+  answer_to(wire::AskPose::KEEP, 0, "mine");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().filename() != "poses.json") continue;
     std::stringstream text;
@@ -182,7 +184,7 @@ TEST_F(PoseKeeperTest, WhatANewerServerAddedDoesNotLoseTheList) {
   start(folder_);
   ASSERT_EQ(keeper_->kept(room()).size(), 2U);
   EXPECT_EQ(keeper_->kept(room())[1].name(), "mine");
-  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 2U);
+  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 2U);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ class PoseSequences {
   void run(int acts) {
     for (int i = 0; i < acts && !::testing::Test::HasFailure(); ++i) {
       const std::uint64_t act = below(20);
-      if (act < 9) ask();
+      if (act < 9) submit_any();
       if (act >= 9 && act < 15) serve(below(12));
       if (act == 15) keeper_->cancel(room(), below(2) == 0 ? std::nullopt : std::optional(user()), "cancelled");
       if (act == 16) keeper_->forget(room(), user());
@@ -49,16 +49,16 @@ class PoseSequences {
     }
   }
 
-  void ask() {
+  void submit_any() {
     const Room& of = room();
     const UserId by = user();
-    wire::AskPose asked;
-    asked.set_kind(
+    wire::AskPose request;
+    request.set_kind(
         static_cast<wire::AskPose::Kind>(below(9)));  // one kind is unknown; the keeper does not handle CANCEL
-    if (asked.kind() == wire::AskPose::CANCEL) return;
-    asked.set_number(static_cast<std::uint32_t>(below(12)));
-    asked.set_name("name " + std::to_string(below(1000)));
-    if (keeper_->ask(of, by, "user " + std::to_string(by.value), ++last_request_, asked).empty())
+    if (request.kind() == wire::AskPose::CANCEL) return;
+    request.set_number(static_cast<std::uint32_t>(below(12)));
+    request.set_name("name " + std::to_string(below(1000)));
+    if (keeper_->submit(of, by, "user " + std::to_string(by.value), ++last_request_, request).empty())
       open_[last_request_] = {of.name(), by};
   }
 
@@ -75,7 +75,7 @@ class PoseSequences {
         EXPECT_EQ(found->second, std::pair(of.name(), by));
         open_.erase(found);
       }
-      take(lists_[of.name()], answer);
+      apply(lists_[of.name()], answer);
       if (placing == nullptr) return true;
       RoomCommand command = *placing;
       command.seat = {0, UserId{1}};
@@ -88,7 +88,7 @@ class PoseSequences {
   }
 
   /// Updates a list by an answer, as a client does.
-  static void take(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
+  static void apply(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;
     EXPECT_EQ(list.erase(answer.pose_deleted().number()), 1U);

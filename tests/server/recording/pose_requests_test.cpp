@@ -18,7 +18,7 @@ TEST_F(PoseKeeperTest, UserAndRoomHaveBudgetsAndDeletingGivesThemBack) {
   start("");
   const auto keep = [this](const std::string& user) {
     user_name_ = user;
-    return ask(wire::AskPose::KEEP);
+    return answer_to(wire::AskPose::KEEP);
   };
   std::size_t number = 0;
   for (const char* user : {"ada", "ben", "cleo", "dora"}) {
@@ -31,30 +31,30 @@ TEST_F(PoseKeeperTest, UserAndRoomHaveBudgetsAndDeletingGivesThemBack) {
   }
   EXPECT_THAT(keep("eve").error().text(), HasSubstr("has kept 200 poses, and keeps no more; delete some"));
   EXPECT_EQ(keeper_->kept(room()).size(), kMaxKeptPoses + 1);
-  EXPECT_EQ(ask(wire::AskPose::GO_TO, kMaxKeptPoses).message_case(), wire::ServerControl::kPoseTaken);
-  EXPECT_EQ(ask(wire::AskPose::DELETE, 77).pose_deleted().number(), 77U);
+  EXPECT_EQ(answer_to(wire::AskPose::GO_TO, kMaxKeptPoses).message_case(), wire::ServerControl::kPoseTaken);
+  EXPECT_EQ(answer_to(wire::AskPose::DELETE, 77).pose_deleted().number(), 77U);
   EXPECT_EQ(keep("eve").kept_pose().number(), 201U) << "no number is used twice";
   EXPECT_THAT(keep("ada").error().text(), HasSubstr("keeps no more"));
 }
 
 TEST_F(PoseKeeperTest, AUserWaitsForAnswersBeforeAskingMore) {
-  wire::AskPose asked;
+  wire::AskPose request;
   for (std::size_t i = 0; i < kMaxPoseRequestsOfUser; ++i)
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
-  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 1, asked), HasSubstr("4 of your requests wait"));
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, request), "");
+  EXPECT_THAT(keeper_->submit(room(), UserId{7}, "ada", 1, request), HasSubstr("4 of your requests wait"));
   std::uint32_t user = 8;
   for (std::size_t i = kMaxPoseRequestsOfUser; i < kMaxPoseRequestsOfRoom; ++i)
-    EXPECT_EQ(keeper_->ask(room(), UserId{user++}, "ben", 1, asked), "");
-  EXPECT_THAT(keeper_->ask(room(), UserId{user}, "cleo", 1, asked), HasSubstr("32 requests of this room wait"));
+    EXPECT_EQ(keeper_->submit(room(), UserId{user++}, "ben", 1, request), "");
+  EXPECT_THAT(keeper_->submit(room(), UserId{user}, "cleo", 1, request), HasSubstr("32 requests of this room wait"));
 }
 
 TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain) {
-  for (int i = 0; i < 3; ++i) ask(wire::AskPose::KEEP);
-  EXPECT_EQ(ask(wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
-  EXPECT_EQ(ask(wire::AskPose::DELETE, 1).pose_deleted().user(), 7U);
-  EXPECT_THAT(ask(wire::AskPose::DELETE, 1).error().text(), HasSubstr("no pose has that number"));
-  EXPECT_THAT(ask(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
-  EXPECT_THAT(ask(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
+  for (int i = 0; i < 3; ++i) answer_to(wire::AskPose::KEEP);
+  EXPECT_EQ(answer_to(wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
+  EXPECT_EQ(answer_to(wire::AskPose::DELETE, 1).pose_deleted().user(), 7U);
+  EXPECT_THAT(answer_to(wire::AskPose::DELETE, 1).error().text(), HasSubstr("no pose has that number"));
+  EXPECT_THAT(answer_to(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
+  EXPECT_THAT(answer_to(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"2.cif", "2.pdb"}));
   // State after a server was killed between writing the list and the files.
   for (const char* file : {"1.cif", "3.pdb"}) std::ofstream(list_folder() / file) << "left over";
@@ -62,19 +62,19 @@ TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain)
   start(folder_);
   ASSERT_EQ(keeper_->kept(room()).size(), 2U);
   EXPECT_EQ(keeper_->kept(room())[1].number(), 2U);
-  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 4U) << "3 was used";
-  ask(wire::AskPose::DELETE, 4);
+  EXPECT_EQ(answer_to(wire::AskPose::KEEP).kept_pose().number(), 4U) << "3 was used";
+  answer_to(wire::AskPose::DELETE, 4);
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"01.cif", "2.cif", "2.pdb", "7.cif", "notes.pdb"}));
 }
 
 TEST_F(PoseKeeperTest, ARenamedPoseHasItsNameInEveryListAfterARestartToo) {
-  for (int i = 0; i < 2; ++i) ask(wire::AskPose::KEEP);
+  for (int i = 0; i < 2; ++i) answer_to(wire::AskPose::KEEP);
   const wire::KeptPose before = keeper_->kept(room())[1];
-  const wire::ServerControl told = ask(wire::AskPose::RENAME, 1, "bound");
-  EXPECT_EQ(told.kept_pose().name(), "bound");
-  EXPECT_FALSE(told.kept_pose().is_news());
-  EXPECT_THAT(ask(wire::AskPose::RENAME, 9, "x").error().text(), HasSubstr("no pose has that number"));
-  EXPECT_THAT(ask(wire::AskPose::RENAME, 0, "x").error().text(), HasSubstr("keeps its name"));
+  const wire::ServerControl reply = answer_to(wire::AskPose::RENAME, 1, "bound");
+  EXPECT_EQ(reply.kept_pose().name(), "bound");
+  EXPECT_FALSE(reply.kept_pose().is_news());
+  EXPECT_THAT(answer_to(wire::AskPose::RENAME, 9, "x").error().text(), HasSubstr("no pose has that number"));
+  EXPECT_THAT(answer_to(wire::AskPose::RENAME, 0, "x").error().text(), HasSubstr("keeps its name"));
   std::stringstream csv;
   csv << std::ifstream(list_folder() / "poses.csv").rdbuf();
   EXPECT_THAT(csv.str(), HasSubstr(",\"bound\",\"ada\","));
@@ -97,33 +97,33 @@ TEST_F(PoseKeeperTest, ALongMinimisationLetsTheRequestsOfAnotherRoomInAndTellsHo
     ASSERT_TRUE(each->post({.seat = {0, UserId{9}, UserRole::kManipulator, 0}}));
     each->step(ServerTime{});
   }
-  wire::AskPose asked;
-  asked.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
+  wire::AskPose request;
+  request.set_kind(wire::AskPose::MINIMISE);
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, request), "");
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(keeper_->work_slice());
-  asked.set_kind(wire::AskPose::KEEP);
-  EXPECT_EQ(keeper_->ask(*rooms_[1], UserId{9}, "ben", 2, asked), "");
-  EXPECT_EQ(keeper_->ask(room(), UserId{8}, "cleo", 3, asked), "") << "in the same room";
+  request.set_kind(wire::AskPose::KEEP);
+  EXPECT_EQ(keeper_->submit(*rooms_[1], UserId{9}, "ben", 2, request), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{8}, "cleo", 3, request), "") << "in the same room";
   std::vector<std::uint32_t> answered;
-  bool is_told = false;
+  bool is_reported = false;
   for (int slice = 0; slice < 10 && answered.size() < 2; ++slice) {
     keeper_->work_slice();
     keeper_->deliver([&](const Room& of, UserId, const wire::ServerControl& answer, const RoomCommand*) {
       if (answer.has_kept_pose()) answered.push_back(answer.request());
-      is_told = is_told || (&of == &room() && answer.has_pose_progress() && !answer.pose_progress().is_over());
+      is_reported = is_reported || (&of == &room() && answer.has_pose_progress() && !answer.pose_progress().is_over());
       EXPECT_FALSE(answer.has_pose_taken()) << "it is still under way";
       return true;
     });
   }
   EXPECT_THAT(answered, testing::UnorderedElementsAre(2U, 3U));
-  EXPECT_TRUE(is_told);
+  EXPECT_TRUE(is_reported);
 }
 
 TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAre) {
   const auto begin = [this] {
-    wire::AskPose asked;
-    asked.set_kind(wire::AskPose::MINIMISE);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 31, asked), "");
+    wire::AskPose request;
+    request.set_kind(wire::AskPose::MINIMISE);
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 31, request), "");
     for (int i = 0; i < 5; ++i) ASSERT_TRUE(keeper_->work_slice());
   };
   const Pose X = pose();
@@ -149,19 +149,20 @@ TEST_F(PoseKeeperTest, AMinimisationThatIsCalledOffLeavesTheMoleculesWhereTheyAr
   EXPECT_EQ(serve().error().text(), "cancelled");
   step(20);
   EXPECT_LT(apart_angstrom(pose(), X), 0.1);
-  EXPECT_THAT(ask(wire::AskPose::MINIMISE).pose_taken().text(), HasSubstr("minimum nearby")) << "and another is served";
+  EXPECT_THAT(answer_to(wire::AskPose::MINIMISE).pose_taken().text(), HasSubstr("minimum nearby"))
+      << "and another is served";
 }
 
 TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
-  ask(wire::AskPose::KEEP);
-  wire::AskPose asked;
-  asked.set_kind(wire::AskPose::MINIMISE);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 1, asked), "");
+  answer_to(wire::AskPose::KEEP);
+  wire::AskPose request;
+  request.set_kind(wire::AskPose::MINIMISE);
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 1, request), "");
   keeper_->work_slice();
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 2, asked), "");
-  asked.set_kind(wire::AskPose::GO_TO);
-  asked.set_number(1);
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 3, asked), "");
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 2, request), "");
+  request.set_kind(wire::AskPose::GO_TO);
+  request.set_number(1);
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 3, request), "");
   keeper_->work();
   std::map<std::uint32_t, wire::ServerControl> answers;
   keeper_->deliver([&](const Room&, UserId, const wire::ServerControl& answer, const RoomCommand*) {
@@ -174,16 +175,16 @@ TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
 }
 
 TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
-  ask(wire::AskPose::KEEP);
-  wire::AskPose asked;
+  answer_to(wire::AskPose::KEEP);
+  wire::AskPose request;
   for (const auto kind : {wire::AskPose::MINIMISE, wire::AskPose::KEEP, wire::AskPose::DELETE}) {
-    asked.set_kind(kind);
-    asked.set_number(1);
-    EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 10 + static_cast<std::uint32_t>(kind), asked), "");
+    request.set_kind(kind);
+    request.set_number(1);
+    EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 10 + static_cast<std::uint32_t>(kind), request), "");
     if (kind == wire::AskPose::MINIMISE) keeper_->work_slice();
   }
   keeper_->begin_stop();
-  EXPECT_THAT(keeper_->ask(room(), UserId{7}, "ada", 99, asked), HasSubstr("the server is stopping"));
+  EXPECT_THAT(keeper_->submit(room(), UserId{7}, "ada", 99, request), HasSubstr("the server is stopping"));
   EXPECT_EQ(keeper_->unanswered(), 3U);
   keeper_->work();
   std::vector<std::uint32_t> refused;
@@ -198,8 +199,8 @@ TEST_F(PoseKeeperTest, WhatWaitsWhenTheServerStopsIsRefusedAndNotWritten) {
 }
 
 TEST_F(PoseKeeperTest, ADroppedRequestIsGivenUpOnceAndNotServedAfterTheRoomsEnd) {
-  wire::AskPose asked;
-  EXPECT_EQ(keeper_->ask(room(), UserId{7}, "ada", 5, asked), "");
+  wire::AskPose message;
+  EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 5, message), "");
   int refused = 0;
   keeper_->refuse_unanswered([&](const Room& of, UserId user, std::uint32_t request) {
     EXPECT_EQ(&of, &room());

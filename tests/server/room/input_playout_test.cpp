@@ -77,7 +77,7 @@ struct Line {
     if (newest != nullptr) {
       if (taken != 0) longest_gap = std::max(longest_gap, newest->input_tick.value - taken);
       taken = newest->input_tick.value;
-      playout.take(*newest, now.time_since_epoch());
+      playout.receive(*newest, now.time_since_epoch());
     }
     return playout.play(now.time_since_epoch());
   }
@@ -190,8 +190,8 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
     ++steps;
     const double now_s = static_cast<double>(steps) * kInputPlayoutStep_s;
     if (steps > late)
-      playout.take(input_of(steps - late, now_s - static_cast<double>(late) * kInputPlayoutStep_s),
-                   from_seconds(now_s));
+      playout.receive(input_of(steps - late, now_s - static_cast<double>(late) * kInputPlayoutStep_s),
+                      from_seconds(now_s));
     return playout.play(from_seconds(now_s));
   };
   for (int i = 0; i < 4000; ++i) step(10);
@@ -232,7 +232,7 @@ TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
 TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
   InputPlayout playout(kInputPlayoutStep_s);
   for (std::uint64_t tick = 1; tick <= 100; ++tick) {
-    playout.take(input_of(tick, static_cast<double>(tick) * kInputPlayoutStep_s), std::chrono::milliseconds(tick));
+    playout.receive(input_of(tick, static_cast<double>(tick) * kInputPlayoutStep_s), std::chrono::milliseconds(tick));
     playout.play(std::chrono::milliseconds(tick));
   }
   const RigidState last = stirring(0.1);
@@ -255,7 +255,7 @@ TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
 struct Gap {
   explicit Gap(std::uint64_t its_stop) : stops(its_stop) {
     for (std::uint64_t now = 1; now <= 1600; ++now) {
-      if (now <= 1000 || now > 1085) playout.take(input(now), std::chrono::milliseconds(now));
+      if (now <= 1000 || now > 1085) playout.receive(input(now), std::chrono::milliseconds(now));
       auto step = playout.play(std::chrono::milliseconds(now));
       if (step->has_underrun) playout.run_on(*step);
       played_m.push_back(step->handle.X.p.x());
@@ -317,13 +317,13 @@ TEST(InputPlayout, RunningOnWithAHandThatStoppedEndsWhereItStopped) {
 TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
   InputPlayout playout(kInputPlayoutStep_s);
   EXPECT_FALSE(playout.play(Duration{0}));
-  playout.take(input_of(7, 5.0), std::chrono::milliseconds(1));
+  playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
   // One second later and one metre away: the playout does not interpolate between the two.
   proto::ClientUpdate far = input_of(1007, 6.0);
   far.handle.X.p += Vec3(1, 0, 0);
-  playout.take(far, std::chrono::milliseconds(1001));
+  playout.receive(far, std::chrono::milliseconds(1001));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(1001))->handle.X.p, far.handle.X.p);
   playout.reset();
   EXPECT_FALSE(playout.play(std::chrono::milliseconds(1002)));
@@ -340,7 +340,7 @@ TEST(InputPlayout, HostileTimesAndTicksGiveFiniteStatesWithinTheLimits) {
       proto::ClientUpdate input = input_of(tick, random.uniform() < 0.5 ? now_s : random.uniform(0, 2.3e9));
       if (random.uniform() < 0.5) input.sent = LocalTime(Duration(static_cast<Duration::rep>(step)));
       input.handle.V.v = Vec3(0, 0, random.uniform() < 0.5 ? proto::kMaxSpeedMPerS : -proto::kMaxSpeedMPerS);
-      playout.take(input, from_seconds(now_s));
+      playout.receive(input, from_seconds(now_s));
     }
     if (random.uniform() < 0.01) playout.reset();
     auto played = playout.play(from_seconds(now_s));

@@ -29,10 +29,10 @@ class RoomBridge : public ::testing::Test {
     void join(std::uint8_t place) {
       ASSERT_TRUE(room.post({.seat = {place, UserId{place + 1U}, UserRole::kManipulator, place}}));
     }
-    proto::ServerUpdate step(std::uint8_t told = 0) {
+    proto::ServerUpdate step(std::uint8_t seat = 0) {
       room.step(ServerTime(room.period() * static_cast<Duration::rep>(room.steps_done().value + 1)));
       room.output().poll();
-      return room.output().front().of(told);
+      return room.output().front().for_seat(seat);
     }
 
     Room room;
@@ -66,15 +66,15 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   std::uint64_t compared = 0;
   for (std::uint64_t step = 1; step <= 2000; ++step) {
     played.room.input(0).publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
-    const proto::ServerUpdate told = played.step();
+    const proto::ServerUpdate received = played.step();
     // `given` runs one step behind: the input that `played` answered is known only after its step.
-    if (told.answered_input.value != 0) {
-      given.room.input(0).publish(input(step, stirring(told.answered_input.value), proto::ClientMode::kHandle));
+    if (received.answered_input.value != 0) {
+      given.room.input(0).publish(input(step, stirring(received.answered_input.value), proto::ClientMode::kHandle));
     }
     const proto::ServerUpdate same = given.step();
-    ASSERT_EQ(told.tool.X.p, same.tool.X.p) << "step " << step;
-    ASSERT_EQ(told.wrench_on_hand_W.f, same.wrench_on_hand_W.f);
-    compared += told.answered_input.value != step;
+    ASSERT_EQ(received.tool.X.p, same.tool.X.p) << "step " << step;
+    ASSERT_EQ(received.wrench_on_hand_W.f, same.wrench_on_hand_W.f);
+    compared += received.answered_input.value != step;
   }
   EXPECT_GT(compared, 500U) << "nothing was played late, so nothing was tested";
 }
@@ -88,11 +88,11 @@ TEST_F(RoomBridge, OthersAreToldTheHandleInUseAndWhatTheHandWasShownThere) {
     proto::ClientUpdate update = input(tick, stirring(tick), proto::ClientMode::kLocalModel);
     update.on_hand_W.f.x() = static_cast<double>(tick);
     bench.room.input(0).publish(update);
-    const proto::ServerUpdate told = bench.step(1);
+    const proto::ServerUpdate received = bench.step(1);
     const Tick answered = bench.room.answered(0);
     if (answered.value == 0) continue;
-    ASSERT_EQ(told.users.size(), 1U);
-    const proto::OtherUserState& other = told.users[0];
+    ASSERT_EQ(received.users.size(), 1U);
+    const proto::OtherUserState& other = received.users[0];
     ASSERT_TRUE(other.has_handle);
     EXPECT_EQ(other.tool_index, 0U);
     EXPECT_LT((other.handle.X.p - stirring(answered.value)).norm(), 1e-12);
@@ -107,52 +107,52 @@ TEST_F(RoomBridge, OfAClientWithoutAModelOthersAreToldTheServersOwnForce) {
   Bench bench(scene_);
   bench.join(0);
   bench.join(1);
-  proto::ServerUpdate told;
+  proto::ServerUpdate received;
   for (std::uint64_t tick = 1; tick <= 500; ++tick) {
     bench.room.input(0).publish(input(tick, {-0.02, 0, 0}, proto::ClientMode::kHandle));
     bench.room.input(1).publish(input(tick, {0.02, 0, 0}, proto::ClientMode::kHandle));
-    told = bench.step(1);
+    received = bench.step(1);
   }
-  ASSERT_EQ(told.users.size(), 1U);
+  ASSERT_EQ(received.users.size(), 1U);
   const Wrench there = bench.room.world().tool(0).wrench_on_hand_W;
   EXPECT_LT(there.f.x(), -0.1) << "both press on the box";
-  EXPECT_NEAR(told.users[0].on_hand_W.f.x(), there.f.x(), 1e-3);
+  EXPECT_NEAR(received.users[0].on_hand_W.f.x(), there.f.x(), 1e-3);
 }
 
 TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   Bench bench(scene_);
   bench.join(0);
   constexpr std::uint64_t kPressed = 404;
-  proto::ServerUpdate before, told;
-  for (std::uint64_t step = 1; step <= 500 && !told.held_body.is_valid(); ++step) {
+  proto::ServerUpdate before, received;
+  for (std::uint64_t step = 1; step <= 500 && !received.held_body.is_valid(); ++step) {
     // Publishes each tenth input, as if newest-wins dropped the others: the playout has to wait for them.
     if (step % 10 == 0) {
       bench.room.input(0).publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
                                         step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
     }
-    before = told;
-    told = bench.step();
+    before = received;
+    received = bench.step();
   }
-  ASSERT_TRUE(told.held_body.is_valid());
-  EXPECT_GT(told.playout, std::chrono::milliseconds(4)) << "played at once, so nothing was tested";
+  ASSERT_TRUE(received.held_body.is_valid());
+  EXPECT_GT(received.playout, std::chrono::milliseconds(4)) << "played at once, so nothing was tested";
   // The input that pressed was lost. The last one before it had the button up, the next one down: the grasp is in
   // between.
-  EXPECT_GT(told.answered_input, Tick{400});
+  EXPECT_GT(received.answered_input, Tick{400});
   EXPECT_LE(before.answered_input, Tick{400});
 }
 
 TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   Bench bench(scene_);
   bench.join(0);
-  proto::ServerUpdate told;
+  proto::ServerUpdate received;
   for (std::uint64_t tick = 1; tick <= 400; ++tick) {
     const Vec3 p = Vec3(-0.03, 0, 0) + Vec3(0.0001, 0.0002, 0) * static_cast<double>(tick);
     bench.room.input(0).publish(input(tick, p, proto::ClientMode::kHandle, kButtonGrab));
-    told = bench.step();
+    received = bench.step();
   }
-  ASSERT_TRUE(told.held_body.is_valid());
-  const Pose& X_WB = told.bodies.at(0).state.X;
-  EXPECT_LE(((X_WB * told.X_BT).p - told.tool.X.p).norm(), 1e-12);
+  ASSERT_TRUE(received.held_body.is_valid());
+  const Pose& X_WB = received.bodies.at(0).state.X;
+  EXPECT_LE(((X_WB * received.X_BT).p - received.tool.X.p).norm(), 1e-12);
   EXPECT_GT(X_WB.p.norm(), 0.01) << "the body has not moved, so nothing was tested";
 }
 
@@ -164,35 +164,35 @@ TEST_F(RoomBridge, AnotherModeOrAnotherUserStartsWithNothingOfTheLast) {
     bench.step();
   }
   bench.room.input(0).publish(input(201, stirring(201), proto::ClientMode::kHandle));
-  proto::ServerUpdate told = bench.step();
-  EXPECT_EQ(told.answered_input, Tick{201}) << "the newest, at once";
-  EXPECT_EQ(told.playout, Duration{0});
+  proto::ServerUpdate received = bench.step();
+  EXPECT_EQ(received.answered_input, Tick{201}) << "the newest, at once";
+  EXPECT_EQ(received.playout, Duration{0});
   bench.join(0);
-  told = bench.step();
-  EXPECT_EQ(told.answered_input, Tick{0});
+  received = bench.step();
+  EXPECT_EQ(received.answered_input, Tick{0});
 }
 
 TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
   Bench bench(scene_);
   bench.join(0);
   haptics::WaveHandPort hand(haptics::WaveImpedance{}, haptics::WavePlayer::Settings{});
-  proto::ServerUpdate told;
+  proto::ServerUpdate received;
   Wrench largest;
   for (std::uint64_t tick = 1; tick <= 3000; ++tick) {
     // Moves 2 cm away from the box within the first second.
     const Pose X_WH{Vec3(-0.03 - 0.02 * std::min(1.0, static_cast<double>(tick) / 1000), 0, 0), Quat::Identity()};
-    if (tick > 1) hand.receive(std::chrono::milliseconds(tick - 1), told.wave);
+    if (tick > 1) hand.receive(std::chrono::milliseconds(tick - 1), received.wave);
     const Wrench on_hand = hand.tick(X_WH, 1e-3);
     hand.set_displayed(on_hand);
     if (on_hand.f.norm() > largest.f.norm()) largest = on_hand;
     proto::ClientUpdate update = input(tick, X_WH.p, proto::ClientMode::kWave);
     update.wave = hand.sum_towards_tool();
     bench.room.input(0).publish(update);
-    told = bench.step();
-    ASSERT_TRUE(is_finite(told.wave));
+    received = bench.step();
+    ASSERT_TRUE(is_finite(received.wave));
   }
-  EXPECT_NEAR(told.tool.X.p.x(), -0.05, 0.003);
-  EXPECT_GT(told.wave.f.norm(), 0);
+  EXPECT_NEAR(received.tool.X.p.x(), -0.05, 0.003);
+  EXPECT_GT(received.wave.f.norm(), 0);
   EXPECT_LT(largest.f.norm(), 5);
 }
 
@@ -220,7 +220,7 @@ TEST(RoomLaw, IsTheScenesAgainWhenTheOperatorHasLeft) {
                    {"name": "r", "placement": {"position_m": [0, 0, 0.505]}})"});
   Room room(RoomId{1}, "test", scene);
   RoomSeats seats(room);
-  const auto anna = seats.take(UserRole::kOperator), ben = seats.take(UserRole::kManipulator);
+  const auto anna = seats.allocate(UserRole::kOperator), ben = seats.allocate(UserRole::kManipulator);
   std::uint64_t tick = 0;
   const auto force_after_a_second_n = [&] {
     for (int i = 0; i < 1000; ++i) {

@@ -41,7 +41,7 @@ class Flung {
       input.handle_valid = true;
       input.buttons = kButtonGrab;
       input.mode = mode_;
-      const double work_j = told_.wrench_on_hand_W.f.dot(input.handle.X.p - handle_p_);
+      const double work_j = update_.wrench_on_hand_W.f.dot(input.handle.X.p - handle_p_);
       handle_p_ = input.handle.X.p;
       (work_j > 0 ? to_hand_j_ : from_hand_j_) += supplied_share * std::abs(work_j);
       input.energy_from_hand_j = from_hand_j_;
@@ -51,11 +51,11 @@ class Flung {
       room_.step(ServerTime(std::chrono::milliseconds(tick)));
       tool_way_m_ += (room_.world().tool(0).tool.X.p - before_W).norm();
       room_.output().poll();
-      told_ = room_.output().front().own[0];
-      faults_ |= told_.tick_faults;
-      const double put_in_j = told_.energy_into_world_j - told_.energy_from_world_j;
-      created_max_j_ = std::max(created_max_j_, put_in_j - (from_hand_j_ - to_hand_j_));
-      ASSERT_TRUE(is_finite(told_.wrench_on_hand_W)) << tick;
+      update_ = room_.output().front().own[0];
+      faults_ |= update_.tick_faults;
+      const double injected_j = update_.energy_into_world_j - update_.energy_from_world_j;
+      created_max_j_ = std::max(created_max_j_, injected_j - (from_hand_j_ - to_hand_j_));
+      ASSERT_TRUE(is_finite(update_.wrench_on_hand_W)) << tick;
     }
   }
   /// Sends invalid handles for 0.2 s, so that the room holds the box at its pose.
@@ -78,7 +78,7 @@ class Flung {
   /// Maximum work of the coupling along the tool's path.
   double max_pull_j() const { return room_.world().coupling(0).force_limit_n * tool_way_m_; }
   double braked_j() const { return room_.braked_j(); }
-  bool is_held() const { return told_.held_body.is_valid(); }
+  bool is_held() const { return update_.held_body.is_valid(); }
   bool was_limited() const { return (faults_ & kFaultToolEnergyLimited) != 0; }
   const haptics::ToolPassivityController& controller() const { return room_.tool_passivity(0); }
 
@@ -102,7 +102,7 @@ class Flung {
   std::uint64_t rest_ticks_ = 1500;
   proto::ClientMode mode_;
   Room room_;
-  proto::OwnUpdate told_;
+  proto::OwnUpdate update_;
   TickFaults faults_ = 0;
   Vec3 handle_p_{-0.02, 0, 0};
   double from_hand_j_ = 0;

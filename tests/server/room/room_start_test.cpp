@@ -108,13 +108,13 @@ TEST(SessionHub, TellsAllUsersWhenTheirHandsBegin) {
   test::BenchClient ada = bench.join("ada");
   EXPECT_EQ(ada.joined.start().awaited(), 2U);
   bench.send_state(ada);
-  EXPECT_EQ(starts_in(bench.take(ada)).at(0).awaited(), 1U);
+  EXPECT_EQ(starts_in(bench.drain(ada)).at(0).awaited(), 1U);
   const test::BenchClient watching = bench.join("obs", wire::ROLE_OBSERVER);
   EXPECT_EQ(watching.joined.start().awaited(), 1U);
   test::BenchClient ben = bench.join("ben");
   bench.step(700);
   bench.send_state(ada);
-  EXPECT_TRUE(starts_in(bench.take(ada)).empty()) << "ben has joined, but no hand of his has arrived";
+  EXPECT_TRUE(starts_in(bench.drain(ada)).empty()) << "ben has joined, but no hand of his has arrived";
   bench.send_state(ben);
   const auto expected = static_cast<std::uint64_t>((bench.now + kCountdown).time_since_epoch().count());
   for (const server::ConnectionHandle user : {ada.handle, ben.handle, watching.handle}) {
@@ -123,7 +123,7 @@ TEST(SessionHub, TellsAllUsersWhenTheirHandsBegin) {
     EXPECT_EQ(starts[0].starts_server_ns(), expected);
   }
   bench.hub->on_disconnected(ben.handle, bench.now);
-  EXPECT_EQ(starts_in(bench.take(ada)).at(0).awaited(), 1U);
+  EXPECT_EQ(starts_in(bench.drain(ada)).at(0).awaited(), 1U);
 }
 
 TEST(SessionHub, ARoomWithoutACommonStartSaysNothingOfOne) {
@@ -131,7 +131,7 @@ TEST(SessionHub, ARoomWithoutACommonStartSaysNothingOfOne) {
   test::BenchClient ada = bench.join("ada");
   EXPECT_FALSE(ada.joined.has_start());
   bench.send_state(ada);
-  EXPECT_TRUE(starts_in(bench.take(ada)).empty());
+  EXPECT_TRUE(starts_in(bench.drain(ada)).empty());
 }
 
 }  // namespace

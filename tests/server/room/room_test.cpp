@@ -54,10 +54,10 @@ class RoomTest : public ::testing::Test {
   /// Newest update of a seat; empty if none was published since the last call.
   std::optional<proto::ServerUpdate> update(std::uint8_t seat) {
     room_.output().poll();
-    const RoomUpdate& told = room_.output().front();
-    if (!told.user[seat].is_valid() || told.own[seat].step == told_[seat]) return std::nullopt;
-    told_[seat] = told.own[seat].step;
-    return told.of(seat);
+    const RoomUpdate& received = room_.output().front();
+    if (!received.user[seat].is_valid() || received.own[seat].step == received_[seat]) return std::nullopt;
+    received_[seat] = received.own[seat].step;
+    return received.for_seat(seat);
   }
   std::optional<RoomEvent> event() {
     RoomEvent event;
@@ -68,7 +68,7 @@ class RoomTest : public ::testing::Test {
   Room room_;
   std::uint64_t ticks_ = 0;
   std::uint64_t steps_ = 0;
-  std::array<Step, proto::kMaxUsers> told_;
+  std::array<Step, proto::kMaxUsers> received_;
 };
 
 TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
@@ -110,12 +110,12 @@ TEST_F(RoomTest, UpdateAnswersTheNewestInput) {
   send(0, {0, 0, 0.05});
   send(0, {0, 0, 0.06});
   step();
-  const auto told = update(0);
-  ASSERT_TRUE(told.has_value());
-  EXPECT_EQ(told->step, Step{1});
-  EXPECT_EQ(told->stepped, ServerTime(room_.period()));
+  const auto received = update(0);
+  ASSERT_TRUE(received.has_value());
+  EXPECT_EQ(received->step, Step{1});
+  EXPECT_EQ(received->stepped, ServerTime(room_.period()));
   // Joining discards any input that a former user of the seat left in its mailbox.
-  EXPECT_EQ(told->answered_input, Tick{0});
+  EXPECT_EQ(received->answered_input, Tick{0});
   send(0, {0, 0, 0.06});
   step();
   const auto next = update(0);
@@ -436,7 +436,7 @@ TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
     room.step(ServerTime{});
     ++steps;
   }
-  EXPECT_EQ(event.kind, RoomEvent::Kind::kPutBack);
+  EXPECT_EQ(event.kind, RoomEvent::Kind::kReturned);
   EXPECT_EQ(event.body, BodyId{1});
   EXPECT_EQ(room.world().body(BodyId{1}).X.p, Vec3(0, 0, 0));
 }
@@ -466,7 +466,7 @@ TEST_F(RoomTest, AResetPutsAllBackAndWhoHeldSomethingIsTold) {
   for (const std::uint32_t body : {2U, 3U}) {
     const auto back = event();
     ASSERT_TRUE(back);
-    EXPECT_EQ(back->kind, RoomEvent::Kind::kPutBack);
+    EXPECT_EQ(back->kind, RoomEvent::Kind::kReturned);
     EXPECT_EQ(back->body, BodyId{body});
   }
   step(100);

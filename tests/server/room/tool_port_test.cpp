@@ -18,11 +18,11 @@ class OnTable {
   OnTable() {
     left.open(0, haptics::kNoCouplingBounds);
     right.open(1, haptics::kNoCouplingBounds);
-    go(left_at, right_at);
+    move_to(left_at, right_at);
   }
 
   /// Moves both hands within 0.2 s and lets them rest for 0.2 s.
-  void go(const Vec3& left_to, const Vec3& right_to) {
+  void move_to(const Vec3& left_to, const Vec3& right_to) {
     for (int k = 1; k <= 400; ++k) {
       const double share = std::min(1.0, k / 200.0);
       left.set_handle({{left_at + share * (left_to - left_at), Quat::Identity()}, {}});
@@ -47,11 +47,11 @@ class OnTable {
 TEST(ToolPort, OfTwoThatPressOnOneThingEachRunsOnAndOfOneAloneNot) {
   OnTable on;
   EXPECT_FALSE(on.left.runs_on()) << "in the air";
-  on.go({-0.02, 0, 0.02}, on.right_at);
+  on.move_to({-0.02, 0, 0.02}, on.right_at);
   ASSERT_GT(on.world.touch(0).contacts, 0U);
   EXPECT_FALSE(on.left.runs_on());
-  on.go(on.left_at, {0.04, 0, 0.02});
-  on.go(on.left_at, {0.02, 0, 0.02});
+  on.move_to(on.left_at, {0.04, 0, 0.02});
+  on.move_to(on.left_at, {0.02, 0, 0.02});
   EXPECT_TRUE(on.left.runs_on());
   EXPECT_TRUE(on.right.runs_on());
 }
@@ -59,15 +59,15 @@ TEST(ToolPort, OfTwoThatPressOnOneThingEachRunsOnAndOfOneAloneNot) {
 TEST(ToolPort, OfWhatIsHeldRunsOnWhatIsCarriedAndNotWhatIsPressedOnATable) {
   OnTable on;
   ASSERT_EQ(on.world.grab(0, BodyId{1}), physics::GrabResult::kGrabbed);
-  on.go(on.left_at + Vec3(0, 0, 0.05), on.right_at);
+  on.move_to(on.left_at + Vec3(0, 0, 0.05), on.right_at);
   EXPECT_TRUE(on.left.runs_on());
-  on.go(on.left_at - Vec3(0, 0, 0.055), on.right_at);
+  on.move_to(on.left_at - Vec3(0, 0, 0.055), on.right_at);
   ASSERT_GT(on.world.touch(0).contacts, 0U);
   EXPECT_FALSE(on.left.runs_on()) << "a hand that has stopped would press by as much more";
   // Another hand presses on the cube, so that two hands act on it.
-  on.go(on.left_at + Vec3(0, 0, 0.055), on.right_at + Vec3(0, 0, 0.05));
-  on.go(on.left_at, on.left_at + Vec3(0.07, 0, 0));
-  on.go(on.left_at, on.left_at + Vec3(0.05, 0, 0));
+  on.move_to(on.left_at + Vec3(0, 0, 0.055), on.right_at + Vec3(0, 0, 0.05));
+  on.move_to(on.left_at, on.left_at + Vec3(0.07, 0, 0));
+  on.move_to(on.left_at, on.left_at + Vec3(0.05, 0, 0));
   ASSERT_GT(on.world.touch(0).contacts, 0U);
   EXPECT_TRUE(on.left.runs_on());
   EXPECT_TRUE(on.right.runs_on());

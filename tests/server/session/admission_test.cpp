@@ -58,7 +58,7 @@ class AdmissionTest : public testing::Test {
   /// Answer of the hub to a join. If accepted, `in` receives the joined message.
   std::string answer_to(const test::BenchClient& client, const wire::ClientControl& join, wire::Joined* in = nullptr) {
     bench->send(client, join);
-    auto messages = bench->take(client);
+    auto messages = bench->drain(client);
     std::erase_if(messages, [](const wire::ServerControl& message) { return message.has_user_joined(); });
     if (in != nullptr && !messages.empty()) *in = messages[0].joined();
     return test::described(messages);
@@ -171,16 +171,16 @@ TEST_F(AdmissionTest, RoleNameAndForceAreTheTokens) {
   EXPECT_EQ(answer_to(client, join_by(token(observer)), &client.joined), "joined");
   EXPECT_EQ(client.joined.role(), wire::ROLE_OBSERVER);
   bench->send(client, test::message_of([](auto& message) { message.mutable_grab(); }));
-  EXPECT_EQ(test::described(bench->take(client)), "error ERROR_NOT_ALLOWED");
+  EXPECT_EQ(test::described(bench->drain(client)), "error ERROR_NOT_ALLOWED");
   const auto limited = [](auto& c) {
     c.set_user_name("guest");
     c.set_max_force_n(1.5);
   };
   EXPECT_EQ(answer_to(join_by(token(limited))), "joined");
-  const auto told = bench->take(client);
-  ASSERT_EQ(test::described(told), "user_joined");
-  EXPECT_EQ(told[0].user_joined().name(), "guest");
-  EXPECT_EQ(told[0].user_joined().coupling_bounds().force_limit_n(), 1.5);
+  const auto received = bench->drain(client);
+  ASSERT_EQ(test::described(received), "user_joined");
+  EXPECT_EQ(received[0].user_joined().name(), "guest");
+  EXPECT_EQ(received[0].user_joined().coupling_bounds().force_limit_n(), 1.5);
 }
 
 TEST_F(AdmissionTest, WhoLostTheConnectionComesBackWithItsKeyAsWhatItWas) {
@@ -197,9 +197,9 @@ TEST_F(AdmissionTest, WhoIsStillHereByAnOldConnectionLeavesIt) {
   const test::BenchClient before = joined_client();
   const test::BenchClient after = greeted();
   EXPECT_EQ(answer_to(after, resume_by(after, before.joined.resume_credential(), client_key)), "joined");
-  const auto told = bench->take(before);
-  ASSERT_EQ(test::described(told), "goodbye");
-  EXPECT_EQ(told[0].goodbye().reason(), wire::DISCONNECT_RESUMED);
+  const auto received = bench->drain(before);
+  ASSERT_EQ(test::described(received), "goodbye");
+  EXPECT_EQ(received[0].goodbye().reason(), wire::DISCONNECT_RESUMED);
   EXPECT_EQ(bench->hub->user_count(), 1U);
 }
 
@@ -277,11 +277,11 @@ TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   EXPECT_EQ(second.joined.role(), wire::ROLE_MANIPULATOR);
   EXPECT_NE(second.joined.tool(), first.joined.tool());
   EXPECT_NE(second.joined.resume_credential(), credential) << "it comes back by itself";
-  bool is_told = false;
-  for (const wire::ServerControl& message : bench->take(first)) {
-    is_told = is_told || message.user_joined().coupling_bounds().force_limit_n() == 2;
+  bool is_announced = false;
+  for (const wire::ServerControl& message : bench->drain(first)) {
+    is_announced = is_announced || message.user_joined().coupling_bounds().force_limit_n() == 2;
   }
-  EXPECT_TRUE(is_told) << "with no more force than the token allows";
+  EXPECT_TRUE(is_announced) << "with no more force than the token allows";
   const test::BenchClient third = greeted();
   EXPECT_EQ(answer_to(third, join_beside(third, credential, client_key)), "error ERROR_NOT_ALLOWED, goodbye")
       << "one beside the first";

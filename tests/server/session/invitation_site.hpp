@@ -167,7 +167,7 @@ class Site {
     claims.set_expires_ms(claims.issued_ms() + static_cast<std::uint64_t>(milliseconds(life)));
     return {proto::sign_token(claims, issuer_), wall_ms(), wall_ms() + milliseconds(life), role == wire::ROLE_OPERATOR};
   }
-  test::BenchClient ask(const Invitation& invitation) {
+  test::BenchClient join_with(const Invitation& invitation) {
     test::BenchClient client = bench->connect();
     bench->greet(client);
     wire::ClientControl join = test::HubBench::join_message("ada", wire::ROLE_UNSPECIFIED);
@@ -177,7 +177,7 @@ class Site {
     bench->send(client, join);
     return client;
   }
-  test::BenchClient ask_to_resume(const std::string& credential) {
+  test::BenchClient resume_with(const std::string& credential) {
     test::BenchClient client = bench->connect();
     bench->greet(client);
     wire::ClientControl join = test::HubBench::join_message("ada", wire::ROLE_UNSPECIFIED);
@@ -190,7 +190,7 @@ class Site {
   }
   /// Reads the client's messages. Returns whether it was admitted.
   bool is_in(test::BenchClient& client, std::string* text = nullptr) {
-    for (const wire::ServerControl& message : bench->take(client)) {
+    for (const wire::ServerControl& message : bench->drain(client)) {
       if (text != nullptr && message.has_error()) *text = message.error().text();
       if (message.has_joined()) client.joined = message.joined();
     }

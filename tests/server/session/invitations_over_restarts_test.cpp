@@ -92,7 +92,7 @@ class Sequence {
     site_.breathe();
     if (invitation.is_operator) site_.leave_all();  // a room has one operator
     if (!site_.has_place()) {
-      auto client = site_.ask(invitation);
+      auto client = site_.join_with(invitation);
       site_.write();
       EXPECT_FALSE(site_.is_in(client)) << "the room is full";
       site_.leave_all();
@@ -100,7 +100,7 @@ class Sequence {
     }
     const bool must = site_.model.must_enter(number, invitation, site_.now_ms) && !site_.is_disk_full;
     const bool must_not = site_.model.must_not_enter(number, invitation, site_.now_ms) || site_.is_disk_full;
-    auto client = site_.ask(invitation);
+    auto client = site_.join_with(invitation);
     const int writes = site_.writes;
     std::string text;
     EXPECT_FALSE(site_.is_in(client, &text)) << "before its use is on the disk";
@@ -122,7 +122,7 @@ class Sequence {
     if (!site_.has_place()) site_.leave_all();
     site_.breathe();
     site_.write();
-    auto client = site_.ask(invitations_[number]);
+    auto client = site_.join_with(invitations_[number]);
     const int writes = site_.writes;
     if (below(2) == 0) site_.ledger->work(site_.bench->now);
     EXPECT_FALSE(site_.is_in(client));
@@ -137,7 +137,7 @@ class Sequence {
     const auto enter = [this](const Invitation& invitation) {
       invitations_.push_back(invitation);
       site_.breathe();
-      auto client = site_.ask(invitation);
+      auto client = site_.join_with(invitation);
       site_.write();
       if (site_.is_in(client)) {
         site_.model.used.insert(invitations_.size() - 1);
@@ -159,7 +159,7 @@ class Sequence {
       site_.start(true);
     }
     site_.breathe();
-    auto again = site_.ask_to_resume(whom.joined.resume_credential());
+    auto again = site_.resume_with(whom.joined.resume_credential());
     EXPECT_FALSE(site_.is_in(again)) << "was kicked";
     site_.leave_all();
   }
@@ -171,7 +171,7 @@ class Sequence {
     Guest& guest = site_.guests[below(site_.guests.size())];
     const std::int64_t away_ms = site_.now_ms - guest.lost_ms;
     const bool is_late = guest.lost_ms != 0 && away_ms >= milliseconds(kResumeWithin) + 600'000 + 10'000;
-    auto client = site_.ask_to_resume(guest.credential);
+    auto client = site_.resume_with(guest.credential);
     const bool is_in = site_.is_in(client);
     EXPECT_FALSE(is_in && guest.is_ended);
     EXPECT_FALSE(is_in && is_late && site_.model.low_ms == site_.model.high_ms);
@@ -218,12 +218,12 @@ TEST(InvitationsOverRestarts, AUsedOneStaysUsedOverARunWithoutResumeBetweenTwoWi
   site.kill();
   site.start(false);
   const Invitation once = site.issue(15min);
-  auto client = site.ask(once);
+  auto client = site.join_with(once);
   site.write();
   ASSERT_TRUE(site.is_in(client));
   site.kill();
   site.start(true);
-  auto again = site.ask(once);
+  auto again = site.join_with(once);
   site.write();
   EXPECT_FALSE(site.is_in(again));
 }
@@ -231,7 +231,7 @@ TEST(InvitationsOverRestarts, AUsedOneStaysUsedOverARunWithoutResumeBetweenTwoWi
 TEST(InvitationsOverRestarts, AUsedOneStaysUsedWhenTheClockIsSetBackAtARestart) {
   Site site(1);
   const Invitation once = site.issue(15min);
-  auto client = site.ask(once);
+  auto client = site.join_with(once);
   site.write();
   ASSERT_TRUE(site.is_in(client));
   site.pass(16min);
@@ -241,7 +241,7 @@ TEST(InvitationsOverRestarts, AUsedOneStaysUsedWhenTheClockIsSetBackAtARestart) 
     site.start(resumes);
     for (const Duration wait : {0s, 11s}) {
       site.pass(wait);
-      auto again = site.ask(once);
+      auto again = site.join_with(once);
       site.write();
       EXPECT_FALSE(site.is_in(again));
     }
@@ -253,10 +253,10 @@ TEST(InvitationsOverRestarts, AClockThatWasAheadForHalfASecondLocksNobodyOut) {
   Site site(1);
   site.pass(11s);
   site.set_clock(3'600'000);
-  auto during = site.ask(site.issue(15min));
+  auto during = site.join_with(site.issue(15min));
   site.pass(500ms);
   site.set_clock(0);
-  auto after = site.ask(site.issue(15min));
+  auto after = site.join_with(site.issue(15min));
   site.write();
   EXPECT_FALSE(site.is_in(during)) << "from the future";
   EXPECT_TRUE(site.is_in(after));
@@ -268,12 +268,12 @@ TEST(InvitationsOverRestarts, AClockThatStaysSetIsFollowedAfterTenSecondsAndTheR
   for (const std::int64_t offset_ms : {7'200'000, -7'200'000}) {
     site.set_clock(offset_ms);
     site.pass(4s);
-    auto early = site.ask(site.issue(15min));
+    auto early = site.join_with(site.issue(15min));
     std::string text;
     EXPECT_FALSE(site.is_in(early, &text));
     EXPECT_NE(text.find("followed in 6 s"), std::string::npos) << text;
     site.pass(7s);
-    auto client = site.ask(site.issue(15min));
+    auto client = site.join_with(site.issue(15min));
     site.write();
     EXPECT_TRUE(site.is_in(client));
     site.leave_all();
@@ -288,13 +288,13 @@ TEST(InvitationsOverRestarts, OneThatIsPreparedLetsInThirtyDaysLaterInAnotherRun
     site.now_ms += milliseconds(24h);
     site.start(false);
   }
-  auto client = site.ask(prepared);
+  auto client = site.join_with(prepared);
   site.write();
   EXPECT_TRUE(site.is_in(client));
   site.leave_all();
   site.kill();
   site.start(false);
-  auto again = site.ask(prepared);
+  auto again = site.join_with(prepared);
   site.write();
   EXPECT_FALSE(site.is_in(again)) << "used";
 }
@@ -303,13 +303,13 @@ TEST(InvitationsOverRestarts, AFullDiskIsSaidToTheClientAndTheSameInvitationLets
   Site site(1);
   const Invitation invitation = site.issue(15min);
   site.is_disk_full = true;
-  auto client = site.ask(invitation);
+  auto client = site.join_with(invitation);
   site.write();
   std::string text;
   EXPECT_FALSE(site.is_in(client, &text));
   EXPECT_NE(text.find("No space left on device"), std::string::npos) << text;
   site.is_disk_full = false;
-  auto later = site.ask(invitation);
+  auto later = site.join_with(invitation);
   site.write();
   EXPECT_TRUE(site.is_in(later));
 }
@@ -317,32 +317,32 @@ TEST(InvitationsOverRestarts, AFullDiskIsSaidToTheClientAndTheSameInvitationLets
 TEST(InvitationsOverRestarts, AConnectionThatEndsWhileItsUseIsWrittenLeavesTheInvitationValid) {
   Site site(1);
   const Invitation invitation = site.issue(15min);
-  auto client = site.ask(invitation);
+  auto client = site.join_with(invitation);
   site.bench->hub->on_disconnected(client.handle, site.bench->now);
   site.write();
   site.write();
   site.kill();
   site.start(false);
-  auto later = site.ask(invitation);
+  auto later = site.join_with(invitation);
   site.write();
   EXPECT_TRUE(site.is_in(later));
 }
 
 TEST(InvitationsOverRestarts, NothingOfAConnectionIsServedBetweenItsJoinAndTheWrite) {
   Site site(1);
-  auto client = site.ask(site.issue(15min, wire::ROLE_MANIPULATOR));
+  auto client = site.join_with(site.issue(15min, wire::ROLE_MANIPULATOR));
   site.bench->send(client, test::message_of([](auto& message) { message.mutable_ping()->set_token(7); }));
-  EXPECT_TRUE(site.bench->take(client).empty());
+  EXPECT_TRUE(site.bench->drain(client).empty());
   EXPECT_EQ(site.bench->hub->user_count(), 0U);
   EXPECT_TRUE(site.bench->hub->is_behind(client.handle)) << "no more is read of it";
   site.write();
-  EXPECT_EQ(test::described(site.bench->take(client)), "joined, pong");
+  EXPECT_EQ(test::described(site.bench->drain(client)), "joined, pong");
 }
 
 TEST(InvitationsOverRestarts, OneInvitationOnTwoConnectionsAtOnceLetsOneIn) {
   Site site(1);
   const Invitation invitation = site.issue(15min);
-  auto first = site.ask(invitation), second = site.ask(invitation);
+  auto first = site.join_with(invitation), second = site.join_with(invitation);
   site.write();
   EXPECT_TRUE(site.is_in(first));
   EXPECT_FALSE(site.is_in(second));

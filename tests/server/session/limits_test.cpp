@@ -28,7 +28,7 @@ test::BenchClient connect_from(test::HubBench& bench, const std::string& address
   return client;
 }
 
-bool is_there(const test::HubBench& bench, const test::BenchClient& client) {
+bool is_connected(const test::HubBench& bench, const test::BenchClient& client) {
   return bench.hub->state_of(client.handle) != ConnectionState::kClosed;
 }
 
@@ -38,7 +38,7 @@ TEST(Limits, SilentConnectionsKeepNobodyOut) {
   for (int i = 0; i < 200; ++i) bench.connect();
   EXPECT_LE(bench.hub->connection_count(), 1 + kMaxHalfOpen);
   EXPECT_EQ(bench.join("ben").joined.user(), 2U) << "at once, not when they have timed out";
-  EXPECT_TRUE(is_there(bench, ada));
+  EXPECT_TRUE(is_connected(bench, ada));
 }
 
 TEST(Limits, OfManyAddressesTheOneWithMostHalfOpenConnectionsMakesRoom) {
@@ -46,7 +46,7 @@ TEST(Limits, OfManyAddressesTheOneWithMostHalfOpenConnectionsMakesRoom) {
   const test::BenchClient quiet = connect_from(bench, "quiet");
   for (std::size_t i = 0; i < 8 * kMaxHalfOpen; ++i) connect_from(bench, "crowd " + std::to_string(i % 8));
   EXPECT_EQ(bench.hub->connection_count(), HubSettings{}.max_connections);
-  EXPECT_TRUE(is_there(bench, quiet)) << "the oldest of all, but alone at its address";
+  EXPECT_TRUE(is_connected(bench, quiet)) << "the oldest of all, but alone at its address";
   bench.now += std::chrono::milliseconds(2001);
   bench.hub->poll(VirtualClock(bench.now));
   EXPECT_EQ(bench.hub->connection_count(), 0U) << "no hello within 2 s";
@@ -59,7 +59,7 @@ TEST(Limits, OfAddressesWithAsManyTheOneThatCameFirstMakesRoom) {
       connect_from(bench, "one of many " + std::to_string(i));
     const test::BenchClient newcomer = connect_from(bench, name);
     for (int i = 0; i < 30; ++i) connect_from(bench, "another " + std::to_string(i));
-    EXPECT_TRUE(is_there(bench, newcomer)) << name << ": older ones are there";
+    EXPECT_TRUE(is_connected(bench, newcomer)) << name << ": older ones are there";
   }
 }
 
@@ -78,23 +78,23 @@ TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
     }
     bench.step();
   }
-  EXPECT_TRUE(is_there(bench, crowd.front()));
+  EXPECT_TRUE(is_connected(bench, crowd.front()));
   EXPECT_EQ(bench.join("a newcomer").joined.user(), 13U);
 }
 
 TEST(Limits, ARoomIsResetOnceASecond) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR), ben = bench.join("ben");
-  bench.take(ben);
+  bench.drain(ben);
   for (int ms = 0; ms < 3000; ms += 20) {
     bench.send_state(ada);
     bench.send_state(ben);
     bench.send(ada, message_of([](auto& message) { message.mutable_reset_room(); }));
     bench.step(20);
   }
-  EXPECT_TRUE(is_there(bench, ada));
+  EXPECT_TRUE(is_connected(bench, ada));
   int resets = 0;
-  for (const auto& message : bench.take(ben)) resets += message.has_room_reset() ? 1 : 0;
+  for (const auto& message : bench.drain(ben)) resets += message.has_room_reset() ? 1 : 0;
   EXPECT_GE(resets, 4);
   EXPECT_LE(resets, 5);
 }
@@ -105,10 +105,10 @@ TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
   proto::Bytes flood;
   for (int i = 0; i < 5000; ++i) proto::append_frame(ping(), flood);
   bench.hub->on_control_bytes(eve.handle, flood, bench.now);
-  EXPECT_LE(static_cast<double>(bench.take(eve).size()), kConnectionTurn.at_once);
+  EXPECT_LE(static_cast<double>(bench.drain(eve).size()), kConnectionTurn.at_once);
   EXPECT_TRUE(bench.hub->is_behind(eve.handle)) << "the transport reads no more of it";
   bench.step(20);
-  EXPECT_FALSE(is_there(bench, eve));
+  EXPECT_FALSE(is_connected(bench, eve));
   EXPECT_FALSE(bench.hub->is_behind(eve.handle));
 }
 
@@ -126,13 +126,13 @@ TEST(Limits, ConnectionsOfOneAddressWaitForEachOtherAndNobodyElseDoes) {
       for (const test::BenchClient& client : crowd) bench.send(client, ping());
     }
     bench.step();
-    for (const test::BenchClient& client : crowd) answered += bench.take(client).size();
+    for (const test::BenchClient& client : crowd) answered += bench.drain(client).size();
   }
   EXPECT_LE(static_cast<double>(answered), kAddressControlRate.at_once + 2 * kAddressControlRate.per_second + 100);
   bench.send(ben, ping());
-  EXPECT_EQ(test::described(bench.take(ben)), "pong");
+  EXPECT_EQ(test::described(bench.drain(ben)), "pong");
   bench.send(ada, ping());
-  EXPECT_EQ(test::described(bench.take(ada)), "pong");
+  EXPECT_EQ(test::described(bench.drain(ada)), "pong");
 }
 
 TEST(Limits, ComingAnewDoesNotRefillAnAddress) {
@@ -152,7 +152,7 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient slow = bench.join("slow");
-  bench.take(slow);
+  bench.drain(slow);
   bench.transport.queued = kMaxQueuedBeforeNews + 1;
   for (int i = 1; i <= 500; ++i) {
     bench.send_state(ada);
@@ -160,12 +160,12 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
     bench.send(ada, force_limit(1 + i));
     bench.step(11);
   }
-  EXPECT_EQ(test::described(bench.take(slow)), "");
+  EXPECT_EQ(test::described(bench.drain(slow)), "");
   bench.transport.queued = 0;
   bench.step();
-  const auto told = bench.take(slow);
-  ASSERT_EQ(test::described(told), "parameter_set");
-  EXPECT_EQ(told[0].parameter_set().value(), 501);
+  const auto received = bench.drain(slow);
+  ASSERT_EQ(test::described(received), "parameter_set");
+  EXPECT_EQ(received[0].parameter_set().value(), 501);
   EXPECT_EQ(bench.hub->user_count(), 2U);
 }
 
@@ -173,7 +173,7 @@ TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
   test::BenchClient slow = bench.join("slow", wire::ROLE_OBSERVER);
-  bench.take(slow);
+  bench.drain(slow);
   bench.transport.queued = kMaxQueuedBeforeNews + 1;
   bench.hub->on_disconnected(ada.handle, bench.now);
   test::BenchClient eve;
@@ -186,26 +186,26 @@ TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
     eve = bench.join("eve");
     ASSERT_NE(eve.joined.user(), 0U);
   }
-  EXPECT_EQ(test::described(bench.take(slow)), "");
+  EXPECT_EQ(test::described(bench.drain(slow)), "");
   bench.transport.queued = 0;
   bench.step();
-  const auto told = bench.take(slow);
-  ASSERT_EQ(test::described(told), "user_left, user_joined");
-  EXPECT_EQ(told[0].user_left().user(), ada.joined.user()) << "of whom he knew";
-  EXPECT_EQ(told[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
+  const auto received = bench.drain(slow);
+  ASSERT_EQ(test::described(received), "user_left, user_joined");
+  EXPECT_EQ(received[0].user_left().user(), ada.joined.user()) << "of whom he knew";
+  EXPECT_EQ(received[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
 }
 
 TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {
   test::HubBench bench;
   test::BenchClient eve = bench.join("eve"), ben = bench.join("ben");
   for (int ms = 0; ms < 1500; ++ms) {
-    for (int i = 0; i < 20 && is_there(bench, eve); ++i) bench.send_state(eve);
+    for (int i = 0; i < 20 && is_connected(bench, eve); ++i) bench.send_state(eve);
     bench.send_state(ben);
     bench.step();
   }
-  EXPECT_FALSE(is_there(bench, eve));
-  EXPECT_THAT(bench.take(eve).back().goodbye().text(), HasSubstr("at most 4000 a second"));
-  EXPECT_TRUE(is_there(bench, ben));
+  EXPECT_FALSE(is_connected(bench, eve));
+  EXPECT_THAT(bench.drain(eve).back().goodbye().text(), HasSubstr("at most 4000 a second"));
+  EXPECT_TRUE(is_connected(bench, ben));
 }
 
 TEST(Limits, AClientsMessageIsShort) {
@@ -214,7 +214,7 @@ TEST(Limits, AClientsMessageIsShort) {
   bench.send(eve, message_of([](auto& message) {
                message.mutable_hello()->set_program(std::string(proto::kMaxClientControlBytes, 'x'));
              }));
-  EXPECT_EQ(test::described(bench.take(eve)), "goodbye");
+  EXPECT_EQ(test::described(bench.drain(eve)), "goodbye");
 }
 
 }  // namespace

@@ -21,21 +21,21 @@ TEST(SessionParameters, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient ben = bench.join("ben");
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 250));
-  const auto own = bench.take(ada);
+  const auto own = bench.drain(ada);
   ASSERT_EQ(test::described(own), "parameter_set");
   EXPECT_EQ(own[0].request(), 42U);
-  const auto others = bench.take(ben);
+  const auto others = bench.drain(ben);
   ASSERT_EQ(test::described(others), "parameter_set");
   EXPECT_EQ(others[0].request(), 0U);
   EXPECT_EQ(others[0].parameter_set().value(), 250);
   for (const double bad : {-1.0, 1e9, 100001.0}) {
     bench.send(ada, set_parameter("coupling.stiffness_n_per_m", bad));
-    EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_BAD_VALUE") << bad;
+    EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_BAD_VALUE") << bad;
   }
   bench.send(ada, set_parameter("gravity", 1));
-  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_UNKNOWN_PARAMETER");
+  EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_UNKNOWN_PARAMETER");
   bench.send(ben, message_of([](auto& message) { message.mutable_leave(); }));
   EXPECT_EQ(bench.join("cleo").joined.scene().coupling().stiffness_n_per_m(), 250);
 }
@@ -63,28 +63,28 @@ TEST(SessionParameters, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) 
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient ben = bench.join("ben");
   EXPECT_DOUBLE_EQ(ada.joined.scene().coupling().stiffness_n_per_m(), 150) << "the tool's 0.05 kg";
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
   bench.step();
-  const auto grabbed = bench.take(ada);
+  const auto grabbed = bench.drain(ada);
   EXPECT_EQ(test::described(grabbed), "grabbed, parameter_set");
   EXPECT_EQ(parameters_in(grabbed), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
-  EXPECT_EQ(test::described(bench.take(ben)), "") << "it is ada's alone";
+  EXPECT_EQ(test::described(bench.drain(ben)), "") << "it is ada's alone";
   bench.send(ada, set_parameter("coupling.force_limit_n", 4));
-  EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.force_limit_n", 4}}));
-  bench.take(ada);
+  EXPECT_EQ(parameters_in(bench.drain(ben)), (std::map<std::string, double>{{"coupling.force_limit_n", 4}}));
+  bench.drain(ada);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 500));
-  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED") << "the law chooses it";
+  EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_NOT_ALLOWED") << "the law chooses it";
   bench.send(ada, message_of([](auto& message) { message.mutable_release(); }));
   bench.step();
-  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
+  EXPECT_EQ(parameters_in(bench.drain(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
 }
 
 TEST(SessionParameters, ALostEventLeavesTheCouplingThatIsToldRight) {
   test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
   test::BenchClient ada = bench.join("ada");
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
   Room& room = *bench.rooms.front();
   room.step(ServerTime(room.period()));
@@ -92,7 +92,7 @@ TEST(SessionParameters, ALostEventLeavesTheCouplingThatIsToldRight) {
   ASSERT_TRUE(room.next_event(lost));
   EXPECT_EQ(lost.kind, RoomEvent::Kind::kGrabbed);
   bench.step();
-  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+  EXPECT_EQ(parameters_in(bench.drain(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
 }
 
 TEST(SessionParameters, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
@@ -102,13 +102,13 @@ TEST(SessionParameters, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
   EXPECT_EQ(ada.joined.scene().coupling().damping_n_s_per_m(), 0);
   bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
   bench.step();
-  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 4},
-                                                                           {"coupling.damping_n_m_s_per_rad", 0.01}}));
+  EXPECT_EQ(parameters_in(bench.drain(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 4},
+                                                                            {"coupling.damping_n_m_s_per_rad", 0.01}}));
   test::BenchClient ben = bench.join("ben", wire::ROLE_OPERATOR);
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(ben, set_parameter("coupling.damping_n_s_per_m", 7));
-  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 7}}));
-  EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 0}}));
+  EXPECT_EQ(parameters_in(bench.drain(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 7}}));
+  EXPECT_EQ(parameters_in(bench.drain(ben)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 0}}));
 }
 
 TEST(SessionParameters, OnlyTheOperatorSetsThemAndTakesThemAlong) {
@@ -116,16 +116,16 @@ TEST(SessionParameters, OnlyTheOperatorSetsThemAndTakesThemAlong) {
   test::BenchClient ada = bench.join("ada");
   test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
   EXPECT_EQ(olga.joined.role(), wire::ROLE_OPERATOR);
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 300));
-  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED");
+  EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_NOT_ALLOWED");
   bench.send(olga, set_parameter("coupling.stiffness_n_per_m", 300));
   bench.step(200);
   EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 300);
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
-  const auto told = bench.take(ada);
-  EXPECT_EQ(parameters_in(told), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+  const auto received = bench.drain(ada);
+  EXPECT_EQ(parameters_in(received), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
   bench.step(200);
   EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 200);
 }
@@ -141,27 +141,27 @@ TEST(SessionLaw, IsTheOperatorsToldToAllAndKnownToNewcomersUntilHeLeaves) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(ada, set_law("stable-dynamic"));
-  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED");
+  EXPECT_EQ(test::described(bench.drain(ada)), "error ERROR_NOT_ALLOWED");
   bench.send(olga, set_law("stable-dynamic"));
-  const auto own = bench.take(olga);
+  const auto own = bench.drain(olga);
   ASSERT_EQ(test::described(own), "parameter_set");
   EXPECT_EQ(own[0].request(), 42U);
   EXPECT_EQ(own[0].parameter_set().text(), "stable-dynamic");
-  const auto others = bench.take(ada);
+  const auto others = bench.drain(ada);
   ASSERT_EQ(test::described(others), "parameter_set");
   EXPECT_EQ(others[0].parameter_set().name(), "coupling.law");
   EXPECT_EQ(others[0].parameter_set().text(), "stable-dynamic");
   bench.send(olga, set_law("stable-dynamic"));
-  EXPECT_EQ(test::described(bench.take(olga)), "parameter_set");
-  EXPECT_EQ(test::described(bench.take(ada)), "") << "nothing is new";
+  EXPECT_EQ(test::described(bench.drain(olga)), "parameter_set");
+  EXPECT_EQ(test::described(bench.drain(ada)), "") << "nothing is new";
   EXPECT_EQ(bench.join("eve", wire::ROLE_OBSERVER).joined.scene().coupling().law(), "stable-dynamic");
-  bench.take(ada);
+  bench.drain(ada);
   bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
-  const auto told = bench.take(ada);
-  ASSERT_EQ(test::described(told), "parameter_set, user_left");
-  EXPECT_EQ(told[0].parameter_set().text(), "spring-damper") << "the scene's";
+  const auto received = bench.drain(ada);
+  ASSERT_EQ(test::described(received), "parameter_set, user_left");
+  EXPECT_EQ(received[0].parameter_set().text(), "spring-damper") << "the scene's";
   EXPECT_EQ(bench.join("cleo").joined.scene().coupling().law(), "spring-damper");
 }
 
@@ -170,7 +170,7 @@ TEST(SessionLaw, ThatTheSceneCannotHaveIsRefusedWithTheReason) {
   test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
   const auto answer_to = [&](const std::string& law) {
     bench.send(olga, set_law(law));
-    return bench.take(olga).at(0);
+    return bench.drain(olga).at(0);
   };
   for (const char* law : {"", "hooke"}) EXPECT_EQ(answer_to(law).error().code(), wire::ERROR_BAD_VALUE) << law;
   for (const char* law : {"qsa-static", "direct", "adaptive", "qsa-dynamic", "stable-dynamic-literal"}) {
@@ -183,9 +183,9 @@ TEST(SessionLaw, ThatTheSceneCannotHaveIsRefusedWithTheReason) {
     test::HubBench other = bench_with_coupling(R"({"law": ")" + std::string(law) + "\"}");
     test::BenchClient ada = other.join("ada", wire::ROLE_OPERATOR);
     other.send(ada, set_law("spring-damper"));
-    EXPECT_EQ(test::described(other.take(ada)), "error ERROR_NOT_ALLOWED") << law;
+    EXPECT_EQ(test::described(other.drain(ada)), "error ERROR_NOT_ALLOWED") << law;
     other.send(ada, set_law(law));
-    EXPECT_EQ(test::described(other.take(ada)), "parameter_set") << "it has that: " << law;
+    EXPECT_EQ(test::described(other.drain(ada)), "parameter_set") << "it has that: " << law;
   }
 }
 
@@ -194,17 +194,17 @@ TEST(SessionLaw, ThatIsNoLongerAdaptiveLeavesTheCoefficientsToTheOperator) {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient ben = bench.join("ben");
-  bench.take(ada);
+  bench.drain(ada);
   const std::map<std::string, double> scene{
       {"coupling.law", 0}, {"coupling.stiffness_n_per_m", 250}, {"coupling.damping_n_s_per_m", 3}};
   bench.send(ada, set_law("spring-damper"));
-  EXPECT_EQ(parameters_in(bench.take(ada)), scene);
-  EXPECT_EQ(parameters_in(bench.take(ben)), scene);
+  EXPECT_EQ(parameters_in(bench.drain(ada)), scene);
+  EXPECT_EQ(parameters_in(bench.drain(ben)), scene);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 500));
-  EXPECT_EQ(test::described(bench.take(ada)), "parameter_set");
-  bench.take(ben);
+  EXPECT_EQ(test::described(bench.drain(ada)), "parameter_set");
+  bench.drain(ben);
   bench.send(ada, set_law("adaptive"));
-  EXPECT_EQ(parameters_in(bench.take(ben)),
+  EXPECT_EQ(parameters_in(bench.drain(ben)),
             (std::map<std::string, double>{
                 {"coupling.law", 0}, {"coupling.stiffness_n_per_m", 150}, {"coupling.damping_n_s_per_m", 5}}));
 }

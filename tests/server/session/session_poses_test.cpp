@@ -63,14 +63,14 @@ class SessionPosesTest : public ::testing::Test {
                  }));
   }
   /// Answer to the requester.
-  wire::ServerControl ask(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
-                          const std::string& name = "") {
+  wire::ServerControl request(const test::BenchClient& client, wire::AskPose::Kind kind, std::uint32_t number = 0,
+                              const std::string& name = "") {
     step(300);  // refills the user's token bucket
-    for (const test::BenchClient* each : {&ada_, &ben_}) bench_->take(*each);
+    for (const test::BenchClient* each : {&ada_, &ben_}) bench_->drain(*each);
     send(client, kind, number, name);
     step(20);
     wire::ServerControl answer;
-    for (const wire::ServerControl& message : bench_->take(client)) {
+    for (const wire::ServerControl& message : bench_->drain(client)) {
       if (message.request() == 42) answer = message;
     }
     return answer;
@@ -83,19 +83,19 @@ class SessionPosesTest : public ::testing::Test {
 };
 
 TEST_F(SessionPosesTest, APoseIsItsKeepersAndTheOperatorsAndEverybodysOnceTheKeeperHasLeft) {
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(ask(ada_, wire::AskPose::KEEP).has_kept_pose());
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(request(ada_, wire::AskPose::KEEP).has_kept_pose());
   for (const auto kind : {wire::AskPose::DELETE, wire::AskPose::RENAME}) {
-    EXPECT_THAT(ask(ben_, kind, 1, "mine").error().text(), HasSubstr("ada kept that pose and is here"));
+    EXPECT_THAT(request(ben_, kind, 1, "mine").error().text(), HasSubstr("ada kept that pose and is here"));
   }
   test::BenchClient olga = bench_->join("olga", wire::ROLE_OPERATOR);
-  EXPECT_EQ(ask(olga, wire::AskPose::DELETE, 1).pose_deleted().number(), 1U);
-  EXPECT_EQ(ask(ada_, wire::AskPose::RENAME, 2, "bound").kept_pose().name(), "bound");
-  EXPECT_EQ(test::described(bench_->take(ben_)), "kept_pose");
-  EXPECT_EQ(ask(ada_, wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
-  EXPECT_EQ(test::described(bench_->take(ben_)), "pose_deleted");
+  EXPECT_EQ(request(olga, wire::AskPose::DELETE, 1).pose_deleted().number(), 1U);
+  EXPECT_EQ(request(ada_, wire::AskPose::RENAME, 2, "bound").kept_pose().name(), "bound");
+  EXPECT_EQ(test::described(bench_->drain(ben_)), "kept_pose");
+  EXPECT_EQ(request(ada_, wire::AskPose::DELETE, 3).pose_deleted().number(), 3U);
+  EXPECT_EQ(test::described(bench_->drain(ben_)), "pose_deleted");
   bench_->hub->on_disconnected(ada_.handle, bench_->now);
-  EXPECT_EQ(ask(ben_, wire::AskPose::DELETE, 2).pose_deleted().number(), 2U);
-  EXPECT_EQ(ask(ben_, wire::AskPose::RENAME, 4, "").error().code(), wire::ERROR_BAD_NAME);
+  EXPECT_EQ(request(ben_, wire::AskPose::DELETE, 2).pose_deleted().number(), 2U);
+  EXPECT_EQ(request(ben_, wire::AskPose::RENAME, 4, "").error().code(), wire::ERROR_BAD_NAME);
   const test::BenchClient newcomer = bench_->join("cleo", wire::ROLE_OBSERVER);
   std::vector<std::uint32_t> numbers;
   for (const wire::KeptPose& pose : keeper_->kept(*bench_->rooms.front())) numbers.push_back(pose.number());
@@ -110,18 +110,18 @@ TEST_F(SessionPosesTest, OnlyTheUserWhoAskedAndTheOperatorCancelAMinimisation) {
     send(ada_, wire::AskPose::MINIMISE);
     for (int i = 0; i < 4; ++i) ASSERT_TRUE(keeper_->work_slice());
     step(5);
-    bench_->take(ada_);
+    bench_->drain(ada_);
   };
   begin();
-  EXPECT_THAT(ask(ben_, wire::AskPose::CANCEL).error().text(), HasSubstr("no minimisation of yours is under way"));
+  EXPECT_THAT(request(ben_, wire::AskPose::CANCEL).error().text(), HasSubstr("no minimisation of yours is under way"));
   const auto ended = [&] {
     keeper_->work();
     step(1);
     std::string text;
-    for (const wire::ServerControl& message : bench_->take(ada_)) text += message.error().text();
+    for (const wire::ServerControl& message : bench_->drain(ada_)) text += message.error().text();
     return text;
   };
-  EXPECT_TRUE(ask(olga, wire::AskPose::CANCEL).pose_progress().is_over());
+  EXPECT_TRUE(request(olga, wire::AskPose::CANCEL).pose_progress().is_over());
   EXPECT_THAT(ended(), HasSubstr("cancelled"));
   begin();
   bench_->send(olga, test::message_of([](auto& message) { message.mutable_reset_room(); }));
@@ -140,24 +140,24 @@ TEST_F(SessionPosesTest, OneUsersFloodLeavesTheOthersTheirRequests) {
     step(1);
   }
   int busy = 0;
-  for (const wire::ServerControl& message : bench_->take(ada_))
+  for (const wire::ServerControl& message : bench_->drain(ada_))
     busy += message.error().text().find("at most 4 poses a second, 8 at once") != std::string::npos ? 1 : 0;
   EXPECT_GT(busy, 40);
-  bench_->take(ben_);
+  bench_->drain(ben_);
   send(ben_, wire::AskPose::KEEP);
   step(20);
-  EXPECT_EQ(test::described(bench_->take(ben_)), "kept_pose");
+  EXPECT_EQ(test::described(bench_->drain(ben_)), "kept_pose");
 }
 
 TEST_F(SessionPosesTest, AStopRefusesWhatWaitsBeforeGoodbye) {
   is_held_ = true;
-  bench_->take(ada_);
+  bench_->drain(ada_);
   send(ada_, wire::AskPose::KEEP);
   send(ada_, wire::AskPose::MINIMISE);
   bench_->hub->begin_stop();
   EXPECT_TRUE(bench_->hub->owes_answers());
   bench_->hub->stop(bench_->now);
-  EXPECT_EQ(test::described(bench_->take(ada_)), "error ERROR_NOT_ALLOWED, error ERROR_NOT_ALLOWED, goodbye");
+  EXPECT_EQ(test::described(bench_->drain(ada_)), "error ERROR_NOT_ALLOWED, error ERROR_NOT_ALLOWED, goodbye");
   EXPECT_FALSE(bench_->hub->owes_answers());
 }
 

@@ -81,7 +81,7 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
   }
   bench.step();  // the users are in the room after this step
   Room& room = *bench.rooms.front();
-  for (const test::BenchClient& user : users) bench.take_datagrams(user);
+  for (const test::BenchClient& user : users) bench.drain_datagrams(user);
   const std::uint64_t sent_before = bench.hub->counters().datagrams_sent;
   std::atomic<std::size_t> published{0};
   std::size_t steps = 0;
@@ -100,7 +100,7 @@ TEST(SessionHub, TellsEachUserEachStepOnceWhileTheRoomsThreadHelps) {
       bench.hub->poll(VirtualClock(bench.now));
     }
   }
-  for (const test::BenchClient& user : users) EXPECT_EQ(bench.take_datagrams(user).size(), steps);
+  for (const test::BenchClient& user : users) EXPECT_EQ(bench.drain_datagrams(user).size(), steps);
   EXPECT_EQ(bench.hub->counters().datagrams_sent - sent_before, kUsers * steps);
   EXPECT_GT(bench.transport.sent_elsewhere, 0U) << "nobody helped";
 }

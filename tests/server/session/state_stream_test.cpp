@@ -16,7 +16,7 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   bench.send(ada, message_of([](auto& message) { message.mutable_leave(); }));
   test::BenchClient ben = bench.join("ben", wire::ROLE_MANIPULATOR, "state-tcp");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
-  bench.take(ben);
+  bench.drain(ben);
   // A step before the room learns of the change: it publishes for ada after ben has joined. The contents of the ring
   // cannot be held back here, so the test publishes in place of the room.
   RoomUpdate late;
@@ -26,25 +26,25 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   late.own[0].stepped = server_time_of_own_clock(bench.now);
   bench.rooms[0]->output().publish(late);
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_EQ(test::described(bench.take(ben)), "");
+  EXPECT_EQ(test::described(bench.drain(ben)), "");
   bench.step();
-  EXPECT_EQ(test::described(bench.take(ben)), "state_datagram");
+  EXPECT_EQ(test::described(bench.drain(ben)), "state_datagram");
 }
 
 TEST(StateStream, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   bench.step();
-  EXPECT_TRUE(bench.take_datagrams(ada).empty()) << "before its first datagram a user has no address";
+  EXPECT_TRUE(bench.drain_datagrams(ada).empty()) << "before its first datagram a user has no address";
   proto::ClientUpdate input = bench.resting_input(ada);
   input.sent = LocalTime(std::chrono::milliseconds(77));
   const LocalTime arrived = bench.now;
   EXPECT_EQ(bench.deliver(bench.datagram_of(ada, input)), ada.handle);
   bench.step(10);
-  const auto sent = bench.take_datagrams(ada);
+  const auto sent = bench.drain_datagrams(ada);
   ASSERT_EQ(sent.size(), 10U);
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_TRUE(bench.take_datagrams(ada).empty()) << "nothing new was published";
+  EXPECT_TRUE(bench.drain_datagrams(ada).empty()) << "nothing new was published";
   proto::ServerUpdate update;
   proto::DatagramHeader header;
   ASSERT_EQ(proto::parse_header(sent.back(), header), proto::DropReason::kNone);
@@ -92,7 +92,7 @@ TEST(StateStream, DropsEachBadDatagramForItsOwnReason) {
     EXPECT_EQ(bench.hub->on_datagram(datagram, bench.now, may).connection, 0U);
     for (int i = 1; i < static_cast<int>(proto::DropReason::kCount); ++i) {
       const auto reason = static_cast<proto::DropReason>(i);
-      if (bench.hub->counters().received_drops.of(reason) > before.of(reason)) return reason;
+      if (bench.hub->counters().received_drops.count(reason) > before.count(reason)) return reason;
     }
     return proto::DropReason::kNone;
   };
@@ -142,22 +142,22 @@ TEST(StateStream, AnotherConnectionsStateCannotBeForgedOverTcp) {
   const proto::Bytes forged = bench.datagram_of(ada, bench.resting_input(ada));
   bench.send(mallory,
              message_of([&forged](auto& message) { message.set_state_datagram(forged.data(), forged.size()); }));
-  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.count(proto::DropReason::kNotAllowed), 1U);
 }
 
 TEST(StateStream, StateOverTcpIsSkippedWhileControlBytesWait) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
   bench.step(5);
-  EXPECT_EQ(bench.take(ada).size(), 5U);
-  EXPECT_TRUE(bench.take_datagrams(ada).empty());
+  EXPECT_EQ(bench.drain(ada).size(), 5U);
+  EXPECT_TRUE(bench.drain_datagrams(ada).empty());
   bench.transport.queued = 1;
   bench.step(5);
-  EXPECT_TRUE(bench.take(ada).empty());
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 5U);
+  EXPECT_TRUE(bench.drain(ada).empty());
+  EXPECT_EQ(bench.hub->counters().sent_drops.count(proto::DropReason::kOverwritten), 5U);
   bench.transport.queued = 0;
   bench.step();
-  EXPECT_EQ(test::described(bench.take(ada)), "state_datagram");
+  EXPECT_EQ(test::described(bench.drain(ada)), "state_datagram");
 }
 
 TEST(StateStream, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
@@ -167,18 +167,18 @@ TEST(StateStream, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
   bench.step();
   bench.transport.takes_datagrams = false;
   bench.step(3);
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kSendFailed), 3U);
+  EXPECT_EQ(bench.hub->counters().sent_drops.count(proto::DropReason::kSendFailed), 3U);
   bench.transport.takes_datagrams = true;
   for (int i = 0; i < 4; ++i) {
     bench.now += std::chrono::milliseconds(1);
     bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   }
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 3U)
+  EXPECT_EQ(bench.hub->counters().sent_drops.count(proto::DropReason::kOverwritten), 3U)
       << "of four steps the newest was sent";
   bench.send_state(ada);
   bench.send_state(ada);
-  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kOverwritten), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.count(proto::DropReason::kOverwritten), 1U);
 }
 
 TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
@@ -196,7 +196,7 @@ TEST(StateStream, ANewUserNeverGetsAnUpdateMadeForTheSeatsFormerUser) {
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.send_state(ben);
   bench.hub->poll(VirtualClock(bench.now));
-  EXPECT_TRUE(bench.take_datagrams(ben).empty());
+  EXPECT_TRUE(bench.drain_datagrams(ben).empty());
   bench.step();
   ASSERT_TRUE(bench.newest_update(ben).has_value());
   EXPECT_LT(std::abs(bench.newest_update(ben)->tool.X.p.y()), 0.01) << "the tool starts anew";
@@ -211,7 +211,7 @@ std::size_t updates_in_a_second(double deadband) {
   wire::ClientControl join = test::HubBench::join_message("ada");
   join.mutable_join()->set_deadband(deadband);
   bench.send(ada, join);
-  for (const wire::ServerControl& message : bench.take(ada)) {
+  for (const wire::ServerControl& message : bench.drain(ada)) {
     if (message.has_joined()) ada.joined = message.joined();
   }
   const auto run = [&](int steps) {
@@ -221,9 +221,9 @@ std::size_t updates_in_a_second(double deadband) {
     }
   };
   run(200);
-  bench.take_datagrams(ada);
+  bench.drain_datagrams(ada);
   run(1000);
-  const std::size_t sent = bench.take_datagrams(ada).size();
+  const std::size_t sent = bench.drain_datagrams(ada).size();
   EXPECT_EQ(bench.hub->counters().updates_suppressed > 0, deadband > 0);
   return sent;
 }

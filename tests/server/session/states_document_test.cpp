@@ -20,7 +20,7 @@ struct Subject {
     if (state != "greeting") bench.greet(client);
     if (state == "active") {
       bench.send(client, test::HubBench::join_message("ada"));
-      client.joined = bench.take(client).at(0).joined();
+      client.joined = bench.drain(client).at(0).joined();
     }
     if (state == "closed") bench.hub->on_disconnected(client.handle, bench.now);
   }
@@ -151,7 +151,7 @@ std::map<std::string, Event> events_of_users() {
       {"kick by another user",
        [](Subject& s) {
          const std::uint32_t other = s.bench.join("olga", wire::ROLE_OPERATOR).joined.user();
-         s.bench.take(s.client);
+         s.bench.drain(s.client);
          s.send([other](auto& message) { message.mutable_kick()->set_user(other); });
        }},
       {"kick of an unknown user",
@@ -162,7 +162,7 @@ std::map<std::string, Event> events_of_users() {
       {"kicked",
        [](Subject& s) {
          const auto olga = s.bench.join("olga", wire::ROLE_OPERATOR);
-         s.bench.take(s.client);
+         s.bench.drain(s.client);
          s.bench.send(
              olga, test::message_of([&s](auto& message) { message.mutable_kick()->set_user(s.client.joined.user()); }));
        }},
@@ -236,10 +236,10 @@ TEST(StatesDocument, EveryTransitionOfTheServerHappensAsWritten) {
     Subject subject(row.at("state"), settings);
     if (event != "one connection too many") {
       ASSERT_EQ(subject.state(), row.at("state"));
-      subject.bench.take(subject.client);
+      subject.bench.drain(subject.client);
     }
     events().at(event)(subject);
-    const auto sent = subject.bench.take(subject.client);
+    const auto sent = subject.bench.drain(subject.client);
     EXPECT_EQ(test::described(sent), row.at("sent"));
     EXPECT_EQ(subject.state(), row.at("next"));
     if (row.at("reason").empty()) continue;
@@ -259,10 +259,10 @@ TEST(StatesDocument, TheServerTakesExactlyTheListedMessages) {
       const auto& field = *fields->field(i);
       SCOPED_TRACE(row.at("state") + " / " + field.name());
       Subject subject(row.at("state"));
-      subject.bench.take(subject.client);
+      subject.bench.drain(subject.client);
       subject.send([&field](auto& message) { fill_with(message, field); });
       bool was_protocol_error = false;
-      for (const auto& message : subject.bench.take(subject.client)) {
+      for (const auto& message : subject.bench.drain(subject.client)) {
         was_protocol_error |= message.goodbye().reason() == wire::DISCONNECT_PROTOCOL_ERROR;
       }
       const bool is_allowed = std::find(allowed.begin(), allowed.end(), field.name()) != allowed.end();

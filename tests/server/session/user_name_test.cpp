@@ -43,9 +43,9 @@ TEST(UserName, TwoOfOneNameAreToldApart) {
   test::HubBench bench;
   test::BenchClient ada = bench.join("ada");
   bench.join("ada");
-  const auto told = bench.take(ada);
-  ASSERT_EQ(test::described(told), "user_joined");
-  EXPECT_EQ(told[0].user_joined().name(), "ada (2)");
+  const auto received = bench.drain(ada);
+  ASSERT_EQ(test::described(received), "user_joined");
+  EXPECT_EQ(received[0].user_joined().name(), "ada (2)");
 }
 
 TEST(UserName, TwoOfOneLongNameAreToldApartWithinItsLength) {
@@ -54,9 +54,9 @@ TEST(UserName, TwoOfOneLongNameAreToldApartWithinItsLength) {
   test::HubBench bench;
   test::BenchClient ada = bench.join(longest);
   bench.join(longest);
-  const auto told = bench.take(ada);
-  ASSERT_EQ(test::described(told), "user_joined");
-  EXPECT_EQ(told[0].user_joined().name(), longest.substr(0, 60) + " (2)");
+  const auto received = bench.drain(ada);
+  ASSERT_EQ(test::described(received), "user_joined");
+  EXPECT_EQ(received[0].user_joined().name(), longest.substr(0, 60) + " (2)");
 }
 
 }  // namespace

@@ -105,7 +105,7 @@ class MmcifParser {
         tags.push_back(word.text);
       if (tags.empty() || !begins_with_any_case(tags.front(), "_atom_site.")) continue;
       read_atoms(tags, word, has_word);
-      PdbStructure structure = residues_.take();
+      PdbStructure structure = residues_.finish();
       structure.has_more_models = has_more_models_;
       return structure;
     }

@@ -138,7 +138,7 @@ void PdbParser::add_atom(std::string_view line) {
 PdbStructure PdbParser::parse(std::string_view text) {
   bool has_more_models = false;
   while (!text.empty()) {
-    const std::string_view line = take_line(text);
+    const std::string_view line = pop_line(text);
     ++line_;
     const std::string_view record = columns(line, 1, 6);
     if (record == "ATOM" || record == "HETATM") {
@@ -150,7 +150,7 @@ PdbStructure PdbParser::parse(std::string_view text) {
       break;
     }
   }
-  PdbStructure structure = residues_.take();
+  PdbStructure structure = residues_.finish();
   structure.has_more_models = has_more_models;
   return structure;
 }

@@ -118,7 +118,7 @@ PdbStructure parse_pqr(std::string_view text, const std::string& source) {
   ResidueCollector residues;
   int segment = 0;
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::string_view line = take_line(text);
+    const std::string_view line = pop_line(text);
     if (line.starts_with("TER")) ++segment;
     if (line == "END") break;
     if (!line.starts_with("ATOM") && !line.starts_with("HETATM")) continue;
@@ -129,7 +129,7 @@ PdbStructure parse_pqr(std::string_view text, const std::string& source) {
           "radius within 10 Å, divided by blanks, are needed; correct or delete this line");
     }
   }
-  PdbStructure structure = residues.take();
+  PdbStructure structure = residues.finish();
   join_chain_ends(structure.residues);
   return structure;
 }

@@ -136,14 +136,14 @@ TEST(BallContacts, HideNoAreaOfWhatIsInTheBand) {
 /// A ball whose few points count as fine; the pair's treatment of its points is not tested here.
 ContactShape ball_of(double radius_m, double spacing_m = 4.5e-4) {
   ContactShape shape =
-      hand_made_shape(sphere_field(radius_m), PointShell::of(sphere_points(radius_m, 2000), spacing_m));
+      hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, 2000), spacing_m));
   shape.ball_radius_m = radius_m;
   return shape;
 }
 
 ContactShape box_of(double edge_m, double spacing_m = 4.5e-4) {
   const Vec3 size_m = Vec3::Constant(edge_m);
-  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, edge_m / 20), spacing_m));
+  return hand_made_shape(box_field(size_m), PointShell::make(box_points(size_m, edge_m / 20), spacing_m));
 }
 
 /// Force on A and its friction part [N], with the moment of friction [N·m] about the vertical line through the centre

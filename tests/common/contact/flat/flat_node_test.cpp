@@ -18,7 +18,7 @@ namespace tandem::contact {
 namespace {
 
 TEST(FlatNode, ItsFourPointsHaveItsAreaMeanAndCovariance) {
-  const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
+  const PointShell shell = PointShell::make(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
   std::size_t checked = 0, polygons = 0;
   for (const ShellNode& node : shell.nodes) {
     if (node.flat == ShellNode::kNotFlat) continue;
@@ -56,7 +56,7 @@ TEST(FlatNode, IsAPolygonOnlyIfItIsCoveredEvenly) {
   const auto root_of = [](const std::vector<Vec3>& places) {
     std::vector<ShellPoint> points;
     for (const Vec3& p : places) points.push_back({p.cast<float>(), Eigen::Vector3f::UnitZ(), 1e-7F});
-    const PointShell shell = PointShell::of(std::move(points), 5e-4);
+    const PointShell shell = PointShell::make(std::move(points), 5e-4);
     EXPECT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
     return shell.flat_nodes.at(shell.nodes.at(0).flat);
   };
@@ -105,7 +105,7 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
         if (is_in) points.push_back({p_S.cast<float>(), Eigen::Vector3f::UnitZ(), 1.6e-7F});
       }
     }
-    const PointShell shell = PointShell::of(std::move(points), kSpacing_m);
+    const PointShell shell = PointShell::make(std::move(points), kSpacing_m);
     const ShellNode& root = shell.nodes.at(0);
     ASSERT_NE(root.flat, ShellNode::kNotFlat);
     const FlatNode& flat = shell.flat_nodes.at(root.flat);
@@ -158,7 +158,7 @@ TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
 }
 
 TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
-  const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
+  const PointShell shell = PointShell::make(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
   // Area of the points on polygons.
   double area_m2 = 0;
   for (std::size_t i = 0; i < shell.nodes.size();) {

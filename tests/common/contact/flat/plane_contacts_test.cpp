@@ -100,9 +100,9 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
     if (i % 2 == 0) box.axes = Eigen::Matrix3d::Identity();
     box.half_m = Vec3(2e-3, 2e-3, 3e-4).cwiseProduct(vector().cwiseAbs());
     box.centre = reach_m * vector();
-    std::size_t looks = 0;
-    const PlaneSet planes = field.planes_over(box, looks);
-    ASSERT_GT(looks, 0U);
+    std::size_t queries = 0;
+    const PlaneSet planes = field.planes_over(box, queries);
+    ASSERT_GT(queries, 0U);
     if (planes == 0) continue;
     ++found;
     found_of_several += std::popcount(planes) > 1 ? 1 : 0;
@@ -169,8 +169,8 @@ TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
     box.half_m = Vec3(1e-6, 5e-3, kHalf_m);
     box.centre = Quat(Eigen::AngleAxisd(side, Vec3::UnitZ())) *
                  Vec3(across_m + 3e-3 * uniform(random), 5e-3 * uniform(random), kHalf_m * (1 + uniform(random)));
-    std::size_t looks = 0;
-    const PlaneSet planes = shape->field->planes_over(box, looks);
+    std::size_t queries = 0;
+    const PlaneSet planes = shape->field->planes_over(box, queries);
     if (planes == 0) continue;
     ++found;
     for (int k = 0; k < 30; ++k) {
@@ -325,7 +325,7 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
                         Eigen::Vector3f::UnitZ(), 1e-9F});
     }
   }
-  const PointShell shell = PointShell::of(std::move(points), 5e-4);
+  const PointShell shell = PointShell::make(std::move(points), 5e-4);
   ASSERT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
   const auto field = box_field(Vec3(0.004, 0.1, 0.02));
   std::vector<ContactPoint> contacts;
@@ -361,7 +361,7 @@ TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
       points.push_back({Eigen::Vector3f(x_m, 2e-4F * static_cast<float>(i), 0), Eigen::Vector3f::UnitZ(), 1e-9F});
     }
   }
-  const PointShell shell = PointShell::of(std::move(points), 5e-4);
+  const PointShell shell = PointShell::make(std::move(points), 5e-4);
   ASSERT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
   const auto field = box_field(Vec3(1, 1, 0.02));
   std::vector<ContactPoint> contacts;

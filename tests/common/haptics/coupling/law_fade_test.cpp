@@ -46,7 +46,7 @@ TEST(LawFade, GoesFromTheForceOfOneLawToThatOfTheOtherInEqualSteps) {
     LawFade fade(*from, soft);
     const Wrench before = from->make(soft)->wrench_on_tool_W(stretched());
     const Wrench after = to->make(stiff)->wrench_on_tool_W(stretched());
-    fade.go_to(*to, stiff);
+    fade.fade_to(*to, stiff);
     EXPECT_EQ(fade.law().wrench_on_tool_W(stretched()).f, before.f) << from->name << " to " << to->name;
     for (int i = 1; i < kFadeTicks; ++i) {
       fade.advance(kTick_s);
@@ -71,7 +71,7 @@ TEST(LawFade, IsNeverSteeperThanTheSteeperOfBothLaws) {
              .curve_sharpness = 10};
   for (const bool is_back : {false, true}) {
     LawFade fade(law(is_back ? "stable-dynamic" : "spring-damper"), is_back ? curved : flat);
-    fade.go_to(law(is_back ? "spring-damper" : "stable-dynamic"), is_back ? flat : curved);
+    fade.fade_to(law(is_back ? "spring-damper" : "stable-dynamic"), is_back ? flat : curved);
     for (int i = 0; i < kFadeTicks + 2; ++i) {
       for (double d_m = 0; d_m < 0.04; d_m += 0.0005) {
         CouplingState state;
@@ -85,7 +85,7 @@ TEST(LawFade, IsNeverSteeperThanTheSteeperOfBothLaws) {
 
 TEST(LawFade, HasTheGradientOfItsForce) {
   LawFade fade(law("stable-dynamic"), {});
-  fade.go_to(law("spring-damper"), {});
+  fade.fade_to(law("spring-damper"), {});
   run(fade, 100);
   constexpr double kSmall_m = 1e-7;
   CouplingState state, beside;
@@ -98,10 +98,10 @@ TEST(LawFade, HasTheGradientOfItsForce) {
 
 TEST(LawFade, LetsTheNextChangeWaitForTheEndOfTheOneUnderWay) {
   LawFade fade(law("spring-damper"), {});
-  fade.go_to(law("qsa-dynamic"), {});
+  fade.fade_to(law("qsa-dynamic"), {});
   run(fade, 100);
-  fade.go_to(law("stable-dynamic"), {.stiffness_n_per_m = 500});
-  fade.go_to(law("spring-damper"), {.stiffness_n_per_m = 400});
+  fade.fade_to(law("stable-dynamic"), {.stiffness_n_per_m = 500});
+  fade.fade_to(law("spring-damper"), {.stiffness_n_per_m = 400});
   double last_n = fade.law().wrench_on_tool_W(stretched()).f.norm();
   for (int i = 0; i < 2 * kFadeTicks; ++i) {
     fade.advance(kTick_s);
@@ -116,9 +116,9 @@ TEST(LawFade, LetsTheNextChangeWaitForTheEndOfTheOneUnderWay) {
 
 TEST(LawFade, RampsCoefficientsThatChangeWhileALawFades) {
   LawFade fade(law("spring-damper"), {});
-  fade.go_to(law("qsa-dynamic"), {});
+  fade.fade_to(law("qsa-dynamic"), {});
   run(fade, 200);
-  fade.go_to(law("qsa-dynamic"), {.stiffness_n_per_m = 600});
+  fade.fade_to(law("qsa-dynamic"), {.stiffness_n_per_m = 600});
   double last_n = fade.law().wrench_on_tool_W(stretched()).f.norm(), largest_n = 0;
   for (int i = 0; i < kFadeTicks; ++i) {
     fade.advance(kTick_s);
@@ -135,7 +135,7 @@ TEST(LawFade, LeavesALawWhoseToolIsAnother) {
   for (const auto& [from, to] : {std::pair{"spring-damper", "qsa-static"}, std::pair{"qsa-static", "spring-damper"},
                                  std::pair{"spring-damper", "direct"}, std::pair{"direct", "qsa-static"}}) {
     LawFade fade(law(from), {});
-    fade.go_to(law(to), other);
+    fade.fade_to(law(to), other);
     run(fade, kFadeTicks + 2);
     EXPECT_EQ(fade.law().name(), from);
     EXPECT_EQ(fade.parameters(), CouplingParameters{}) << from << " to " << to;
@@ -145,7 +145,7 @@ TEST(LawFade, LeavesALawWhoseToolIsAnother) {
 TEST(LawFade, AllocatesNothing) {
   LawFade fade(law("spring-damper"), {});
   const std::uint64_t before = test::allocation_count();
-  fade.go_to(law("stable-dynamic-literal"), {.stiffness_n_per_m = 500});
+  fade.fade_to(law("stable-dynamic-literal"), {.stiffness_n_per_m = 500});
   for (int i = 0; i < 400; ++i) {
     fade.advance(kTick_s);
     fade.law().wrench_on_tool_W(stretched());

@@ -33,7 +33,7 @@ double seconds(LocalTime time) {
   return to_seconds(time.time_since_epoch());
 }
 
-ForceStreamSettings of(std::string_view name) {
+ForceStreamSettings settings_of(std::string_view name) {
   return force_stream_settings(name);
 }
 
@@ -61,7 +61,7 @@ double mean_error(ForceStream& stream, double end_s, const std::function<double(
 }
 
 TEST(ForceStream, HoldIsTheNewestSampleHoweverOld) {
-  ForceStream stream(of("hold"));
+  ForceStream stream(settings_of("hold"));
   stream.push(at_ms(0), all_axes(1));
   stream.push(at_ms(5), all_axes(3));
   for (const double ms : {5.0, 9.0, 80.0, 1e6}) {
@@ -71,7 +71,7 @@ TEST(ForceStream, HoldIsTheNewestSampleHoweverOld) {
 }
 
 TEST(ForceStream, LinearIsTheLineThroughTheLastTwoByTheMeasuredAge) {
-  ForceStream stream(of("linear"));
+  ForceStream stream(settings_of("linear"));
   for (int k = 0; k <= 20; ++k) stream.push(at_ms(5 * k), all_axes(0.1 * k));
   // A slope of 0.02 N/ms; the observed range of 2 N allows up to 4 N.
   EXPECT_NEAR(stream.at(at_ms(103)).f.x(), 2.06, 1e-12);
@@ -81,10 +81,10 @@ TEST(ForceStream, LinearIsTheLineThroughTheLastTwoByTheMeasuredAge) {
 
 TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
   const auto sine = [](double t) { return 3 * std::sin(2 * std::numbers::pi * 12 * t); };
-  ForceStream linear(of("linear"));
+  ForceStream linear(settings_of("linear"));
   const double by_line = mean_error(linear, 3, sine);
   for (const char* name : {"ar", "ar-spline"}) {
-    ForceStream stream(of(name));
+    ForceStream stream(settings_of(name));
     // Linear interpolation within a period errs by up to f'' T²/8, 0.4 % of the line's prediction error f'' T²
     // u(1+u)/2.
     const double bound = std::string_view(name) == "ar" ? 0.4 : 0.15;
@@ -95,7 +95,7 @@ TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
 TEST(ForceStream, OnASmoothRampIsTheLine) {
   const auto ramp = [](double t) { return 2 * t; };
   for (const char* name : {"ar", "ar-spline"}) {
-    ForceStream stream(of(name)), line(of("linear"));
+    ForceStream stream(settings_of(name)), line(settings_of("linear"));
     feed(stream, 2, ramp);
     feed(line, 2, ramp);
     for (const double age_ms : {0.0, 1.0, 4.0, 20.0}) {
@@ -114,7 +114,7 @@ TEST(ForceStream, OnNoiseIsNoWorseThanHold) {
       Random random(seed);
       for (int i = 0; i <= 20'000; ++i) noise.push_back(1 + 0.3 * random.normal());
       const auto force = [&](double t) { return noise[static_cast<std::size_t>(std::lround(t * 1000))]; };
-      ForceStream stream(of(name)), hold(of("hold")), linear(of("linear"));
+      ForceStream stream(settings_of(name)), hold(settings_of("hold")), linear(settings_of("linear"));
       const double held = mean_error(hold, 20, force);
       EXPECT_LT(mean_error(stream, 20, force), held) << name << ", seed " << seed;
       EXPECT_GT(mean_error(linear, 20, force), 1.2 * held) << seed;
@@ -141,13 +141,13 @@ TEST(ForceStream, TheLiteralSplineIsOnePeriodLateAndTheOtherIsNot) {
     }
     return best;
   };
-  ForceStream literal(of("literal")), spline(of("ar-spline"));
+  ForceStream literal(settings_of("literal")), spline(settings_of("ar-spline"));
   EXPECT_NEAR(lag_ms(literal), 5, 0.5);
   EXPECT_NEAR(lag_ms(spline), 0, 0.1);
 }
 
 TEST(ForceStream, TheSplineGoesThroughItsSamples) {
-  ForceStream stream(of("ar-spline"));
+  ForceStream stream(settings_of("ar-spline"));
   Random random(4);
   for (int k = 0; k < 500; ++k) {
     const double value = random.normal();
@@ -178,7 +178,7 @@ double largest_bend_change(ForceStream& stream, Duration step) {
 }
 
 TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
-  ForceStreamSettings blended = of("ar-spline");
+  ForceStreamSettings blended = settings_of("ar-spline");
   blended.blend = milliseconds(4);
   ForceStream coarse(blended), fine(blended);
   // The second derivative of a C² curve changes less with smaller steps. A jump in any of the three derivatives would
@@ -186,13 +186,13 @@ TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
   const double at_coarse = largest_bend_change(coarse, microseconds(50));
   const double at_fine = largest_bend_change(fine, microseconds(5));
   EXPECT_LT(at_fine, 0.2 * at_coarse);
-  ForceStream corrected(of("ar-spline"));
+  ForceStream corrected(settings_of("ar-spline"));
   EXPECT_GT(largest_bend_change(corrected, microseconds(5)), 100 * at_coarse) << "samples that surprise are jumps";
 }
 
 TEST(ForceStream, IrregularArrivalsAreASeriesOfEvenRate) {
   const auto smooth = [](double t) { return 2 * std::sin(2 * std::numbers::pi * 3 * t); };
-  ForceStream stream(of("ar-spline")), hold(of("hold"));
+  ForceStream stream(settings_of("ar-spline")), hold(settings_of("hold"));
   Random random(6);
   LocalTime sampled{};
   LocalTime next = sampled;
@@ -217,7 +217,7 @@ TEST(ForceStream, IrregularArrivalsAreASeriesOfEvenRate) {
 }
 
 TEST(ForceStream, AContactChangeForgetsTheModelButNotTheLine) {
-  ForceStream stream(of("ar"));
+  ForceStream stream(settings_of("ar"));
   const auto sine = [](double t) { return std::sin(60 * t); };
   feed(stream, 1.5, sine);
   ASSERT_EQ(stream.figures().resets, 0U);
@@ -232,7 +232,7 @@ TEST(ForceStream, AContactChangeForgetsTheModelButNotTheLine) {
 }
 
 TEST(ForceStream, AnOnsetThatNobodyFlaggedIsFoundInTheSeries) {
-  ForceStream stream(of("ar"));
+  ForceStream stream(settings_of("ar"));
   feed(stream, 1, [](double t) { return 0.01 * std::sin(50 * t); });
   const std::uint64_t before = stream.figures().resets;
   stream.push(at_ms(1005), all_axes(3));
@@ -240,7 +240,7 @@ TEST(ForceStream, AnOnsetThatNobodyFlaggedIsFoundInTheSeries) {
 }
 
 TEST(ForceStream, AFlaggedChangeThatWasForeseenChangesNothing) {
-  ForceStream stream(of("ar"));
+  ForceStream stream(settings_of("ar"));
   const auto sine = [](double t) { return std::sin(30 * t); };
   feed(stream, 1, sine);
   const std::uint64_t before = stream.figures().resets;
@@ -250,7 +250,7 @@ TEST(ForceStream, AFlaggedChangeThatWasForeseenChangesNothing) {
 
 TEST(ForceStream, TheOutputStaysNearWhatWasSeen) {
   for (const std::string_view name : force_stream_names()) {
-    ForceStream stream(of(name));
+    ForceStream stream(settings_of(name));
     // Increasingly steep, then silent: the worst case for an extrapolation.
     feed(stream, 1, [](double t) { return std::expm1(3 * t); });
     const double top = std::expm1(3.0);
@@ -265,7 +265,7 @@ TEST(ForceStream, TheOutputStaysNearWhatWasSeen) {
 TEST(ForceStream, NoInputMakesTheOutputInfinite) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (const std::string_view name : force_stream_names()) {
-    ForceStream stream(of(name));
+    ForceStream stream(settings_of(name));
     EXPECT_EQ(stream.at(at_ms(3)).f, Vec3::Zero());
     Random random(13);
     LocalTime now{};
@@ -277,8 +277,8 @@ TEST(ForceStream, NoInputMakesTheOutputInfinite) {
       stream.push(now, {Vec3(value, 1, value), Vec3(0, value, 1)}, random.uniform() < 0.1);
       bad += !std::isfinite(value) || std::abs(value) > 1e6 ? 1 : 0;
       if (random.uniform() < 0.5) stream.fit();
-      const LocalTime asked = now + Duration(static_cast<Duration::rep>(random.uniform(-1e9, 1e9)));
-      const Wrench shown = stream.at(asked);
+      const LocalTime queried = now + Duration(static_cast<Duration::rep>(random.uniform(-1e9, 1e9)));
+      const Wrench shown = stream.at(queried);
       ASSERT_TRUE(is_finite(shown)) << name << ", " << k;
       ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), 3e6 + 1) << name;
       if (k % 5000 == 4999) stream.reset();
@@ -290,7 +290,7 @@ TEST(ForceStream, NoInputMakesTheOutputInfinite) {
 
 TEST(ForceStream, ForgetsEverythingAtAReset) {
   for (const std::string_view name : force_stream_names()) {
-    ForceStream stream(of(name)), fresh(of(name));
+    ForceStream stream(settings_of(name)), fresh(settings_of(name));
     feed(stream, 1, [](double t) { return std::sin(40 * t); });
     stream.reset();
     EXPECT_EQ(stream.at(at_ms(1010)).f, Vec3::Zero()) << name;
@@ -307,7 +307,7 @@ TEST(ForceStream, ForgetsEverythingAtAReset) {
 
 TEST(ForceStream, PushAndAtAllocateNothing) {
   for (const std::string_view name : force_stream_names()) {
-    ForceStream stream(of(name));
+    ForceStream stream(settings_of(name));
     std::uint64_t allocated = 0;
     for (int k = 0; k < 2000; ++k) {
       const Wrench wrench = all_axes(std::sin(0.1 * k) + (k % 400 == 399 ? 3 : 0));
@@ -324,17 +324,17 @@ TEST(ForceStream, PushAndAtAllocateNothing) {
 
 TEST(ForceStream, AFitIsAskedForOnlyByThoseThatUseIt) {
   for (const std::string_view name : force_stream_names()) {
-    ForceStream stream(of(name));
-    bool has_asked = false;
+    ForceStream stream(settings_of(name));
+    bool has_requested = false;
     for (int k = 0; k < 400; ++k) {
       stream.push(at_ms(5 * k), all_axes(std::sin(0.1 * k)));
-      has_asked |= stream.fit_pending();
+      has_requested |= stream.fit_pending();
       if (stream.fit_pending()) {
         EXPECT_TRUE(stream.fit());
       }
       EXPECT_FALSE(stream.fit());
     }
-    EXPECT_EQ(has_asked, name != "hold" && name != "linear") << name;
+    EXPECT_EQ(has_requested, name != "hold" && name != "linear") << name;
   }
 }
 
@@ -377,7 +377,7 @@ Duration random_gap(Random& random) {
 TEST(ForceStream, NoGapCostsMoreThanAWindowOrLeavesTheRange) {
   Random random(test::test_seed(59));
   for (const std::string_view name : force_stream_names()) {
-    ForceStream stream(of(name));
+    ForceStream stream(settings_of(name));
     LocalTime sampled{};
     for (int k = 0; k < 5000; ++k) {
       // A regular stream half of the time, so that there are models and running errors that a gap could corrupt.

@@ -96,7 +96,7 @@ geometry::TriangleMesh square() {
   return {{{-0.1, -0.1, 0}, {0.1, -0.1, 0}, {0.1, 0.1, 0}, {-0.1, 0.1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
 }
 
-TouchFigures judged_sheets(const std::vector<Vec3>& way, double per_step_m) {
+TouchFigures evaluated_sheets(const std::vector<Vec3>& way, double per_step_m) {
   const ExactSurface sheet(square(), 5e-4);
   TouchTrace trace;
   for (std::size_t i = 1; i < way.size(); ++i) {
@@ -110,7 +110,8 @@ TouchFigures judged_sheets(const std::vector<Vec3>& way, double per_step_m) {
 
 TEST(PopThrough, OfASheetThroughASheetIsCountedOnceHoweverFast) {
   for (const double per_step_m : {1e-4, 1e-3, 4e-2}) {
-    EXPECT_EQ(judged_sheets({{0, 0, 0.02}, {0, 0, -0.02}, {0, 0, -0.06}}, per_step_m).pop_throughs, 1U) << per_step_m;
+    EXPECT_EQ(evaluated_sheets({{0, 0, 0.02}, {0, 0, -0.02}, {0, 0, -0.06}}, per_step_m).pop_throughs, 1U)
+        << per_step_m;
   }
 }
 
@@ -134,13 +135,13 @@ TEST(PopThrough, OfWhatIsBesideASolidCountsToo) {
 
 TEST(PopThrough, IsNotThatASheetIsBelowTheOtherHavingGoneAroundItsRim) {
   const TouchFigures figures =
-      judged_sheets({{0, 0, 0.02}, {0.3, 0, 0.02}, {0.3, 0, -0.02}, {0, 0, -0.02}, {0, 0, -0.0012}}, 1e-3);
+      evaluated_sheets({{0, 0, 0.02}, {0.3, 0, 0.02}, {0.3, 0, -0.02}, {0, 0, -0.02}, {0, 0, -0.0012}}, 1e-3);
   EXPECT_EQ(figures.pop_throughs, 0U);
   EXPECT_EQ(figures.max_penetration_m, 0);
 }
 
 TEST(PopThrough, OfSheetsThatTouchPenetrationIsThatOfTheirPlates) {
-  const TouchFigures figures = judged_sheets({{0, 0, 0.02}, {0, 0, 0.0007}}, 1e-5);
+  const TouchFigures figures = evaluated_sheets({{0, 0, 0.02}, {0, 0, 0.0007}}, 1e-5);
   EXPECT_EQ(figures.pop_throughs, 0U);
   EXPECT_NEAR(figures.max_penetration_m, 3e-4, 2e-5);
 }

@@ -55,15 +55,17 @@ TEST(TrajFile, TimesMayBeMilliseconds) {
 }
 
 TEST(TrajFile, ComplaintsNameFileLineAndRemedy) {
-  const auto of = [](const std::string& text) { return complaint([&] { parse_traj(text, "duck.traj"); }); };
-  EXPECT_THAT(of("0 0 0 0 1 1 1\n1 0 0 0 1 1\n"), AllOf(HasSubstr("duck.traj: line 2"), HasSubstr("6 numbers")));
-  EXPECT_THAT(of("0 0 0 0 1 1 1\n1 0 0 0 1 1 1x\n"), AllOf(HasSubstr("line 2, column 7"), HasSubstr("\"1x\"")));
-  EXPECT_THAT(of("0 0 0 0 1 1 -\n"), HasSubstr("finite number"));
-  EXPECT_THAT(of("0 0 0 0 1 1 1e999\n"), HasSubstr("finite number"));
-  EXPECT_THAT(of("1 0 0 0 1 1 1\n1 0 0 0 1 1 1\n"), AllOf(HasSubstr("line 2"), HasSubstr("later")));
-  EXPECT_THAT(of(""), HasSubstr("0 samples"));
-  EXPECT_THAT(of("0 0 0 0 1 1 1\n1e9 0 0 0 1 1 1\n"), HasSubstr("--time-unit"));
-  EXPECT_THAT(of("0 0 0 0 1 1 1\n1e-9 0 0 0 1 1 1\n"), HasSubstr("--time-unit"));
+  const auto complaint_of = [](const std::string& text) { return complaint([&] { parse_traj(text, "duck.traj"); }); };
+  EXPECT_THAT(complaint_of("0 0 0 0 1 1 1\n1 0 0 0 1 1\n"),
+              AllOf(HasSubstr("duck.traj: line 2"), HasSubstr("6 numbers")));
+  EXPECT_THAT(complaint_of("0 0 0 0 1 1 1\n1 0 0 0 1 1 1x\n"),
+              AllOf(HasSubstr("line 2, column 7"), HasSubstr("\"1x\"")));
+  EXPECT_THAT(complaint_of("0 0 0 0 1 1 -\n"), HasSubstr("finite number"));
+  EXPECT_THAT(complaint_of("0 0 0 0 1 1 1e999\n"), HasSubstr("finite number"));
+  EXPECT_THAT(complaint_of("1 0 0 0 1 1 1\n1 0 0 0 1 1 1\n"), AllOf(HasSubstr("line 2"), HasSubstr("later")));
+  EXPECT_THAT(complaint_of(""), HasSubstr("0 samples"));
+  EXPECT_THAT(complaint_of("0 0 0 0 1 1 1\n1e9 0 0 0 1 1 1\n"), HasSubstr("--time-unit"));
+  EXPECT_THAT(complaint_of("0 0 0 0 1 1 1\n1e-9 0 0 0 1 1 1\n"), HasSubstr("--time-unit"));
   EXPECT_THAT(complaint([] { load_series("/nowhere/duck.traj"); }), HasSubstr("/nowhere/duck.traj"));
 }
 

@@ -87,8 +87,8 @@ TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
   CalibrationSettings bare;
   bare.gain_margin = 1;
   bare.delay_margin_periods = 0;
-  const CouplingTrial without(devices::find_device_profile("touch"), false, bare);
-  EXPECT_LT(without.spectral_radius({1000, 2}, 0.1), trial.spectral_radius({1000, 2}, 0.1));
+  const CouplingTrial bare_trial(devices::find_device_profile("touch"), false, bare);
+  EXPECT_LT(bare_trial.spectral_radius({1000, 2}, 0.1), trial.spectral_radius({1000, 2}, 0.1));
 }
 
 TEST(CouplingTrial, RoughnessGrowsWithStiffnessAndWithTheEncoderStep) {

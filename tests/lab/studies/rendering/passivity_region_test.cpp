@@ -114,9 +114,9 @@ ControlledWork least_of_controlled_drivers(Encoder encoder) {
                  const HandRigSettings seen = seen_through(encoder, settings);
                  for (const DriverWay way : kDriverWays) {
                    const DrivenWork work = least_driven_work(seen, way, tick_limits(way), run, kLength_s);
-                   const std::string who = described(seen, device.name, run) + ", " + name_of(way);
-                   least.real.add(work.from_rest_j, who);
-                   least.reported.add(work.reported_j, who);
+                   const std::string run_name = described(seen, device.name, run) + ", " + name_of(way);
+                   least.real.add(work.from_rest_j, run_name);
+                   least.reported.add(work.reported_j, run_name);
                  }
                });
   }

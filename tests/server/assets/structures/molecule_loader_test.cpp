@@ -300,10 +300,10 @@ TEST(Disulfides, AreNotLookedForAmongMoreCysteinesThanAnyStructureHas) {
 TEST_F(OplsLoader, CountsGuessesByTheirResiduesAndSaysTheFirst) {
   const docking::Molecule molecule = load(test::residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 1) +
                                           test::residue_text("ALA", "N CA C O X1", 2));
-  const auto said = std::find_if(molecule.notes.begin(), molecule.notes.end(), [](const std::string& note) {
+  const auto guess_note = std::find_if(molecule.notes.begin(), molecule.notes.end(), [](const std::string& note) {
     return note.starts_with("7 atoms without an exact entry in oplsaa guessed (ALA 1, HIS 6), the first: atom N of ");
   });
-  EXPECT_NE(said, molecule.notes.end()) << testing::PrintToString(molecule.notes);
+  EXPECT_NE(guess_note, molecule.notes.end()) << testing::PrintToString(molecule.notes);
 }
 
 TEST_F(OplsLoader, NotesAreFewShortAndPrintableWhateverTheFileNamesItsResidues) {

@@ -97,9 +97,9 @@ TEST(MmcifReader, SaysWhatIsWrongAndWhere) {
   EXPECT_NE(cif_message(bad).find("x.cif:25: coordinate 'nan'"), std::string::npos) << cif_message(bad);
   const std::string cut = kCif.substr(0, kCif.find("ZN  C X"));
   EXPECT_NE(cif_message(cut).find("cut off"), std::string::npos);
-  std::string without = kCif;
-  without.replace(without.find("Cartn_z"), 7, "Cartn_q");
-  EXPECT_NE(cif_message(without).find("lacks"), std::string::npos);
+  std::string damaged = kCif;
+  damaged.replace(damaged.find("Cartn_z"), 7, "Cartn_q");
+  EXPECT_NE(cif_message(damaged).find("lacks"), std::string::npos);
 }
 
 TEST(MmcifReader, SurvivesDamagedFiles) {

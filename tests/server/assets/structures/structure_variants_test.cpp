@@ -94,7 +94,7 @@ void swap_hydrogens_for_deuterium(Lines& lines, Random& random) {
   }
 }
 
-void put_digits_first(Lines& lines, Random&) {
+void write_digits_first(Lines& lines, Random&) {
   for (std::string& line : lines) {
     if (!is_hydrogen(line)) continue;
     std::string name = column(line, 13, 16);
@@ -210,7 +210,7 @@ void end_chains_everywhere(Lines& lines, Random&) {
 }
 
 /// Names the hydrogen on N and the oxygens of a chain's end as CHARMM does.
-void take_charmm_names(Lines& lines, Random&) {
+void use_charmm_names(Lines& lines, Random&) {
   for (std::string& line : lines) {
     if (!is_atom(line)) continue;
     const std::string name = column(line, 13, 16);
@@ -314,8 +314,8 @@ constexpr int kStages = 6;
 constexpr std::array kVariants = std::to_array<Variant>({
     {"hydrogens numbered by a viewer", number_hydrogens, 0},
     {"deuterium", swap_hydrogens_for_deuterium, 0},
-    {"digits first", put_digits_first, 0},
-    {"names of CHARMM", take_charmm_names, 0},
+    {"digits first", write_digits_first, 0},
+    {"names of CHARMM", use_charmm_names, 0},
     {"a residue missing", remove_a_residue, 1, Keeps::kIsNamed},
     {"atoms missing", remove_some_atoms, 1, Keeps::kIsNamed},
     {"hydrogens away from their atoms", move_hydrogens_away, 1, Keeps::kIsNamed},
