@@ -102,8 +102,8 @@ def draw_motion(d):
     steps.append(at(step, bound))
     d.path(motion, INK, 2.0)
     d.path(steps, BLUE, 2.0)
-    d.text(*at(3, 350), "asked_again_at_m = gone_m + distance at the query", 12, BLUE)
-    d.text(*at(13, 120), "gone_m + band: accumulated motion of the part, plus the band", 12)
+    d.text(*at(3, 350), "query_again_at_m = moved_m + distance at the query", 12, BLUE)
+    d.text(*at(13, 120), "moved_m + band: accumulated motion of the part, plus the band", 12)
     d.text(left + 8, bottom - 10, "green: a query", 12, GREEN)
 
 
