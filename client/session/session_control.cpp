@@ -101,7 +101,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       receive_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kRoomReset:
-      news = "the operator has put everything back";
+      news = "the operator has reset the room";
       log(news);
       return true;
     case wire::ServerControl::kSoftShape:
@@ -407,7 +407,7 @@ void ClientSession::change_room(const std::string& room, LocalTime now) {
   if (impl_->status.state != SessionState::kActive || room == impl_->room) return;
   const Credentials& credentials = impl_->credentials;
   if (credentials.are_requested() && (credentials.are_for_one_room() || !credentials.can_return())) {
-    impl_->news = "the invitation was into one room; ask for one into room " + printable(room);
+    impl_->news = "the invitation was for one room; ask for one for room " + printable(room);
     return;
   }
   impl_->room_left = impl_->room;
