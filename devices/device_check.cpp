@@ -65,7 +65,7 @@ std::optional<haptics::StabilityFinding> find_active_law(const haptics::Coupling
         "contact is closed through the network's delay, as stiff as it is, and no check of the device's loop covers "
         "that: expect kicks and ringing";
   } else {
-    finding.text += "by its own nature it can give the hand energy, whatever its coefficients";
+    finding.text += "it can give the hand energy with any coefficients";
   }
   finding.text += "; \"" + std::string(haptics::kDefaultCouplingLaw) + "\" is passive";
   return finding;

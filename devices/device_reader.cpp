@@ -43,13 +43,13 @@ std::string_view DeviceReader::find_fault(LocalTime now, const DeviceSample& sam
     return "its pose or velocity is not a number; plug it in again";
   }
   if (now - sample.taken > kMaxAge || sample.taken - now > kMaxAge) {
-    return "the time stamp of its samples stands still or is wrong; check its cable, or plug it in again";
+    return "the time stamp of its samples does not advance or is wrong; check its cable, or plug it in again";
   }
   if (!is_within(std::abs(sample.X_DH.q.norm() - 1), kMaxNormError)) {
     return "its orientation is no rotation; plug it in again";
   }
   if (!is_within(sample.X_DH.p.stableNorm(), device_.spec().reach_m)) {
-    return "its position is outside of what the device can reach; home it again, or check workspace_m of its profile";
+    return "its position is outside of the device's workspace; home it again, or check workspace_m of its profile";
   }
   const bool is_absurd = !is_within(sample.V_DH.v.stableNorm(), kSpeedMargin * device_.spec().speed_limit_m_per_s) ||
                          !is_within(sample.V_DH.w.stableNorm(), kMaxReadTurn_rad_per_s);

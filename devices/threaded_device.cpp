@@ -93,7 +93,7 @@ void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
     sample = driver_->step(now, is_obsolete ? Wrench{} : wrench_on_hand_D);
   } catch (const std::exception&) {
     sample.state = DeviceState::kLost;
-    sample.reason = "its driver failed for want of memory or by a fault of its own; start again";
+    sample.reason = "its driver failed for lack of memory or by an internal error; start again";
   }
   if (!driver_->may_be_on()) note_may_be_on(SteadyClock().now(), false);
   samples_.publish(sample);

@@ -11,7 +11,7 @@ namespace tandem::devices {
 
 /// Reason for a device that was connected and is lost.
 inline constexpr std::string_view kSdkLost =
-    "its maker's SDK cannot reach it any more; look at its cable and its power supply";
+    "its maker's SDK cannot reach it any more; check its cable and its power supply";
 
 /// A shared library that is never unloaded, because such libraries start threads that do not end with them.
 class VendorLibrary {

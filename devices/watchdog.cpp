@@ -105,8 +105,8 @@ Watchdog::Watchdog(int realtime_priority, std::filesystem::path program)
     : program_(std::move(program)), priority_(std::to_string(realtime_priority)) {
   if (access(program_.c_str(), X_OK) != 0) {
     throw std::runtime_error("the watchdog " + program_.string() +
-                             " is missing, which takes the force away when this one is stopped or killed; install it "
-                             "beside this one, or say where it is by TANDEM_WATCHDOG");
+                             " is missing; it removes the force when this program is stopped or killed. Install it "
+                             "beside this program, or give its path by TANDEM_WATCHDOG");
   }
   memory_ = memfd_create("tandem-watchdog", MFD_CLOEXEC);
   void* shared = MAP_FAILED;

@@ -77,8 +77,8 @@ void add_shapes(Table& table) {
               length("Cylinder.length_m"),
               length("Capsule.radius_m"),
               length("Capsule.length_m"),
-              {"Mesh.scale", "", 1 / kMaxMeshScale, kMaxMeshScale, {}, 1, "1, or what largest_size_m asks for"},
-              {"Mesh.largest_size_m", "m", kMin, kMaxLength_m, {}, 1, "as scale says"},
+              {"Mesh.scale", "", 1 / kMaxMeshScale, kMaxMeshScale, {}, 1, "1, or the scale for largest_size_m"},
+              {"Mesh.largest_size_m", "m", kMin, kMaxLength_m, {}, 1, "as given by scale"},
               {"Mesh.sheet_thickness_m", "m", 2e-4, 0.1, {1e-3}}});
 }
 

@@ -318,7 +318,7 @@ void ClientRun::start_loop() {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
   for (const std::string& line : realtime_not_granted_) log(line);
-  if (loop_->keeps_awake()) log("keeping a processor awake for the haptic thread; --keep-awake off spares it");
+  if (loop_->keeps_awake()) log("keeping a processor awake for the haptic thread; --keep-awake off turns this off");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
   // With a window its mouse moves the hand, not the commands.
@@ -415,7 +415,7 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   const SessionStatus& status = io.status;
   if (io.joined != nullptr && io.joined != watched_in_) watch_body(io.joined);
   if (report_.is_silent()) {
-    report_.explain_silence(status.why.empty() ? "no state came, though the connection stands" : status.why);
+    report_.explain_silence(status.why.empty() ? "no state was received, although the connection is open" : status.why);
   }
   if (status.why != last_why_ && !status.why.empty()) log(status.why);
   last_why_ = status.why;

@@ -23,15 +23,15 @@ std::string listed_devices() {
 void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::string& profile) {
   device.name = "auto";
   app.add_option("--device", device.name,
-                 "what the hand holds: " + listed_devices() +
+                 "device of the hand: " + listed_devices() +
                      "; auto: the first real one that is plugged in; when there is none, mouse in the window and with "
                      "--commands, sim with --headless or --hand")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--profile", profile,
-                 "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of "
-                 "the one that "
-                 "the simulated hand holds; a profile of devices/PROFILES.md or FILE.json; default: the device's own")
+  app.add_option(
+         "--profile", profile,
+         "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of the one "
+         "that the simulated hand holds; a profile of devices/PROFILES.md or FILE.json; default: the device's own")
       ->type_name("NAME|FILE.json");
   app.add_option("--hand", device.hand,
                  "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))
@@ -44,17 +44,18 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
              }
            });
   app.add_option("--motors", device.motors,
-                 "of a simulated hand: a file or pipe that is told each force, three doubles [N], as motors are; a "
-                 "watchdog says zero there when this program is stopped or killed")
+                 "of a simulated hand: a file or pipe to which each force is written as three doubles [N], as to "
+                 "motors; a watchdog writes zero there when this program is stopped or killed")
       ->type_name("FILE");
-  app.add_option("--control", device.control, "what the cap of a spacemouse sets: rate or pose of the handle")
+  app.add_option("--control", device.control, "quantity of the handle that the cap of a spacemouse sets: rate or pose")
       ->capture_default_str()
       ->check(CLI::IsMember({"rate", "pose"}).description(""))
       ->type_name("rate|pose");
-  app.add_option("--firmware", device.firmware, "of a falcon: the file of its maker's, loaded when it has none yet")
+  app.add_option("--firmware", device.firmware,
+                 "of a falcon: its maker's firmware file, loaded if the device has none yet")
       ->type_name("FILE");
   add_number(app, "--motor-counts", device.motor_counts_per_n_m, 100, 20000,
-             "of a falcon: what its motors are sent for a torque [counts/(N*m)]; calibrate with a weight", "COUNTS");
+             "of a falcon: motor counts for a torque [counts/(N*m)]; calibrate with a weight", "COUNTS");
   app.add_option("--service", device.service, "of an inverse3: where its maker's service listens")
       ->capture_default_str()
       ->type_name("ADDRESS:PORT");
@@ -62,7 +63,7 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
                  "of forcedimension and openhaptics: the maker's shared library; default: as the system finds it")
       ->type_name("FILE");
   app.add_option("--rumble", device.rumble,
-                 "of a mouse: the game pad whose rumble shows the force; auto: the first that there is")
+                 "of a mouse: the game pad whose rumble shows the force; auto: the first one found")
       ->capture_default_str()
       ->type_name("auto|off|/dev/input/eventN");
   devices::HandParameters& hand = device.hand_parameters;
@@ -79,7 +80,7 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
 void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
   app.add_option(
          "--second-device", second.name,
-         "what your other hand holds: it has a tool of its own, as a second user of the room; --join lets both in")
+         "device of your other hand, which has a tool of its own, as a second user of the room; --join admits both")
       ->type_name("NAME");
   app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
 }

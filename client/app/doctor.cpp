@@ -140,8 +140,8 @@ std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Dura
   Finding clock{"clock", Verdict::kGood, "the kernel's clock is \"" + name + "\"", "", {{"clocksource", name}}};
   if (name.empty()) {
     clock.verdict = Verdict::kWarning;
-    clock.text = "the kernel does not say which clock it uses";
-    clock.remedy = "look at " + clocksource.string();
+    clock.text = "the kernel does not report its clock";
+    clock.remedy = "check " + clocksource.string();
   } else if (name != "tsc" && name != "arch_sys_counter" && name != "kvm-clock") {
     clock.verdict = Verdict::kWarning;
     clock.text += ", which takes a microsecond and more to read";
@@ -201,7 +201,7 @@ Finding judge_lateness(const Histogram& lateness, std::uint64_t missed) {
   if (is_bad || tail >= kNearlyLate) {
     finding.verdict = is_bad ? Verdict::kBad : Verdict::kWarning;
     finding.remedy =
-        "grant the priority above, end what else runs, plug in the power supply, choose the performance governor "
+        "grant the priority above, end other programs, plug in the power supply, choose the performance governor "
         "(cpupower frequency-set -g performance); in a virtual machine expect no better";
   }
   return finding;

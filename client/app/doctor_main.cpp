@@ -28,13 +28,13 @@ struct DoctorOptions {
 };
 
 void declare(CLI::App& app, DoctorOptions& options) {
-  app.add_option("--server", options.server, "also look at the way to this server")->type_name("ADDRESS:PORT");
+  app.add_option("--server", options.server, "also measure the link to this server")->type_name("ADDRESS:PORT");
   add_security_options(app, options.security);
   app.add_option("--room", options.room, "room to watch there; default: the server's only room");
   app.add_option("--duration", options.duration, "how long the loop and the link are watched each")
       ->capture_default_str()
       ->type_name("TIME");
-  app.add_option("--rt-priority", options.priority, "SCHED_FIFO priority to ask for; 0: normal scheduler")
+  app.add_option("--rt-priority", options.priority, "SCHED_FIFO priority to request; 0: normal scheduler")
       ->capture_default_str()
       ->check(CLI::Range(0, 99).description(""));
   app.add_flag("--json", options.prints_json, "print one JSON object");
@@ -78,7 +78,7 @@ int run(const DoctorOptions& options) {
 
 int main(int argc, char** argv) {
   tandem::client::DoctorOptions options;
-  CLI::App app("Says what devices, rights, clocks and links this machine has for a session by touch.", "tandem-doctor");
+  CLI::App app("Reports the devices, rights, clocks and links of this machine for a haptic session.", "tandem-doctor");
   tandem::client::declare(app, options);
   try {
     app.parse(argc, argv);

@@ -52,13 +52,13 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
       "ADDRESS:PORT", [&io](const std::string& text) { apply_server(text, io); });
   app.add_option("--room", io.client.session.room, "room to join; default: the server's only room");
   app.add_option("--name", io.client.session.user_name, "your name in the room")->capture_default_str();
-  add_text(app, "--role", "what you may do; one operator a room may also set its parameters [manipulator]",
+  add_text(app, "--role", "your role; the operator of a room, one at most, may also set its parameters [manipulator]",
            "manipulator|operator|observer", [&io](const std::string& text) {
              io.client.session.role = chosen<wire::Role>(text, {{"manipulator", wire::ROLE_MANIPULATOR},
                                                                 {"operator", wire::ROLE_OPERATOR},
                                                                 {"observer", wire::ROLE_OBSERVER}});
            });
-  add_text(app, "--transport", "what carries the state [udp]; tcp where UDP is blocked", "udp|tcp",
+  add_text(app, "--transport", "transport of the state [udp]; tcp where UDP is blocked", "udp|tcp",
            [&io](const std::string& text) {
              io.client.session.state_over_tcp = chosen<bool>(text, {{"udp", false}, {"tcp", true}});
            });
@@ -77,8 +77,8 @@ void add_deadband_option(CLI::App& app, ClientOptions& options) {
 void add_workspace_options(CLI::App& app, ClientOptions& options) {
   WorkspaceSettings& workspace = options.io.client.session.workspace;
   add_number(app, "--workspace-scale", workspace.scale, 0.1, 10,
-             "how much farther your tool goes for a way of your hand than the scene says; forces at the device grow as "
-             "much, so that work stays what it was",
+             "factor on the scene's ratio of tool motion to hand motion; forces at the device grow by the same factor, "
+             "so that work is unchanged",
              "FACTOR");
   add_text(app, "--workspace-turn",
            "turn of your device about the scene's vertical, as you look at it, -180 to 180 [0]", "DEGREES",
@@ -89,8 +89,8 @@ void add_workspace_options(CLI::App& app, ClientOptions& options) {
              }
              workspace.turn_rad = degrees * std::numbers::pi / 180;
            });
-  add_text(app, "--border", "where your device's reach ends, a soft wall is felt and the tool goes on [on]", "on|off",
-           [&options](const std::string& text) {
+  add_text(app, "--border", "at the border of your device's workspace a soft wall is felt and the tool moves on [on]",
+           "on|off", [&options](const std::string& text) {
              options.io.client.haptics.has_border = chosen<bool>(text, {{"on", true}, {"off", false}});
            });
 }
@@ -104,20 +104,19 @@ void add_nudge_option(CLI::App& app, ClientOptions& options) {
 }
 
 void add_stage_options(CLI::App& app, StageSettings& stage) {
-  app.add_option("--stage", stage.name, "what the hand is shown: " + listed_stage_names())
+  app.add_option("--stage", stage.name, "stage that renders the force on the hand: " + listed_stage_names())
       ->capture_default_str()
       ->check(CLI::IsMember(owned(stage_names())).description(""))
       ->type_name("NAME");
-  app.add_option(
-         "--predictor", stage.predictor,
-         "of what the stage's local model does not know, where it has one; none: nothing, nor where other users' hands "
-         "go: " +
-             listed_predictor_names())
+  app.add_option("--predictor", stage.predictor,
+                 "predictor of the residual force (server minus local model), in stages with a local model; none: no "
+                 "prediction, also not of other users' hands: " +
+                     listed_predictor_names())
       ->capture_default_str()
       ->check(CLI::IsMember(owned(predictor_names())).description(""))
       ->type_name("NAME");
-  add_text(app, "--passivity,--guard", "limit the energy that the hand gets to what was put in [on]", "on|off",
-           [&stage](const std::string& text) {
+  add_text(app, "--passivity,--guard", "limit the energy that the hand receives to the energy that was put in [on]",
+           "on|off", [&stage](const std::string& text) {
              stage.passivity = chosen<bool>(text, {{"on", true}, {"off", false}});
            });
   add_number(app, "--wave-impedance", stage.wave.linear_n_s_per_m, 0.1, 1000, "of the stage wave [N*s/m]", "N*S/M");
@@ -138,7 +137,7 @@ void add_set_option(CLI::App& app, std::vector<std::pair<Duration, wire::SetPara
            }
            std::ranges::stable_sort(sets, {}, [](const auto& set) { return set.first; });
          },
-         "as the room's operator, set a parameter of the room so long after joining, until you leave: "
+         "as the room's operator, set a parameter of the room, at once or TIME after joining, until you leave: "
          "coupling.law=spring-damper, coupling.stiffness_n_per_m=400@5s, ...")
       ->type_name("NAME=VALUE[@TIME]")
       ->allow_extra_args(false);
@@ -173,7 +172,7 @@ void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
          "capacity" + each + ", of datagrams and control together [bytes/s]")
       ->type_name("BYTES/S");
   app.add_flag_callback(
-      "--reorder", [&link, &is_used] { link.allows_reordering = is_used = true; }, "let jitter reorder datagrams");
+      "--reorder", [&link, &is_used] { link.allows_reordering = is_used = true; }, "allow jitter to reorder datagrams");
 }
 
 int last_cpu() {
@@ -209,7 +208,8 @@ void add_window_options(CLI::App& app, WindowOptions& window, bool& is_headless)
   app.add_option("--molecules", window.molecules, "drawn as, also by M in the window [as last time, balls at first]")
       ->check(CLI::IsMember(MoleculeStyle::kShapeNames).description(""))
       ->type_name("balls|sticks|surface|ribbon");
-  app.add_option("--molecule-colors", window.molecule_colors, "by what, also by N [as last time, element at first]")
+  app.add_option("--molecule-colors", window.molecule_colors,
+                 "property that sets the color, also by N [as last time, element at first]")
       ->check(CLI::IsMember(MoleculeStyle::kColorNames).description(""))
       ->type_name("element|chain|residue");
 }
@@ -220,16 +220,15 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
       ->capture_default_str();
   add_text(app, "--duration",
            "how long to run after joining, or after the start of a room whose hands begin together, e.g. 10s; default: "
-           "until "
-           "Ctrl-C",
+           "until Ctrl-C",
            "TIME", [&options](const std::string& text) {
              options.duration = parse_duration(text, "s");
              if (*options.duration <= Duration{0}) throw std::invalid_argument("'" + text + "' must be above 0");
            });
-  add_text(
-      app, "--start-timeout",
-      "with --duration: end with exit code 1 where a room whose hands begin together does not begin for so long [60s]",
-      "TIME", [&options](const std::string& text) { options.start_timeout = parse_duration(text, "s"); });
+  add_text(app, "--start-timeout",
+           "with --duration: end with exit code 1 if a room whose hands begin together does not begin within this time "
+           "[60s]",
+           "TIME", [&options](const std::string& text) { options.start_timeout = parse_duration(text, "s"); });
   app.add_option("--rt-priority", options.realtime_priority,
                  "SCHED_FIFO priority of the haptic thread, 1 to 99; 0: normal scheduler")
       ->capture_default_str()
@@ -239,7 +238,7 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
       ->check(CLI::Range(0, last_cpu()).description(""));
   add_text(
       app, "--keep-awake",
-      "keep the haptic thread's processor from sleeping, by a thread that gives way to all others [auto]: where the "
+      "keep the haptic thread's processor from sleeping, by a thread of the lowest priority [auto]: where the "
       "machine is virtual and its kernel cannot, if the priority is granted and no container's quota would be used up; "
       "takes a processor's time from the host",
       "auto|on|off", [&options](const std::string& text) {
@@ -251,7 +250,7 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
       "--commands", options.reads_commands,
       "read commands from stdin, one a line, and answer each by one line on stdout, a JSON object; nothing else "
       "is printed there. The commands are listed below; the end of stdin ends the program");
-  app.add_flag("--verbose", options.is_verbose, "log what the session does to stderr");
+  app.add_flag("--verbose", options.is_verbose, "log the session's events to stderr");
   app.add_option("--trace", options.trace, "write the time series of every haptic tick to this CSV file")
       ->type_name("FILE.csv");
   app.add_option("--trace-every", options.trace_every, "only every n-th tick")
@@ -267,7 +266,7 @@ void add_recording_options(CLI::App& app, ClientOptions& options) {
   app.add_option("--record-every", options.record_every, "only every n-th tick")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000).description(""));
-  add_text(app, "--record-rotate-size", "begin another file after so many [MB]; 0: never [1000]", "MB",
+  add_text(app, "--record-rotate-size", "begin another file after this size [MB]; 0: never [1000]", "MB",
            [&options](const std::string& text) {
              double megabytes = 0;
              if (!CLI::detail::lexical_cast(text, megabytes) || !(megabytes >= 0 && megabytes <= 1e6)) {
@@ -312,8 +311,8 @@ void apply_server(const std::string& text, ClientIoSettings& io) {
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer(
-      "Exit code: 0 done; 1 the session was lost or no state came, or what was to be set, recorded, traced or pictured "
-      "is not complete, or a command of --commands failed; 2 bad set-up.\n\n" +
+      "Exit code: 0 done; 1 the session was lost, no state was received, a parameter, recording, trace or picture is "
+      "incomplete, or a command of --commands failed; 2 bad set-up.\n\n" +
       listed_commands());
   ClientOptions options;
   net::LinkParameters link;

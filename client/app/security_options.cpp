@@ -23,7 +23,7 @@ secure::KeyId key_of(const std::string& text) {
 
 void apply_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& io) {
   const auto claims = proto::peek_token(token);
-  if (!claims) throw std::invalid_argument("--token: no join token; copy all of what tandem-token prints");
+  if (!claims) throw std::invalid_argument("--token: no join token; copy the whole output of tandem-token");
   io.client.session.token = token;
   if (!keeps_role) io.client.session.role = claims->role();
 }
@@ -38,7 +38,8 @@ std::string or_from_stdin(const std::string& text) {
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
   const auto invitation = proto::invitation_of(or_from_stdin(text));
   // The error does not repeat the text: the fault may be one character, and the rest is a secret.
-  if (!invitation) throw std::invalid_argument("--join: no invitation; copy all of what tandem-server --invite prints");
+  if (!invitation)
+    throw std::invalid_argument("--join: no invitation; copy the whole output of tandem-server --invite");
   apply_server(invitation->server, io);
   io.trust = secure::Trust{.pin = invitation->key};
   apply_token(invitation->token, keeps_role, io);
@@ -58,14 +59,14 @@ void add_security_options(CLI::App& app, SecurityOptions& options) {
                  "join token, as tandem-token prints it; for --pin and --ca; -: read from stdin, as of --join")
       ->type_name("TOKEN");
   app.add_flag("--insecure", options.is_insecure,
-               "nothing is encrypted and nobody is known; for a server on this machine that was started so");
+               "no TLS and no authentication; for a server on this machine that was started with --insecure");
 }
 
 void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io) {
   const bool knows_server = !options.pin.empty() || !options.authorities.empty();
   const int ways = (options.invitation.empty() ? 0 : 1) + (knows_server ? 1 : 0) + (options.is_insecure ? 1 : 0);
   if (ways != 1) {
-    throw std::invalid_argument(std::string(ways == 0 ? "by what is the server known? give " : "give only one of ") +
+    throw std::invalid_argument(std::string(ways == 0 ? "the server is not identified: give " : "give only one of ") +
                                 "--join with an invitation, --pin or --ca with --token, or, for a server on this "
                                 "machine, --insecure; see --help");
   }

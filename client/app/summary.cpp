@@ -265,7 +265,7 @@ std::string status_line(const ClientIoSnapshot& io, Duration length, const TickR
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session) {
   if (io.status.state != SessionState::kActive) return "the session was lost and not regained: " + io.status.why;
   if (io.has_state) return {};
-  return "joined, but no state came from the server before the end" +
+  return "joined, but no state was received from the server before the end" +
          std::string(session.state_over_tcp ? "" : "; is UDP blocked? state can go over TCP instead (--transport tcp)");
 }
 

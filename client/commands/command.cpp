@@ -57,7 +57,7 @@ constexpr std::array kUsages{
     Usage{"keep", "keeps the present pose of the two molecules, under a name", {kNameOrNone}},
     Usage{"poses", "lists the poses that are kept: number, name, energy [kJ/mol], RMSD [angstrom], user, time"},
     Usage{"visit", "brings the molecules to a kept pose", {kPose}},
-    Usage{"rename", "gives a kept pose another name", {kPose, kName}},
+    Usage{"rename", "renames a kept pose", {kPose, kName}},
     Usage{"delete", "deletes a kept pose and its files", {kPose}},
     Usage{"undo", "brings the molecules back to where they last rested"},
     Usage{"redo", "brings them forward again"},
@@ -73,9 +73,9 @@ constexpr std::array kUsages{
     Usage{"turn",
           "turns the hand about a direction of the world, by DEGREES, until it rests",
           {direction("AX"), direction("AY"), direction("AZ"), Field{"DEGREES", "degrees", -180, 180}}},
-    Usage{"grab", "takes hold of the body within reach of the tool"},
-    Usage{"release", "lets it go"},
-    Usage{"wait", "waits so long [s]", {Field{"SECONDS", "s", 0, kMaxWait_s}}},
+    Usage{"grab", "grabs the body within reach of the tool"},
+    Usage{"release", "releases it"},
+    Usage{"wait", "waits for this time [s]", {Field{"SECONDS", "s", 0, kMaxWait_s}}},
     Usage{"quit", "ends the program, as the end of the input does"},
 };
 
@@ -118,7 +118,7 @@ std::string pop_quoted(std::string_view& line) {
     if (line[i] == '"') {
       line.remove_prefix(i + 1);
       if (!line.empty() && !is_blank(line.front())) {
-        throw std::invalid_argument("a field goes on after its closing quote; separate fields by a blank");
+        throw std::invalid_argument("a field continues after its closing quote; separate fields by a blank");
       }
       return word;
     }
@@ -198,7 +198,7 @@ CommandLine parse_command(std::string_view line) {
   }
   if (next < words.size()) {
     throw std::invalid_argument("'" + net::printable(words[next], kMaxWordShown) + "' is one field too many; usage: " +
-                                text_of_usage(*usage) + "; a name with blanks stands in double quotes");
+                                text_of_usage(*usage) + "; write a name with blanks in double quotes");
   }
   return command;
 }

@@ -132,7 +132,7 @@ bool CommandPipe::Impl::write_answer() {
   while (!left.empty()) {
     if (!can_write()) {
       const std::lock_guard lock(mutex);
-      why_not_written = "its reader took none before the program ended";
+      why_not_written = "its reader read none before the program ended";
       return false;
     }
     const ssize_t count = ::write(answers, left.data(), std::min(left.size(), kMaxWriteBytes));

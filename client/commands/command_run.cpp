@@ -253,7 +253,7 @@ Step CommandRun::Impl::begun(const CommandLine& command) {
 const View& CommandRun::Impl::seen() const {
   const SessionStatus& status = snapshot->status;
   if (status.state != SessionState::kActive) refuse("not in a room: " + status.why);
-  if (view == nullptr || !view->has_state) refuse("no state has come from the server yet; wait 1");
+  if (view == nullptr || !view->has_state) refuse("no state has been received from the server yet; wait 1");
   return *view;
 }
 

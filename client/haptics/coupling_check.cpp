@@ -98,8 +98,8 @@ haptics::StabilityFinding unknown_masses() {
   finding.parameter = "tool_masses, body_masses";
   finding.value = finding.rendered_value = finding.remedy = std::numeric_limits<double>::quiet_NaN();
   finding.text =
-      "the server sends no usable mass and inertia of the tool or of a body that it could grab, so what the coupling "
-      "moves is not known; use a server of this version";
+      "the server sends no usable mass and inertia of the tool or of a body that it could grab, so the mass that the "
+      "coupling moves is not known; use a server of this version";
   return finding;
 }
 

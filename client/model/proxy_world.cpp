@@ -151,7 +151,7 @@ std::string note_of(const wire::Scene& scene, std::size_t shapes, double radius_
   std::ostringstream text;
   text << "the hand touches " << shapes << (shapes == 1 ? " shape" : " shapes") << " with a ball of " << 1e3 * radius_m
        << " mm radius (" << (is_of_tool ? "the largest in its tool" : "its tool has none about its origin")
-       << "), without torque; it does not feel what it holds, other tools and effects";
+       << "), without torque; held bodies, other tools and effects are not felt";
   if (std::any_of(scene.bodies().begin(), scene.bodies().end(), has_molecule)) text << ", nor the molecules here";
   if (scene.soft_bodies_size() > 0) text << ", nor the soft bodies here: use stage local-model for these";
   return text.str();

@@ -33,7 +33,7 @@ std::shared_ptr<const std::vector<devices::DeviceSample>> read_recorded_hand(con
     throw std::invalid_argument(file.string() + " has no ticks of a hand; name a recording of tandem-client --record");
   }
   if (end.is_damaged)
-    samples->back().reason = "here the recording is damaged or cut; the warning at the start says where";
+    samples->back().reason = "the recording is damaged or cut here; the warning at the start gives the place";
   why = end.why;
   return samples;
 }

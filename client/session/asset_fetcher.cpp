@@ -128,7 +128,7 @@ std::optional<wire::GetAsset> AssetFetcher::next_request(std::uint32_t request, 
 }
 
 std::string AssetFetcher::on_chunk(std::uint32_t request, const wire::AssetChunk& chunk) {
-  if (!is_next(request)) return "an asset chunk came that was not asked for";
+  if (!is_next(request)) return "an asset chunk was received that was not requested";
   const Awaited awaited = awaited_.front();
   awaited_.pop_front();
   const auto wanted = std::ranges::find(wanted_, awaited.wanted, &Wanted::number);
@@ -143,7 +143,7 @@ std::string AssetFetcher::accept(Wanted& wanted, const Awaited& awaited, const w
   const bool is_it = chunk.sha256() == wanted.info.sha256() && chunk.offset() == awaited.offset &&
                      awaited.offset == wanted.bytes.size() && chunk.total_bytes() == size &&
                      chunk.data().size() == awaited.bytes;
-  if (!is_it) return "asset " + wanted.info.name() + ": the chunk is not the one asked for";
+  if (!is_it) return "asset " + wanted.info.name() + ": the chunk is not the requested one";
   const auto data = std::as_bytes(std::span(chunk.data()));
   // Reserved at once: growth would copy the received bytes, up to 128 MB in one call.
   if (wanted.bytes.empty()) wanted.bytes.reserve(static_cast<std::size_t>(size));

@@ -11,7 +11,7 @@ namespace tandem::client {
 std::string JoinedScene::accept(const wire::Joined& answer, wire::Role role, LocalTime now) {
   HapticScene offered = scene_;
   if (std::string problem = fill_haptic_scene(answer, offered); !problem.empty()) return problem;
-  if (answer.role() != role) return "role is not the one asked for";
+  if (answer.role() != role) return "role is not the requested one";
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
   received_ = scene_.coupling;

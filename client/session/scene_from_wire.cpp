@@ -18,7 +18,7 @@ std::string fill_workspace(const wire::Workspace& workspace, const std::string& 
 std::string fill_coupling(const wire::Coupling& coupling, HapticScene& out) {
   const haptics::CouplingLawInfo* law = coupling.law().empty() ? nullptr : haptics::find_coupling_law(coupling.law());
   if (law == nullptr) {
-    return "scene.coupling.law is \"" + coupling.law() + "\"; this client knows " +
+    return "scene.coupling.law is \"" + coupling.law() + "\"; this client supports " +
            haptics::listed_coupling_law_names() + ": use one of the server's version";
   }
   out.law = static_cast<std::size_t>(law - haptics::coupling_laws().data());
@@ -59,7 +59,7 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
   }
   if (std::string problem = fill_coupling(scene.coupling(), out); !problem.empty()) return problem;
   const auto start = joined.has_start() ? read_start(joined.start()) : HandStart{};
-  if (!start) return "start must have either users who are awaited, 1 to 16, or a time of the server";
+  if (!start) return "start must have either 1 to 16 awaited users or a time of the server";
   out.hand_start = *start;
   out.may_drive = out.may_display = has_tool(joined.role());
   if (!out.may_drive) return {};

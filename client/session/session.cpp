@@ -83,7 +83,7 @@ void ClientSession::Impl::check_time_outs(LocalTime now) {
     case SessionState::kActive:
       if (now - stream.last_received() < settings.silence_timeout) return;
       if (stream.has_received()) {
-        lose(now, "nothing came from the server for " + milliseconds(settings.silence_timeout));
+        lose(now, "nothing was received from the server for " + milliseconds(settings.silence_timeout));
       } else {
         lose(now,
              "joined, but no state arrived within " + milliseconds(settings.silence_timeout) +

@@ -75,7 +75,7 @@ void ClientSession::Impl::perform(const command::Point& command, LocalTime /*now
 void ClientSession::Impl::perform(const command::ChangeRoom& command, LocalTime now) {
   if (status.state != SessionState::kActive || command.room == room) return;
   if (credentials.are_requested() && (credentials.are_for_one_room() || !credentials.can_return())) {
-    return report("the invitation was into one room; ask for one into room " + printable(command.room));
+    return report("the invitation was for one room; ask for one for room " + printable(command.room));
   }
   room_left = room;
   enter_room(command.room, now);

@@ -88,7 +88,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       receive_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kRoomReset:
-      report("the operator has put everything back");
+      report("the operator has reset the room");
       return true;
     case wire::ServerControl::kSoftShape:
       receive_soft_shape(message.soft_shape());

@@ -103,7 +103,7 @@ void draw_room(const PanelContent& content) {
     fact("room", io.room);
   }
   if (scene != io.room) fact("scene", scene);
-  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("put everything back")) {
+  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("reset room")) {
     content.client->send(command::ResetRoom{});
   }
 }
@@ -126,7 +126,7 @@ void draw_session(const PanelContent& content) {
   for (const auto& [name, value] : *content.facts) fact(name.c_str(), value);
   std::string others;
   for (const wire::UserJoined& user : io.users) others += (others.empty() ? "" : ", ") + printable(user.name());
-  fact("with", others.empty() ? "nobody else" : others);
+  fact("with", others.empty() ? "no other user" : others);
   draw_recording(content);
   for (const std::string& line : *content.missing) ImGui::TextWrapped("not drawn: %s", line.c_str());
   if (!content.news.empty()) ImGui::TextWrapped("%s", content.news.c_str());
@@ -251,7 +251,7 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
 void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   auto scale = static_cast<float>(workspace.scale);
   auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);
-  ImGui::TextColored(kDim, "the tool goes so many times as far");
+  ImGui::TextColored(kDim, "tool motion per hand motion");
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
   ImGui::SliderFloat("reach", &scale, 0.1F, 10, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
   bool is_set = ImGui::IsItemDeactivatedAfterEdit();
@@ -262,7 +262,7 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
     ImGui::SliderFloat("turn", &turn_deg, -180, 180, "%.0f°", ImGuiSliderFlags_AlwaysClamp);
     is_set = ImGui::IsItemDeactivatedAfterEdit() || is_set;
     workspace.turn_rad = turn_deg * std::numbers::pi / 180;
-    if (ImGui::Button("away is where I look")) {
+    if (ImGui::Button("align with the view")) {
       workspace.turn_rad = content.camera_turn_rad;
       is_set = true;
     }
@@ -285,7 +285,7 @@ void draw_view(const PanelContent& content, WindowSwitches& switches) {
   ImGui::Checkbox("contact points (P)", &switches.shows_contacts);
   ImGui::Checkbox("follow the tool (T)", &switches.follows_tool);
   draw_molecule_style(content, switches.molecules);
-  ImGui::Checkbox("cut away what is in front (X)", &switches.cuts);
+  ImGui::Checkbox("cut away the front (X)", &switches.cuts);
   if (switches.cuts) slider("depth", switches.cut_share, 1, "%.2f");
   ImGui::TextColored(kDim, "F1: help");
 }
@@ -305,20 +305,20 @@ void draw_help(const PanelContent& content, bool& is_open) {
       line("  + Shift, or the wheel", "on the level: away from you and towards you");
       line("  + Ctrl", "turn the hand; the wheel rolls it");
       line("arrows, page up and down", "move the hand, without a mouse");
-      line("double click, or Space", "grab what is within reach, or let it go");
+      line("double click, or Space", "grab the body within reach, or release it");
       line("C held", "clutch: the hand moves, the tool stays");
       line("R", "hand back to where it began");
       ImGui::Separator();
     }
-    line("drag, right button", "look from another side");
+    line("drag, right button", "view from another side");
     line("drag, middle button", "move the picture");
     line(content.is_mouse ? "wheel" : "wheel, left button", "nearer and farther");
     line("F", "fit the scene; T: follow the tool");
     line("3D mouse", "the cap holds the scene, where it is not your device");
     line("G", "ghosts: where the server has things; P: contact points");
-    line("X", "cut away what is in front; M: molecules as balls, sticks, surface or ribbon; N: their colours");
+    line("X", "cut away the front; M: molecules as balls, sticks, surface or ribbon; N: their colours");
     if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
-    line("V", "point at what is under the mouse: the others see it, and feel which way it is");
+    line("V", "point at the place under the mouse: other users see it and feel its direction");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");
     ImGui::Separator();
     line("yellow arrow", "force on your hand, of the device");

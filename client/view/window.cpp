@@ -331,7 +331,7 @@ void Window::Impl::draw_hint() const {
   const char* hint = "drag with the right button: look around    F1: help";
   if (is_mouse()) {
     hint = "drag: move the hand    Shift: away, towards    double click: grab    right button: look around    F1: help";
-    if (is_holding) hint = "drag: move the hand    double click: let go    drag with Ctrl: turn it    F1: help";
+    if (is_holding) hint = "drag: move the hand    double click: release    drag with Ctrl: turn it    F1: help";
   }
   if (hand.has_missed(clock.now())) hint = "nothing within reach to grab: move the hand nearer";
   const float em = ImGui::GetFontSize();

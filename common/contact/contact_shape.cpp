@@ -292,9 +292,10 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
   // Reading back the coded bytes gives the server and all clients the same numbers.
   auto coded = contact_shape_from(contact_asset_bytes(*shape, 0));
   if (coded == nullptr) {
-    throw geometry::MeshError("it needs " + std::to_string(shape->memory_bytes() >> 20U) +
-                              " MiB as a contact shape, of which " + std::to_string(kMaxShapeBytes >> 20U) +
-                              " are possible: leave out what nobody can touch, or divide it among several meshes");
+    throw geometry::MeshError(
+        "it needs " + std::to_string(shape->memory_bytes() >> 20U) + " MiB as a contact shape, of which " +
+        std::to_string(kMaxShapeBytes >> 20U) +
+        " are possible: leave out parts that cannot be touched, or divide it among several meshes");
   }
   staged.reach(1);
   return coded;

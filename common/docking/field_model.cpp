@@ -37,7 +37,7 @@ void validate(const FieldModel& model) {
   }
   if (model.has_far_grid && cutoff == 0) {
     throw std::invalid_argument(
-        "molecular field: the grid is of what a cut-off leaves out; give a cut-off, 8 Å is usual");
+        "molecular field: the grid holds the part beyond a cut-off; give a cut-off, 8 Å is usual");
   }
 }
 

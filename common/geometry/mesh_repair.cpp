@@ -298,7 +298,7 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
   const bool is_unpaired = std::ranges::any_of(parts, &MeshPart::is_unpaired);
   if (solids.size() > kMaxParts && !is_unpaired) {
     throw MeshError("the mesh has " + std::to_string(solids.size()) + " closed parts; at most " +
-                    std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
+                    std::to_string(kMaxParts) + " are possible: join them, or remove those that cannot be touched");
   }
   if (is_unpaired) leave_cavities(result.mesh, solids, parts);
   std::vector<std::size_t> holes;

@@ -52,7 +52,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   void report_lost() {
     const std::size_t lost = pool_.overrun_counter();
     if (lost == reported_lost_ || descriptor_ != STDERR_FILENO) return;
-    write_all("(" + std::to_string(lost - reported_lost_) + " lines were dropped, because nobody read them)\n");
+    write_all("(" + std::to_string(lost - reported_lost_) + " lines were dropped, because they were not read)\n");
     reported_lost_ = lost;
   }
   void write_all(std::string_view text) {

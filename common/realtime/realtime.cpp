@@ -86,7 +86,7 @@ void request_locked_memory(std::vector<std::string>& missing) {
   const bool may_lock_all = may_lock_all_memory();
   const int result = mlockall(may_lock_all ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT);
   if (result != 0 || !may_lock_all) {
-    missing.push_back(not_granted(result != 0 ? "locked memory" : "locked memory for what is allocated later",
+    missing.push_back(not_granted(result != 0 ? "locked memory" : "locked memory for later allocations",
                                   result != 0 ? errno : EPERM,
                                   "raise the limit shown by 'ulimit -l' (a line '<user> - memlock unlimited' in "
                                   "/etc/security/limits.conf, then log in again) or give the program CAP_IPC_LOCK"));
@@ -110,10 +110,9 @@ void request_light_sleep(std::vector<std::string>& missing) {
     return write(file, &latency_us, sizeof(latency_us)) == sizeof(latency_us) ? 0 : EIO;
   }();
   if (error == 0 || !has_deep_sleep()) return;
-  missing.push_back(
-      not_granted("processors that sleep lightly", error,
-                  "let who sits at the machine write /dev/cpu_dma_latency: deploy/udev/70-tandem.rules, or "
-                  "start as root"));
+  missing.push_back(not_granted(
+      "processors that sleep lightly", error,
+      "allow the user at the machine to write /dev/cpu_dma_latency (deploy/udev/70-tandem.rules), or start as root"));
 }
 
 void request_cpu(int cpu, std::vector<std::string>& missing) {
@@ -126,8 +125,7 @@ void request_cpu(int cpu, std::vector<std::string>& missing) {
   }
   if (error == 0) return;
   missing.push_back(not_granted("CPU " + std::to_string(cpu), error,
-                                "choose one of those that 'nproc' counts and "
-                                "'taskset -cp $$' lists, or do not pin"));
+                                "choose one of those that 'nproc' counts and 'taskset -cp $$' lists, or do not pin"));
 }
 
 timespec timespec_of(LocalTime time) {

@@ -83,7 +83,7 @@ bool McapReader::read_record() {
   op_ = static_cast<Op>(reader.number<std::uint8_t>());
   const auto length = reader.number<std::uint64_t>();
   if (length > kMaxRecordBytes) {
-    stop(End::kDamaged, "a record says that it has " + std::to_string(length) + " bytes, more than 64 MiB");
+    stop(End::kDamaged, "a record states a length of " + std::to_string(length) + " bytes, more than 64 MiB");
     return false;
   }
   if (read_exactly(static_cast<std::size_t>(length), content_)) return true;
@@ -130,7 +130,7 @@ std::string McapReader::damage_of_chunk(std::span<const std::uint8_t> rest) {
   const auto packed = read_bytes(reader, rest, reader.number<std::uint64_t>());
   if (!reader.ok() || !rest.empty()) return "a chunk does not fit the length of its record";
   if (size > kMaxRecordBytes) {
-    return "a chunk says that it has " + std::to_string(size) + " bytes unpacked, more than 64 MiB";
+    return "a chunk states a length of " + std::to_string(size) + " bytes unpacked, more than 64 MiB";
   }
   if (compression.empty()) {
     chunk_.assign(packed.begin(), packed.end());
@@ -176,7 +176,7 @@ std::optional<Message> McapReader::next_in_chunk() {
     const auto op = static_cast<Op>(reader.number<std::uint8_t>());
     const auto content = read_bytes(reader, rest_, reader.number<std::uint64_t>());
     if (!reader.ok() || (op != Op::kMessage && op != Op::kSchema && op != Op::kChannel))
-      return stop(End::kDamaged, "a chunk does not hold what it says");
+      return stop(End::kDamaged, "a chunk does not hold the records that it states");
     if (op == Op::kMessage) return message_of(content);
     if (!read_data_record(op, content)) return stop(End::kDamaged, "a chunk has a damaged schema or channel");
   }
@@ -237,14 +237,14 @@ std::string McapReader::damage_of_record() {
     case Op::kHeader:
       return damage_of_header();
     case Op::kChunk:
-      return is_in_summary_ ? "a chunk stands behind the end of the data" : damage_of_chunk(content_);
+      return is_in_summary_ ? "a chunk follows the end of the data" : damage_of_chunk(content_);
     case Op::kMessageIndex:
       return damage_of_index();
     case Op::kSchema:
     case Op::kChannel:
       return read_data_record(op_, content_) ? "" : "a schema or channel is damaged";
     case Op::kMessage:
-      return "a message stands outside of a chunk, where no sum protects it";
+      return "a message is outside of a chunk, where no sum protects it";
     case Op::kDataEnd:
       return std::exchange(is_in_summary_, true) || content_.size() != sizeof(std::uint32_t)
                  ? "the end of the data is damaged"

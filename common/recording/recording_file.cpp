@@ -83,7 +83,8 @@ bool RecordingFile::append(std::span<const std::uint8_t> bytes) {
   }
   const char* const reason = std::strerror(errno);
   if (!std::exchange(is_failing_, true)) {
-    news_ = path_.string() + " cannot be written: " + reason + "; what is not recorded is counted, the rest goes on";
+    news_ = path_.string() + " cannot be written: " + reason +
+            "; messages that are not recorded are counted, and the session continues";
   }
   if (done > 0 && ::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0) {
     ::lseek(descriptor_, static_cast<off_t>(size_), SEEK_SET);

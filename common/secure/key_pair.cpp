@@ -52,7 +52,7 @@ bool write_private(const std::filesystem::path& file, EVP_PKEY* key) {
 KeyPair KeyPair::make(Kind kind) {
   EVP_PKEY* const key = kind == Kind::kEd25519 ? EVP_PKEY_Q_keygen(nullptr, nullptr, "ED25519")
                                                : EVP_PKEY_Q_keygen(nullptr, nullptr, "EC", "P-256");
-  if (key == nullptr) throw std::runtime_error("OpenSSL cannot make a key; does the system give random bytes?");
+  if (key == nullptr) throw std::runtime_error("OpenSSL cannot make a key; does the system provide random bytes?");
   return KeyPair(shared(key));
 }
 

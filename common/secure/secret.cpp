@@ -24,7 +24,7 @@ bool is_equal(std::span<const std::byte> a, std::span<const std::byte> b) noexce
 
 void fill_random(std::span<std::byte> bytes) {
   if (RAND_bytes(reinterpret_cast<unsigned char*>(bytes.data()), static_cast<int>(bytes.size())) != 1) {
-    throw std::runtime_error("the system gives no random bytes, which keys and ids need; look at /dev/urandom");
+    throw std::runtime_error("the system provides no random bytes for keys and ids; check /dev/urandom");
   }
 }
 

@@ -113,7 +113,7 @@ TlsContext TlsContext::server(const KeyPair& key, const std::string& certificate
                         (EVP_PKEY_get_base_id(key.handle()) == EVP_PKEY_EC && EVP_PKEY_get_bits(key.handle()) == 256);
   if (!is_quick) {
     throw std::invalid_argument(
-        "the server's key is neither of P-256 nor of Ed25519; others take too long for each who connects");
+        "the server's key is neither of P-256 nor of Ed25519; others take too long for each connection");
   }
   use_certificates(c, certificate_pem);
   if (SSL_CTX_use_PrivateKey(c, key.handle()) != 1 || SSL_CTX_check_private_key(c) != 1) {
@@ -125,7 +125,7 @@ TlsContext TlsContext::server(const KeyPair& key, const std::string& certificate
 
 TlsContext TlsContext::client(const Trust& trust) {
   if (!trust.pin && trust.ca_file.empty()) {
-    throw std::invalid_argument("by what is the server known? name its key, or an authority that vouches for it");
+    throw std::invalid_argument("the server is not identified; name its key, or an authority that vouches for it");
   }
   TlsContext context;
   context.context_ = context_of(TLS_client_method());
@@ -251,7 +251,7 @@ bool TlsStream::read(Bytes& plain) {
   }
   wipe(piece);
   if (is_good && key_updates_of(ssl_.get()) > kMaxKeyUpdates) {
-    problem_ = "the other end asks for new keys again and again";
+    problem_ = "the other end requests new keys too often";
     is_good = false;
   }
   return is_good;

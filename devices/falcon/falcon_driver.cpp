@@ -33,7 +33,7 @@ constexpr std::string_view kSilent = "it does not answer any more; check its cab
 constexpr std::string_view kNoFirmware =
     "it has no firmware; name its maker's file by --firmware FILE (Tandem may not bring it along)";
 constexpr std::string_view kLoading = "its firmware is loaded";
-constexpr std::string_view kLoadAgain = "its firmware did not go through; it is loaded again";
+constexpr std::string_view kLoadAgain = "its firmware was not transferred; it is loaded again";
 constexpr std::string_view kNotLoaded =
     "its firmware could not be loaded ten times over; check --firmware, unplug its power supply and plug it in again";
 constexpr std::string_view kHome =
@@ -42,7 +42,7 @@ constexpr std::string_view kPullOut = "pull its grip out to you again, until its
 constexpr std::string_view kNotHomed =
     "it was not homed within 60 s; pull its grip out to you, then push it straight in to the end";
 constexpr std::string_view kNowhere =
-    "its encoders tell of no place that the grip can be at; home it again: plug it in again";
+    "its encoder values belong to no possible position of the grip; home it again: plug it in again";
 constexpr std::string_view kStandsStill =
     "its encoders do not move by a step although a force is shown; move the grip, or plug it in again";
 

@@ -8,7 +8,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr std::string_view kNotFound =
-    "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
+    "its maker's SDK finds no device; plug it in, switch it on, or check its permissions";
 
 constexpr std::string_view kRefused =
     "its maker's SDK opens it, but refuses its watchdog or its force; start it by its maker's program, then start "

@@ -26,12 +26,12 @@ constexpr std::size_t kMaxMessage = std::size_t{1} << 20U;
 
 constexpr std::string_view kNoService =
     "its service does not listen; start it (systemctl start haply-inverse-service), or name another by --service";
-constexpr std::string_view kNoWebSocket = "what listens there is not the Inverse3's service; check --service";
+constexpr std::string_view kNoWebSocket =
+    "the program that listens there is not the Inverse3's service; check --service";
 constexpr std::string_view kClosed = "its service has ended the connection; start it again";
 constexpr std::string_view kServiceSilent =
-    "its service says nothing; look whether it runs, and plug the device in again";
-constexpr std::string_view kNoDevice =
-    "its service knows of no Inverse3, or says what cannot be read; plug the device in";
+    "its service sends nothing; check that it runs, and plug the device in again";
+constexpr std::string_view kNoDevice = "its service reports no Inverse3, or sends unreadable data; plug the device in";
 constexpr std::string_view kOtherDevice = "its service names another device now; its force begins anew";
 constexpr std::string_view kWatchdogEnded =
     "its watchdog was ended or does not run; another one is started with a new connection";

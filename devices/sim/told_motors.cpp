@@ -19,7 +19,7 @@ int opened(const std::filesystem::path& file) {
   const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644);
   if (descriptor >= 0) return descriptor;
   throw std::runtime_error("--motors: " + file.string() + " cannot be written (" +
-                           std::generic_category().message(errno) + "); name a file, or a pipe that somebody reads");
+                           std::generic_category().message(errno) + "); name a file, or a pipe with a reader");
 }
 
 }  // namespace

@@ -21,10 +21,9 @@ constexpr unsigned short kGenericDesktop = 1, kMultiAxisController = 8;
 constexpr std::string_view kNoMouse = "no SpaceMouse is plugged in; plug one in, or use --device sim";
 constexpr std::string_view kNoMouseRights =
     "a SpaceMouse is plugged in, but you may not open it; install deploy/udev/70-tandem.rules into /etc/udev/rules.d "
-    "and "
-    "plug it in again";
+    "and plug it in again";
 constexpr std::string_view kMouseBusy =
-    "a SpaceMouse is plugged in, but does not open; end what else uses it, or plug it in again";
+    "a SpaceMouse is plugged in, but does not open; end other programs that use it, or plug it in again";
 
 struct OpenHidNode {
   std::string path;

@@ -173,7 +173,7 @@ void print(const CheckRun& check, const CheckOptions& options) {
     std::printf("%s: %s\n", finding.verdict == haptics::StabilityVerdict::kUnstable ? "refused" : "warning",
                 finding.text.c_str());
   }
-  if (check.findings.empty()) std::printf("nothing to complain of\n");
+  if (check.findings.empty()) std::printf("no problem found\n");
 }
 
 /// Adds an option for a number from `low` to `high`; the error message names both.

@@ -47,7 +47,7 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
       .add_option(
           "--cutoff", options.cutoff,
           "none, a distance, 4 to 100 [Å], or auto: as in a room of tandem-server, none up to a million pairs, "
-          "above that 8 and, where both are small enough, a grid of what is beyond, else the smallest that keeps the "
+          "above that 8 and, where both are small enough, a grid of the part beyond, else the smallest that keeps the "
           "well")
       ->capture_default_str();
   command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")

@@ -328,7 +328,7 @@ void check_save(const EnergyOptions& options) {
   for (const std::string& text : {options.pair.receptor, options.pair.ligand}) {
     std::error_code error;
     if (!fs::equivalent(server::structure_choice(text).file, options.save, error) || error) continue;
-    throw std::invalid_argument("--save " + options.save + " is a structure that is read; give another name");
+    throw std::invalid_argument("--save " + options.save + " is one of the structures to read; give another name");
   }
 }
 
@@ -361,8 +361,8 @@ void add_energy_command(CLI::App& app, int& exit_code) {
   add_docking_options(*command, options->pair);
   command->get_option("--cutoff")
       ->description(
-          "none, a distance, 4 to 100 [Å], or auto: as a room of tandem-server feels it, 8 above a million pairs where "
-          "it has no grid of what is beyond; with a grid, all pairs");
+          "none, a distance, 4 to 100 [Å], or auto: as in a room of tandem-server, 8 above a million pairs where "
+          "it has no far grid; with one, all pairs");
   command->add_option("--move", options->move_angstrom, "the ligand by x,y,z before [Å]")->delimiter(',')->expected(3);
   auto* const atoms =
       command->add_flag("--atoms", options->prints_atoms, "with --json: each atom's parameters and the force on it");
@@ -372,7 +372,7 @@ void add_energy_command(CLI::App& app, int& exit_code) {
                       "write both as FILE.pdb or FILE.cif, receptor as in its file, ligand as moved [Å]");
   command->add_flag("--report", options->prints_report, "name each atom that is guessed, missing or left out");
   command->add_flag("--accept-charge", options->accepts_charge,
-                    "take net charges that are not whole as meant: no mark at the Coulomb energy");
+                    "accept net charges that are not whole, without a mark at the Coulomb energy");
   atoms->needs(command->add_flag("--json", options->prints_json, "print JSON"));
   command->callback([options, &exit_code] {
     run_energy(*options);

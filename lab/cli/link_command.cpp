@@ -45,7 +45,7 @@ void obey(const std::string& word, LinkProxy& proxy) {
   } else if (word == "reset") {
     proxy.reset();
   } else {
-    throw std::invalid_argument("'" + word + "' is not understood; say cut, restore, move or reset");
+    throw std::invalid_argument("'" + word + "' is no command; use cut, restore, move or reset");
   }
 }
 
@@ -121,11 +121,11 @@ int run_link(LinkOptions options) {
 
 void add_link_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<LinkOptions>();
-  CLI::App* command = app.add_subcommand(
-      "link",
-      "A simulated link between real programs; cut and restore on stdin let nothing through and mend it, move changes "
-      "where datagrams come from, reset ends the connections; with an address of --listen behind it, of that link "
-      "only");
+  CLI::App* command =
+      app.add_subcommand("link",
+                         "A simulated link between real programs; commands on stdin: cut blocks the link, restore "
+                         "opens it again, move changes the source address of datagrams, reset ends the connections; "
+                         "followed by an address of --listen: of that link only");
   command->add_option("--listen", options->listen, "address that clients connect to; given again, another link")
       ->allow_extra_args(false)
       ->type_name("ADDRESS")
@@ -137,7 +137,7 @@ void add_link_command(CLI::App& app, int& exit_code) {
   command->add_option("--loss", options->loss, "share of datagrams lost")->capture_default_str();
   command->add_option("--duplication", options->duplication, "share of datagrams delivered twice")
       ->capture_default_str();
-  command->add_flag("--reorder", options->proxy.link.allows_reordering, "let jitter reorder datagrams");
+  command->add_flag("--reorder", options->proxy.link.allows_reordering, "allow jitter to reorder datagrams");
   command->add_option("--seed", options->proxy.seed, "of jitter, loss and duplication; of the next link one more")
       ->capture_default_str();
   command->add_option("--capture", options->proxy.capture, "write all bytes that go through to this file");

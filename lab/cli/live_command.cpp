@@ -305,7 +305,7 @@ void add_live_command(CLI::App& app, int& exit_code) {
   command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
   command->add_option("--seeds", options->seeds, "how many seeds, from the file's on: 1 to 1000")
       ->check(CLI::Range(1, 1000).description(""));
-  command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
+  command->add_flag("--single", options->is_single, "run the file without its grid");
   command
       ->add_option("--rt-priority", options->realtime_priority,
                    "SCHED_FIFO priority of the haptic threads and the room, 1 to 99; 0: normal scheduler")

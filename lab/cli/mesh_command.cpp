@@ -99,7 +99,7 @@ void print(const std::string& file, const MeshFacts& facts) {
   for (const std::string& line : geometry::part_lines(facts.mesh)) std::printf("  %s\n", line.c_str());
   for (const std::string& note : facts.mesh.notes) std::printf("  note: %s\n", note.c_str());
   std::printf("  volume %.4g cm³%s, %s\n", facts.volume_m3 * 1e6,
-              facts.overlap_share > 0 ? " (what overlaps counts twice)" : "",
+              facts.overlap_share > 0 ? " (overlaps count twice)" : "",
               facts.is_watertight ? "watertight" : "not watertight");
   if (facts.mesh.kind != geometry::SurfaceKind::kSolid) return;
   if (const std::string why = why_too_thin(facts); !why.empty())
@@ -220,10 +220,10 @@ void run_mesh(const MeshOptions& options) {
 
 void add_mesh_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<MeshOptions>();
-  CLI::App* const command = app.add_subcommand("mesh", "says what mesh files are taken for: solids and sheets");
+  CLI::App* const command = app.add_subcommand("mesh", "reports how mesh files are read: as solids and sheets");
   command->add_option("FILE", options->files, "mesh files: .obj, .stl, .ply, .off, .gltf, .glb, .3ds, .dae");
   command->add_option("--all", options->folders, "load every mesh file in these folders, and print a table by format");
-  command->add_option("--picture", options->picture, "write what the one file looks like to this PNG file");
+  command->add_option("--picture", options->picture, "write a picture of the one file to this PNG file");
   CLI::Option* const scale =
       command
           ->add_option(

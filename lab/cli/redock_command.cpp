@@ -57,7 +57,7 @@ void print(const json::object& redocked) {
   const auto about = [&](std::string_view name, int decimals) { return field_text(redocked, name, decimals); };
   std::cout << about("atoms_receptor", 0) << " x " << about("atoms_ligand", 0) << " atoms, dielectric "
             << redocked.at("dielectric").get_string().c_str() << ", cut-off " << about("cutoff_angstrom", 0)
-            << (redocked.at("far_grid").as_bool() ? " Å and a grid of what is beyond" : " Å") << ", zero area "
+            << (redocked.at("far_grid").as_bool() ? " Å and a grid of the part beyond" : " Å") << ", zero area "
             << about("zero_area_kt", 1) << " kT, " << about("newtons_per_kcal_per_mol_angstrom", 4)
             << " N per kcal/mol/Å, round trip " << about("round_trip_ms", 0) << " ms\nminimum "
             << about("minimum_kcal_per_mol", 2) << " kcal/mol; from native "
@@ -111,7 +111,7 @@ std::size_t rows_that_end(const json::object& redocked, std::string_view name) {
 void print_lock(const json::object& lock) {
   std::cout << "locked: rigid parts come at most " << field_text(lock, "out_angstrom", 2)
             << " Å out before repulsion costs more than " << format_fixed(kExitBound_kcal_per_mol, 0)
-            << " kcal/mol. There stand against each other most: " << lock.at("against").get_string().c_str() << ". ";
+            << " kcal/mol. The largest repulsion there: " << lock.at("against").get_string().c_str() << ". ";
   if (lock.at("out_without_hydrogens_angstrom").to_number<double>() >= kExitDistance_angstrom) {
     std::cout << "Without hydrogens there is a way out: give --hydrogens united, or hydrogens that fit.\n";
   } else {
@@ -130,8 +130,7 @@ void print_ends(const json::object& redocked) {
   constexpr End kEnds[]{
       {"deeper minimum",
        "settle in another, deeper minimum: these files' field prefers it to the native pose. Look at the notes for "
-       "groups "
-       "that were left out or lost their charge"},
+       "groups that were left out or lost their charge"},
       {"zero area", "rest within the zero area and its edge, where little force is shown: the well is as wide as that"},
       {"elsewhere", "rest elsewhere: the hands let go before the well, or a wall held the ligand"},
       {"disconnected", "lost the connection"}};

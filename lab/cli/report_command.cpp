@@ -99,10 +99,9 @@ void add_report_command(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->match_all();
   command
-      ->add_option(
-          "--tasks", options->tasks,
-          "what the hands were to achieve, checked too: by session, where a body is in the phase \"hold\" [m], "
-          "whether it rests [m], the energy of the molecular field [kJ/mol] (lab/report/session_task.hpp)")
+      ->add_option("--tasks", options->tasks,
+                   "task of the hands, checked too: by session, where a body is in the phase \"hold\" [m], "
+                   "whether it rests [m], the energy of the molecular field [kJ/mol] (lab/report/session_task.hpp)")
       ->type_name("FILE.json");
   command->add_option("--out", options->out, "the HTML file to write")->required();
   command->add_flag("--json", options->prints_json, "print the checks as JSON instead of as a table");

@@ -87,7 +87,7 @@ std::string listed_benchmarks() {
 }  // namespace
 
 void add_reproduce_command(CLI::App& app, int& exit_code) {
-  CLI::App* reproduce = app.add_subcommand("reproduce", "Runs published benchmarks and checks what is claimed of them");
+  CLI::App* reproduce = app.add_subcommand("reproduce", "Runs published benchmarks and checks their claims");
   reproduce->footer(listed_benchmarks() + "Exit code: 0 all claims hold, 1 one does not, 2 bad input or set-up.");
   const auto name = std::make_shared<std::string>();
   const auto out = std::make_shared<std::string>();

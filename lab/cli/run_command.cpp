@@ -208,10 +208,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
                       "experiment files (JSON; fields in lab/EXPERIMENTS.md), or names of shipped ones; none: all of "
                       "these");
   command
-      ->add_option(
-          "--out", options->out,
-          "folder for results.json, results.csv, results.h5, report.html and timing.json; what is in it from an "
-          "earlier run is not run again, and the results are of this run's trials alone")
+      ->add_option("--out", options->out,
+                   "folder for results.json, results.csv, results.h5, report.html and timing.json; trials in it from "
+                   "an earlier run are not run again, and the results contain only this run's trials")
       ->required();
   command->add_option("--set", options->settings,
                       "a quantity with its value, or with several to try: link.rtt_ms=0,50,100, hand.mass_kg=0.5, "
@@ -221,7 +220,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", options->seed, "the first seed, instead of the file's")
       ->check(CLI::NonNegativeNumber.description(""));
   command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
-  auto* single = command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
+  auto* single = command->add_flag("--single", options->is_single, "run the file without its grid");
   command
       ->add_flag("--full", options->is_full,
                  "every stage with every predictor, passivity on and off, delay, jitter and loss")
@@ -235,7 +234,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_flag("--truth-alone", options->against_truth_alone,
                     "hold trials against the server's own touch alone, not also against their own stage at zero delay: "
                     "a third less to run, and contact_delay_error_rms_n is null");
-  command->add_flag("--dry", options->is_dry, "only say how many trials there are and how long they may take");
+  command->add_flag("--dry", options->is_dry, "only print the number of trials and how long they may take");
   command->add_flag("--json", options->prints_json, "print results.json instead of a table");
   command->footer("Exit code: 0 done, 1 a user could not join, or lost its connection, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run_run(*options); });

@@ -131,7 +131,7 @@ const std::vector<UserMetric>& user_metrics() {
        [](const UserTrace& u) { return greatest(settled_hold_ticks(u), of_pointer<speed_m_per_s>); }},
       {"hold_turn_rate_rms_rad_per_s", "how fast the hand truly turns, settled hold phase",
        [](const UserTrace& u) { return rms(settled_hold_ticks(u), of_pointer<turn_rate_rad_per_s>); }},
-      {"hold_deviation_mean_m", "from where the hand wants to be, settled hold phase",
+      {"hold_deviation_mean_m", "from the intended trajectory, settled hold phase",
        [](const UserTrace& u) { return mean(settled_hold_ticks(u), of_pointer<deviation_m>); }},
       {"slew_limited_ticks", "force changes that the slew limit slowed",
        [](const UserTrace& u) { return ticks_with(u, haptics::kSafetySlewed); }},

@@ -141,15 +141,15 @@ std::string_view name_of(Combine combine) {
 const std::vector<TrialMetric>& trial_metrics() {
   static const std::vector<TrialMetric> metrics = {
       {"free_drag_rms_n",
-       "RMS of the displayed force in the phase \"move\", less that of the reference: what moving through nothing "
-       "costs.",
+       "RMS of the displayed force in the phase \"move\", less that of the reference: the force felt in free motion.",
        Combine::kGreatest, free_drag_rms_n},
       {"contact_force_mean_n",
        "Mean displayed force in the phases in contact: all but \"approach\", \"move\" and \"retreat\" in which the "
        "reference shows 0.1 N or more on average.",
        Combine::kMean, contact_force_mean_n},
       {"contact_force_ratio",
-       "That mean over the reference's: how much of a touch is left. Below 0.5 of any user the outcome is \"weak\".",
+       "That mean over the reference's: the share of a touch that is left. Below 0.5 of any user the outcome is "
+       "\"weak\".",
        Combine::kLeast, contact_force_ratio},
       {"contact_error_rms_n",
        "RMS of the difference between the displayed force and the reference's at the same time since the hands "
@@ -158,8 +158,8 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"contact_error_fraction", "That RMS over the mean force of the reference in the same phases.",
        Combine::kGreatest, contact_error_fraction},
       {"contact_delay_error_rms_n",
-       "That RMS against the same stage at zero delay: what delay, jitter and loss did. What the stage does wrong at "
-       "any delay cancels in it.",
+       "That RMS against the same stage at zero delay: the effect of delay, jitter and loss. Errors that the stage "
+       "makes at any delay cancel.",
        Combine::kGreatest, contact_delay_error_rms_n},
       {"path_error_rms_n",
        "RMS of the difference between the displayed force and the reference's over the whole path: approach, move, "
@@ -205,8 +205,8 @@ const std::vector<TrialMetric>& trial_metrics() {
        Combine::kGreatest, return_step_max_n_per_ms},
       {"slew_activations", "Ticks in which the slew limit held the force back.", Combine::kSum, of_user<kSlewed>},
       {"silence_max_ms",
-       "Longest time without anything arriving at the client, or of it at the server. Where it is above 110 ms the "
-       "force has to fall, or the server lets the tool go: such seeds are judged apart.",
+       "Longest time without a datagram at the client, or from it at the server. Above 110 ms the force has to fall, "
+       "or the server releases the tool: such seeds are evaluated separately.",
        Combine::kGreatest, silence_max_ms},
       {"ghost_contact_ms",
        "Longest time for which more than 0.2 N is displayed where the reference feels less than 0.05 N.",
@@ -215,39 +215,36 @@ const std::vector<TrialMetric>& trial_metrics() {
        Combine::kGreatest, force_above_60_hz_n},
       {"energy_created_max_j",
        "Greatest E(t) = Σ over users of the work on the hand up to an input + what the server's coupling had put into "
-       "the world with that input, in world joules, the wrench after the passivity controller: what came from "
-       "nowhere (energy_ledger.hpp).",
+       "the world with that input, in world joules, the wrench after the passivity controller: the energy that was "
+       "created (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::created_max_j>},
       {"energy_created_in_100_ms_j",
-       "Greatest rise of E(t) within 0.1 s: whatever friction took before cannot hide it.", Combine::kGreatest, nullptr,
-       of_ledger<&EnergyLedger::created_in_100_ms_j>},
+       "Greatest rise of E(t) within 0.1 s: earlier dissipation by friction cannot hide it.", Combine::kGreatest,
+       nullptr, of_ledger<&EnergyLedger::created_in_100_ms_j>},
       {"energy_created_in_1_s_j", "Likewise within 1 s.", Combine::kGreatest, nullptr,
        of_ledger<&EnergyLedger::created_in_1_s_j>},
       {"energy_of_late_display_j",
-       "What a display would make that showed every hand of the reference the right wrench a loop late (the mean way "
-       "of "
-       "this trial's inputs and states, with their waiting): the greatest rise of Σ over users of ∫ [F(t − loop) − "
-       "F(t)] v "
-       "dt, in world joules (energy_ledger.hpp).",
+       "Energy that a display would create if it showed every hand of the reference the right wrench one loop late "
+       "(the mean way of this trial's inputs and states, with their waiting): the greatest rise of Σ over users of ∫ "
+       "[F(t − loop) − F(t)] v dt, in world joules (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, energy_of_late_display_j},
       {"energy_withheld_by_safety_j",
        "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
        "own, for E(t) is of the force before them.",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::withheld_by_safety_j>},
-      {"hand_port_j", "Work done on the hand over the trial, in world joules; less than 0 when it gave.", Combine::kSum,
-       hand_port_j},
+      {"hand_port_j", "Work done on the hand over the trial, in world joules; negative if the hand did work.",
+       Combine::kSum, hand_port_j},
       {"passivity_dissipated_fraction",
-       "What the passivity controller withheld, over what hand and display exchanged in both directions; null below 20 "
-       "mJ "
-       "exchanged.",
+       "Energy that the passivity controller withheld, over the energy that hand and display exchanged in both "
+       "directions; null below 20 mJ exchanged.",
        Combine::kGreatest, passivity_dissipated_fraction},
       {"tool_energy_limited_fraction",
        "Share of the trial in which the room limited a tool that would have put more into the world than its user's "
        "hand put in.",
        Combine::kGreatest, tool_energy_limited_fraction},
       {"view_divergence_max_m",
-       "Greatest distance between where two users see the watched body at the same instant. It contains what the body "
-       "moves in the difference of their delays.",
+       "Greatest distance between where two users see the watched body at the same instant. It contains the motion of "
+       "the body during the difference of their delays.",
        Combine::kGreatest, nullptr, view_divergence_max_m},
       {"datagrams_per_s", "Datagrams of client and server, lost ones too.", Combine::kSum,
        [](const UserView& view) { return per_second(view, view.user.traffic.datagrams); }},

@@ -96,7 +96,7 @@ class Replay {
         server::RoomOptions{.controls_tool_passivity = recorded.controls_tool_passivity()});
     if (recorded.has_restored()) {
       const auto state = server::state_of(recorded.restored(), room_->scene());
-      if (!state) throw std::invalid_argument("what the room began with is of another scene; the file is damaged");
+      if (!state) throw std::invalid_argument("the initial state of the room is of another scene; the file is damaged");
       room_->resume(*state);
     }
     feeder_ = std::make_unique<StepFeeder>(*room_);
@@ -151,7 +151,7 @@ std::shared_ptr<const server::LoadedScene> recorded_scene(const wire::RecordedRo
   if (named.empty()) throw std::invalid_argument("the recording names no scene file; give it by --scene");
   const auto scene = server::load_scene(server::find_scene(named, server::scene_folders()));
   if (scene->description.SerializeAsString() != recorded.scene().SerializeAsString()) {
-    throw std::invalid_argument("scene " + named + " is not as it was recorded; give the file of then by --scene");
+    throw std::invalid_argument("scene " + named + " is not as it was recorded; give the recorded file by --scene");
   }
   const auto is_same = [](const server::Asset& asset, const wire::AssetInfo& then) {
     const auto* const hash = reinterpret_cast<const char*>(asset.sha256.data());

@@ -157,7 +157,7 @@ Plot motion_figure(const Session& session) {
   }
   plot.caption =
       "Hand (as the client sent it) and tool (as the server answered) along the axis of the "
-      "largest motion. What separates them is the coupling's stretch and the delay.";
+      "largest motion. Their distance is the coupling's stretch and the delay.";
   return plot;
 }
 
@@ -198,13 +198,13 @@ Plot age_figure(const Session& session) {
     plot.series.push_back(std::move(series));
   }
   plot.caption =
-      "How long ago the newest server state had arrived, the largest in each 50 ms. The time that it was on its way "
-      "is not in it: see the round trip below.";
+      "Time since the arrival of the newest server state, the largest in each 50 ms. It does not contain the transit "
+      "time: see the round trip below.";
   return plot;
 }
 
 void add_users_table(HtmlReport& report, const Session& session) {
-  Table table{"What each hand was shown",
+  Table table{"Force and torque displayed to each hand",
               {{.header = "User", .is_text = true},
                {.header = "Stage", .is_text = true},
                {"Force rms", "N"},
@@ -332,7 +332,7 @@ std::string subtitle(std::span<const Session> sessions) {
 }  // namespace
 
 std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks) {
-  HtmlReport report("What the hands felt", subtitle(sessions));
+  HtmlReport report("Forces on the hands", subtitle(sessions));
   report.verdict(checks);
   report.paragraph("Settled: without the first second of the phase, in which the hand swings in.");
   for (const Session& session : sessions) add_session(report, session);

@@ -46,7 +46,7 @@ RandomClaim quantile(const std::string& text, const std::vector<Value>& values, 
 }
 
 RandomClaim drops(std::span<const RandomOutcome> outcomes) {
-  RandomClaim claim{"things dropped that zero delay holds, without a silence above 110 ms", 0, 0, 0, ""};
+  RandomClaim claim{"bodies dropped that are held at zero delay, without a silence above 110 ms", 0, 0, 0, ""};
   for (const RandomOutcome& outcome : outcomes) {
     if (!outcome.truth_succeeds || was_silent(outcome.row)) continue;
     claim.trials += 1;

@@ -157,7 +157,7 @@ std::map<std::string, std::vector<SeedGroup>> by_experiment(std::span<const Tria
 std::string study_report_html(std::span<const TrialResult> results) {
   HtmlReport page("Latency bridged, stage by stage", std::to_string(results.size()) + " trials in virtual time");
   page.paragraph(
-      "Simulated hands repeat the same movements over simulated links. Each trial is held against the reference: the "
+      "Simulated hands repeat the same movements over simulated links. Each trial is compared with the reference: the "
       "same hands at zero delay on the server's own touch. Solid or dashed: an undisturbed link; dotted: with jitter "
       "or loss.");
   const auto colors = stage_colors(results);

@@ -75,7 +75,7 @@ class Figures {
   }
 
   Plot deviation() const {
-    Plot plot = half("Distance of each hand from where it wants to be", "deviation of the hand [mm]");
+    Plot plot = half("Distance of each hand from its intended trajectory", "deviation of the hand [mm]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return kMilli * (tick.hand_D.p - tick.intended_D).norm(); });
     plot.caption = "How far the force moved each hand from its intended path.";

@@ -112,7 +112,7 @@ struct ServerLoad::User {
       size = size << 8U | std::to_integer<std::size_t>(byte);
     const proto::Bytes payload = read_bytes(size);
     wire::ServerControl message;
-    if (!proto::parse_control(payload, message)) throw std::runtime_error("the server said what nobody can read");
+    if (!proto::parse_control(payload, message)) throw std::runtime_error("the server sent an unreadable message");
     return message;
   }
   void join(const std::string& name, const std::string& room, const secure::Bytes& token) {

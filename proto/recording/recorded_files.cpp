@@ -110,8 +110,8 @@ class Reading {
     if (unknown > 0) text += "; " + std::to_string(unknown) + " of them have a topic that is none of a recording";
     if (!is_stopped) {
       text +=
-          "; copy the file again from where it was recorded, or use what was read: later chunks may be had by "
-          "\"mcap recover\" (mcap.dev)";
+          "; copy the file again from where it was recorded, or use the readable part: later chunks may be recovered "
+          "by \"mcap recover\" (mcap.dev)";
     }
     end.is_whole = false;
     end.is_damaged = end.is_damaged || !is_stopped;

@@ -56,7 +56,7 @@ void declare(CLI::App& app, DockingOptions& options) {
       ->type_name("FLOAT");
   app.add_flag(
       "--far-grid", options.has_far_grid,
-      "with --cutoff: what it leaves out, up to 40 Å or farther, from a grid about the larger molecule (about half a "
+      "with --cutoff: the part beyond it, up to 40 Å or farther, from a grid about the larger molecule (about half a "
       "second's work when the room is made)");
 }
 
@@ -74,7 +74,7 @@ std::filesystem::path write(const DockingOptions& options, const std::filesystem
     throw std::invalid_argument("--receptor and --ligand go together: give both");
   }
   if (options.has_far_grid && options.cutoff_angstrom == 0.0) {
-    throw std::invalid_argument("--far-grid is of what a cut-off leaves out: leave out --cutoff 0, or give --cutoff 8");
+    throw std::invalid_argument("--far-grid holds the part beyond a cut-off: leave out --cutoff 0, or give --cutoff 8");
   }
   if (folder.empty()) throw std::invalid_argument("--receptor keeps its scene in the folder --cache: give one");
   wire::MolecularField field;

@@ -68,13 +68,13 @@ void add_duration(CLI::App& app, const std::string& name, const std::string& hel
 void declare_security(CLI::App& app, Options& options) {
   app.add_option_function<int>(
          "--invite", [&options](int number) { options.invitations = number; },
-         "print so many invitations, each for one person, who pastes it after tandem-client --join within --valid; "
+         "number of invitations to print, each for one person, to be pasted after tandem-client --join within --valid; "
          "tandem-token makes more [0; 1 without a number]")
       ->expected(0, 1)
       ->default_str("1")
       ->check(CLI::Range(1, 64).description(""))
       ->type_name("N");
-  app.add_option("--invite-role", options.invited.role, "what the invited may be, or less")
+  app.add_option("--invite-role", options.invited.role, "role of the invited user, or a lesser one")
       ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
       ->capture_default_str()
       ->type_name("manipulator|operator|observer");
@@ -103,7 +103,7 @@ void declare_security(CLI::App& app, Options& options) {
       ->type_name("FILE.pem");
   app.add_option("--key", options.security.key, "its private key, without a password")->type_name("FILE.pem");
   app.add_option("--issuer", options.security.issuers,
-                 "public key of a service whose join tokens let in too (tandem-token)")
+                 "public key of a service whose join tokens are accepted too (tandem-token)")
       ->type_name("KEY");
   app.add_option("--dev-certs", options.dev_certificates,
                  "make a private authority and a certificate for this server in a new folder, and end")
@@ -113,23 +113,22 @@ void declare_security(CLI::App& app, Options& options) {
 }
 
 void declare_recording(CLI::App& app, Options& options) {
-  app.add_flag(
-      "--resume", options.resumes,
-      "keep in --state, every 0.5 s, where things are and which users may come back; after a restart the server "
-      "goes on from there (used invitations are kept there always)");
+  app.add_flag("--resume", options.resumes,
+               "store in --state, every 0.5 s, the poses of bodies and the users who may rejoin; after a restart the "
+               "server continues from there (used invitations are always stored there)");
   app.add_option_function<std::string>(
          "--keep", [&options](const std::string& folder) { options.keep = folder; },
          "folder of the poses of two molecules that users keep: lists and structure files (\"\": none are written) "
          "[default: poses in --state]")
       ->type_name("DIR");
   app.add_option("--record", options.record,
-                 "record each room into a file in this folder (MCAP; tandem-replay reads it): what it needs to be "
-                 "played back, and where things are")
+                 "record each room into a file in this folder (MCAP; tandem-replay reads it): the data for its "
+                 "playback, and all poses")
       ->type_name("DIR");
   app.add_option_function<double>(
          "--record-rotate-size",
          [&options](double megabytes) { options.rotation.max_bytes = static_cast<std::uint64_t>(megabytes * 1e6); },
-         "begin another file after so many [MB]; 0: never [1000]")
+         "begin another file after this size [MB]; 0: never [1000]")
       ->check(CLI::Range(0.0, 1e6).description(""))
       ->type_name("MB");
   add_duration(app, "--record-rotate-age", "begin another file after this long, with unit; 0s: never [default: 3600s]",
@@ -143,7 +142,7 @@ void declare_monitoring(CLI::App& app, Options& options) {
       ->type_name("[ADDRESS:]PORT");
   app.add_option_function<std::string>(
          "--agones", [&options](const std::string& port) { options.agones = port; },
-         "tell the Agones sidecar on this machine, in Kubernetes, how the server is; auto: at the port "
+         "report the state of the server to the Agones sidecar on this machine, in Kubernetes; auto: at the port "
          "$AGONES_SDK_HTTP_PORT, else 9358")
       ->expected(0, 1)
       ->default_str("auto")
@@ -153,7 +152,8 @@ void declare_monitoring(CLI::App& app, Options& options) {
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
   app.footer("Exit code: 0 done, 1 ended by a fault or with an incomplete recording, 2 bad input or set-up.");
-  app.set_config("--config", "", "file with options under these names without the dashes; the command line goes before")
+  app.set_config("--config", "",
+                 "file with options under these names without the dashes; the command line has precedence")
       ->type_name("FILE");
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.add_option("--scene", options.scenes, "scene file, or name of a scene that comes with Tandem; one room each")
@@ -174,12 +174,12 @@ void declare(CLI::App& app, Options& options) {
                [&options](Duration duration) { options.duration = duration; });
   app.add_option_function<std::string>(
          "--passivity,--guard", [&options](const std::string& text) { options.controls_tool_passivity = text == "on"; },
-         "limit the energy that a tool puts into the world to what its user's hand put in [on]")
+         "limit the energy that a tool puts into the world to the energy that its user's hand put in [on]")
       ->check(CLI::IsMember({"on", "off"}).description(""))
       ->type_name("on|off");
   app.add_option("--begin-with", options.start.users,
-                 "simulated and recorded hands of a room begin together, once so many users with a tool are there; 0: "
-                 "each by itself")
+                 "simulated and recorded hands of a room begin together, once this many users with a tool have joined; "
+                 "0: each by itself")
       ->check(CLI::Range(std::size_t{0}, proto::kMaxUsers).description(""))
       ->type_name("N")
       ->capture_default_str();
@@ -190,7 +190,7 @@ void declare(CLI::App& app, Options& options) {
                  options.start.countdown = countdown;
                });
   app.add_option("--cache", options.cache,
-                 "folder that keeps what was built of meshes for contact (\"\": none, build at every start) and the "
+                 "folder that keeps the contact shapes built from meshes (\"\": none, build at every start) and the "
                  "scenes of --receptor")
       ->type_name("DIR")
       ->capture_default_str();
@@ -205,7 +205,7 @@ void declare(CLI::App& app, Options& options) {
   declare_recording(app, options);
   declare_monitoring(app, options);
   app.add_flag("--json", options.writes_json,
-               "print what the server did as one JSON object at the end; the ready line then goes to stderr");
+               "print a summary as one JSON object at the end; the ready line then goes to stderr");
 }
 
 /// Describes the step time on this machine. Throws if it exceeds the period: users would only get faults.

@@ -68,7 +68,7 @@ std::filesystem::path ledger_file(const std::filesystem::path& state) {
 }
 
 std::shared_ptr<void> lock_state(const std::filesystem::path& state) {
-  if (state.empty()) throw std::invalid_argument("--state: give a folder for what the server keeps");
+  if (state.empty()) throw std::invalid_argument("--state: give a folder for the server's data");
   const std::filesystem::path file = state / "lock";
   std::error_code error;
   if (std::filesystem::create_directories(state, error)) ::chmod(state.c_str(), S_IRWXU);
@@ -118,7 +118,7 @@ Duration valid_for(const std::string& text) {
   }
   if (life < std::chrono::milliseconds(1)) {
     throw std::invalid_argument("--valid: an invitation that is valid for '" + text +
-                                "' lets nobody in; give for example 15min");
+                                "' admits no user; give for example 15min");
   }
   return life;
 }

@@ -30,14 +30,14 @@ void declare(CLI::App& app, Options& options) {
       ->type_name("DIR");
   app.add_option("--key", options.keys.key, "as tandem-server has it")->type_name("FILE.pem");
   app.add_option("--cert", options.keys.certificate, "as tandem-server has it")->type_name("FILE.pem");
-  app.add_option("--role", options.invited.role, "what the user may be, or less")
+  app.add_option("--role", options.invited.role, "role of the user, or a lesser one")
       ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
       ->capture_default_str()
       ->type_name("manipulator|operator|observer");
   app.add_option("--room", options.invited.room, "the only room that it is for [any of the server]");
-  app.add_option("--name", options.invited.name, "the user's name [as the user says]");
+  app.add_option("--name", options.invited.name, "the user's name [as the user gives it]");
   app.add_option("--max-force", options.invited.max_force_n,
-                 "most force of the user's coupling [N]; 0: as the scene says")
+                 "force limit of the user's coupling [N]; 0: as in the scene")
       ->capture_default_str();
   app.add_option("--valid", options.life, "until it must be used, with unit (s, min, h or d), at most 30d")
       ->capture_default_str()
@@ -89,7 +89,7 @@ std::string run(Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Issues join tokens: each lets one person into a room, once.", "tandem-token");
+  CLI::App app("Issues join tokens: each admits one person to a room, once.", "tandem-token");
   declare(app, options);
   try {
     app.parse(argc, argv);

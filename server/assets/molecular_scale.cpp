@@ -334,8 +334,8 @@ std::string method_note(std::span<const Molecule* const> molecules, const FieldM
   if (model.cutoff_angstrom == 0) return "all " + std::to_string(pairs) + " pairs of atoms act on each other";
   const std::string within =
       "atoms within " + proto::number_text(model.cutoff_angstrom) + " angstrom act on each other";
-  if (is_too_large) return within + "; a molecule is too large for the grid of what is beyond";
-  return within + (model.has_far_grid ? ", and what is beyond by a grid" : "");
+  if (is_too_large) return within + "; a molecule is too large for the grid of the part beyond";
+  return within + (model.has_far_grid ? ", and those beyond by a grid" : "");
 }
 
 }  // namespace

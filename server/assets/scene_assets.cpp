@@ -153,7 +153,7 @@ std::filesystem::path SceneAssets::located(const std::string& file) const {
 std::shared_ptr<const proto::Bytes> SceneAssets::read(const std::filesystem::path& file, const std::string& kind,
                                                       const SceneField& field) {
   if (const auto found = read_.find(file); found != read_.end()) return found->second;
-  const std::string remedy = "give a file that is there, absolute or relative to the scene file";
+  const std::string remedy = "give an existing file, absolute or relative to the scene file";
   auto bytes = std::make_shared<const proto::Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
 
   const Asset asset{proto::sha256_of(*bytes), kind, file.filename().string(), bytes};
@@ -248,7 +248,7 @@ void SceneAssets::add_coarse_contact(const geometry::ContactMesh& mesh, const wi
     offer({coarse.sha256, "coarse-contact", sized_name(message) + ".coarse", coarse.bytes, fine.sha256});
   } catch (const std::exception& problem) {
     notes.push_back(message.file() +
-                    ": whoever joins waits for all of its contact: no coarse one can be made: " + problem.what());
+                    ": users who join wait for its whole contact shape: no coarse one can be made: " + problem.what());
   }
 }
 

@@ -130,7 +130,8 @@ void check_molecule_stands_alone(const wire::Body& body, const SceneField& field
   for (int i = 0; i < body.shapes_size(); ++i) {
     if (!body.shapes(i).has_molecule()) continue;
     const SceneField shape = field.in("shapes", static_cast<std::size_t>(i));
-    if (body.shapes_size() > 1) shape.in("molecule").refuse("has company; a molecule must be its body's only shape");
+    if (body.shapes_size() > 1)
+      shape.in("molecule").refuse("is one of several shapes; a molecule must be its body's only shape");
     const wire::Placement& placement = body.shapes(i).placement();
     const auto is_zero = [](double value) { return value == 0; };
     if (!std::all_of(placement.position_m().begin(), placement.position_m().end(), is_zero) ||

@@ -34,7 +34,7 @@ void complete_effects(wire::Scene& scene) {
 std::string unknown_effect_field_remedy(const std::string& field) {
   if (field.find("effects[") == std::string::npos) return {};
   return "is not a field of an effect; its kind is one of " + physics::listed_effect_names() +
-         ", and its other fields stand in proto/tandem/scene.proto";
+         ", and its other fields are in proto/tandem/scene.proto";
 }
 
 }  // namespace tandem::server

@@ -53,8 +53,8 @@ std::string soft_note(const SoftModel& model, const wire::Scene& scene) {
   return model.name + ": soft, " + std::to_string(model.nodes_W.size()) + " nodes, " +
          std::to_string(model.links.size()) + " links, " + std::to_string(model.samples.size()) +
          " contact points; stepped every " + std::to_string(period) + " steps, at " +
-         number_text(double(scene.step_rate_hz()) / period) + " Hz (asked: " + number_text(scene.soft_step_rate_hz()) +
-         " Hz)";
+         number_text(double(scene.step_rate_hz()) / period) +
+         " Hz (requested: " + number_text(scene.soft_step_rate_hz()) + " Hz)";
 }
 
 SoftWorldSettings soft_world_settings(const LoadedScene& scene) {

@@ -137,7 +137,7 @@ void Agones::report(const Reply& reply) {
   is_reachable_ = reply.is_good;
   const std::string sidecar = "the Agones sidecar at 127.0.0.1:" + std::to_string(port_);
   on_news_(reply.is_good ? sidecar + " answers"
-                         : sidecar + " does not answer: " + reply.problem + "; the server goes on, and tries again");
+                         : sidecar + " does not answer: " + reply.problem + "; the server continues, and tries again");
 }
 
 Agones::Reply Agones::call(const std::string& path, bool is_post) const {

@@ -45,10 +45,9 @@ tcp::endpoint loopback_endpoint(const std::string& option, const std::string& te
                                 "\": not a port, or a numeric address and a port; use 9464 or " + "127.0.0.1:9464");
   }
   if (!address.is_loopback()) {
-    throw std::invalid_argument(option + " " + text +
-                                ": whoever asks there need not say who he is, so only addresses " +
+    throw std::invalid_argument(option + " " + text + ": requests there need no authentication, so only addresses " +
                                 "of this machine's own are allowed; use 127.0.0.1:" + digits +
-                                ", and a proxy that asks for a password where others are to read it");
+                                ", and a proxy that asks for a password if other machines are to read it");
   }
   return {address, *port};
 }

@@ -121,13 +121,13 @@ void add_users(Page& page, const MetricsSnapshot& snapshot) {
     const std::string name = plain(wire::DisconnectReason_Name(static_cast<int>(reason)), "DISCONNECT_");
     page.sample({{"reason", name}}, hub.ends[reason]);
   }
-  page.single("tandem_tls_failures_total", "counter", "Connections whose TLS did not come about, or broke.",
+  page.single("tandem_tls_failures_total", "counter", "Connections whose TLS handshake failed, or whose TLS broke.",
               snapshot.server.failed_handshakes);
 }
 
 void add_datagrams(Page& page, const HubCounters& hub) {
   using proto::DropReason;
-  page.family("tandem_datagrams_received_total", "counter", "Datagrams that came, by what was done with them.");
+  page.family("tandem_datagrams_received_total", "counter", "Datagrams received, by result.");
   std::uint64_t dropped = 0;
   for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
     const auto reason = static_cast<DropReason>(i);
@@ -142,8 +142,8 @@ void add_datagrams(Page& page, const HubCounters& hub) {
               hub.received_drops.count(DropReason::kOverwritten));
   page.single("tandem_datagrams_sent_total", "counter", "States that were sent.", hub.datagrams_sent);
   page.family("tandem_states_unsent_total", "counter",
-              "States that were not sent: a newer one came, the socket took none, unchanged (deadband), too many for "
-              "the link.");
+              "States that were not sent: replaced by a newer one, refused by the socket, suppressed (deadband), too "
+              "many for the link.");
   page.sample({{"reason", "overwritten"}}, hub.sent_drops.count(DropReason::kOverwritten));
   page.sample({{"reason", "send_failed"}}, hub.sent_drops.count(DropReason::kSendFailed));
   page.sample({{"reason", "suppressed"}}, hub.updates_suppressed);
@@ -151,14 +151,13 @@ void add_datagrams(Page& page, const HubCounters& hub) {
   page.single("tandem_state_items_thinned_total", "counter", "Bodies and users that did not fit into a state.",
               hub.bodies_thinned);
   page.family("tandem_round_trip_seconds", "histogram",
-              "From the send of a state to the input that answers it, less what the client had it for; each input.");
+              "Time from the send of a state to the input that answers it, less the time at the client; each input.");
   page.histogram(hub.round_trip, kRoundTripBounds_s);
 }
 
 void add_timing(Page& page, const MetricsSnapshot& snapshot) {
   using Room = const RoomFigures&;
-  each_room(page, snapshot, "tandem_room_awake", "gauge",
-            "1 while somebody is in the room, or things are not back yet.",
+  each_room(page, snapshot, "tandem_room_awake", "gauge", "1 while a user is in the room, or bodies are not back yet.",
             [](Room room) { return room.is_awake ? 1 : 0; });
   each_room(page, snapshot, "tandem_room_period_seconds", "gauge", "Time that a step has.",
             [](Room room) { return to_seconds(room.period); });
@@ -171,7 +170,7 @@ void add_timing(Page& page, const MetricsSnapshot& snapshot) {
   each_room(page, snapshot, "tandem_room_slow_steps_total", "counter",
             "Steps while the room did not keep 90 % of its rate, and the second after.",
             [](Room room) { return room.timing.slow; });
-  page.family("tandem_room_step_seconds", "histogram", "How long a step took.");
+  page.family("tandem_room_step_seconds", "histogram", "Duration of a step.");
   for (Room room : snapshot.rooms) page.histogram(room.timing.step_time, kStepBounds_s, room.name);
   page.family("tandem_room_lateness_seconds", "histogram", "How late a step began.");
   for (Room room : snapshot.rooms) page.histogram(room.timing.lateness, kStepBounds_s, room.name);
@@ -187,7 +186,7 @@ void add_physics(Page& page, const MetricsSnapshot& snapshot) {
                   room.fault_steps[bit]);
   }
   each_room(page, snapshot, "tandem_room_passivity_dissipated_joules_total", "counter",
-            "Energy that passivity control took out of the motion of tools.",
+            "Energy that passivity control removed from the motion of tools.",
             [](const RoomFigures& room) { return room.braked_j; });
   each_room(page, snapshot, "tandem_room_events_lost_total", "counter",
             "Answers to grabs and releases that found no place.",
@@ -201,7 +200,7 @@ void add_disk(Page& page, const MetricsSnapshot& snapshot) {
     each_room(page, snapshot, "tandem_recording_bytes_total", "counter", "Bytes written to recordings.",
               [](Room room) { return room.recorded_bytes; });
     each_room(page, snapshot, "tandem_recording_messages_lost_total", "counter",
-              "Messages of recordings that the disk did not take.",
+              "Messages of recordings that could not be written.",
               [](Room room) { return room.recorded_messages_lost; });
     each_room(page, snapshot, "tandem_recording_steps_lost_total", "counter",
               "Steps that are not recorded, since their recorder did not keep up.",
@@ -219,8 +218,9 @@ std::string metrics_text(const MetricsSnapshot& snapshot) {
   Page page;
   page.family("tandem_build_info", "gauge", "1, with the version.");
   page.sample({{"version", TANDEM_VERSION}}, 1);
-  page.single("tandem_ready", "gauge", "1 while /readyz says so.", snapshot.is_ready ? 1 : 0);
-  page.single("tandem_healthy", "gauge", "1 while /healthz says so.", snapshot.is_healthy ? 1 : 0);
+  page.single("tandem_ready", "gauge", "1 while /readyz reports that the server is ready.", snapshot.is_ready ? 1 : 0);
+  page.single("tandem_healthy", "gauge", "1 while /healthz reports that the server is healthy.",
+              snapshot.is_healthy ? 1 : 0);
   add_users(page, snapshot);
   add_datagrams(page, snapshot.server.hub);
   add_timing(page, snapshot);

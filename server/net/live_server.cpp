@@ -174,7 +174,7 @@ void LiveServer::Impl::serve() {
   if (settings.duration) {
     duration_timer.expires_after(*settings.duration);
     duration_timer.async_wait([this](const error_code& error) {
-      if (!error) begin_stop("stopping after the asked duration");
+      if (!error) begin_stop("stopping after the requested duration");
     });
   }
   run_cycle();

@@ -15,8 +15,8 @@ namespace {
 
 constexpr Duration kServeEvery = std::chrono::milliseconds(20);
 constexpr std::size_t kMaxAnswers = 64;
-constexpr const char* kStopping = "the server is stopping; ask again when it runs again";
-constexpr const char* kLeft = "the user who asked has left";
+constexpr const char* kStopping = "the server is stopping; try again when it has restarted";
+constexpr const char* kLeft = "the requesting user has left";
 
 using Kind = wire::AskPose;
 
@@ -29,10 +29,10 @@ std::string unanswered_problem(const std::vector<PoseSite::OpenRequest>& open_re
   const auto own = static_cast<std::size_t>(std::ranges::count(open_requests, user, &PoseSite::OpenRequest::user));
   if (own >= kMaxPoseRequestsOfUser)
     return std::to_string(own) +
-           " of your requests wait for their answers, which is the most; ask again after one of them";
+           " of your requests wait for their answers, which is the limit; try again after one of them";
   if (open_requests.size() >= kMaxPoseRequestsOfRoom)
     return std::to_string(open_requests.size()) +
-           " requests of this room wait for their answers, which is the most; try again";
+           " requests of this room wait for their answers, which is the limit; try again";
   return {};
 }
 

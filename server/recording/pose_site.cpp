@@ -160,7 +160,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
     return kPairsOfARequest;
   }
   if (!X_AB_ || !docking::is_evaluable(*X_AB_))
-    return refuse(wire::ERROR_NOT_ALLOWED, "the molecules are nowhere yet; try again");
+    return refuse(wire::ERROR_NOT_ALLOWED, "the molecules have no pose yet; try again");
   if (kind == Kind::KEEP) {
     if (const std::string problem = keeping_problem(request); !problem.empty())
       return refuse(wire::ERROR_NOT_ALLOWED, problem);
@@ -174,8 +174,7 @@ std::uint64_t PoseSite::begin(PoseRequest request, std::uint64_t unix_ms, std::d
   }
   PoseAnswer answer = move_on(request);
   if (answer.placing && minimising_)
-    end_minimising(request.user_name + " has brought the molecules elsewhere meanwhile; minimise again from there",
-                   answers);
+    end_minimising(request.user_name + " has moved the molecules in the meantime; minimise again from there", answers);
   answers.push_back(std::move(answer));
   return kPairsOfARequest;
 }
@@ -199,7 +198,7 @@ PoseAnswer PoseSite::move_on(const PoseRequest& request) {
         return refusal(request, wire::ERROR_NOT_ALLOWED, "there is nothing to go forward to");
       return place(trail_.poses[++trail_.at], "forward again", request);
     default:
-      return refusal(request, wire::ERROR_BAD_VALUE, "this server does not know what is asked of the pose");
+      return refusal(request, wire::ERROR_BAD_VALUE, "this server does not support the requested action");
   }
 }
 
@@ -302,7 +301,7 @@ PoseAnswer PoseSite::progress(bool is_over) {
 std::string PoseSite::keeping_problem(const PoseRequest& request) const {
   if (list_.poses.size() >= kMaxKeptPoses)
     return "this room has kept " + std::to_string(kMaxKeptPoses) +
-           " poses, and keeps no more; delete some that nobody needs";
+           " poses, and keeps no more; delete some that are not needed";
   const auto own = std::ranges::count(list_.poses, request.user_name, &wire::KeptPose::user_name);
   if (static_cast<std::size_t>(own) < kMaxKeptPosesOfUser) return {};
   return "you have kept " + std::to_string(own) + " poses in this room, and a user keeps at most " +

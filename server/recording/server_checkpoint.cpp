@@ -116,8 +116,8 @@ void ServerCheckpoint::resume(const wire::ServerCheckpoint& before) {
     if (!state || (state->bodies.empty() && state->tools.empty() && state->soft_nodes_W.empty())) continue;
     rooms_[i]->resume(*state);
     restored_[i] = *found;
-    on_news_("room " + rooms_[i]->name() + " goes on as it was " + std::to_string(static_cast<int>(1e3 * age_s)) +
-             " ms ago");
+    on_news_("room " + rooms_[i]->name() + " continues from its state of " +
+             std::to_string(static_cast<int>(1e3 * age_s)) + " ms ago");
   }
 }
 

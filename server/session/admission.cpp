@@ -148,7 +148,7 @@ std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, LocalTime
   const auto claims = proto::read_token(bytes_in(join.token()), settings_.issuers);
   if (!claims) {
     return Refusal{wire::ERROR_BAD_TOKEN, join.token().empty()
-                                              ? "no one joins without an invitation; ask for one"
+                                              ? "joining needs an invitation; ask for one"
                                               : "the token is not valid here; ask for a new invitation"};
   }
   if (!secure::is_equal(bytes_in(claims->audience()), settings_.audience)) {
@@ -158,7 +158,7 @@ std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, LocalTime
   ticket.id = array_of<Id>(claims->id());
   ticket.expires_ms = claims->expires_ms();
   if (ledger_->use_of(ticket.id) != InvitationLedger::Use::kNone) {
-    return Refusal{wire::ERROR_TOKEN_USED, "the token was used before, and lets in once; ask for a new invitation"};
+    return Refusal{wire::ERROR_TOKEN_USED, "the token was used before, and is valid once; ask for a new invitation"};
   }
   if (!ledger_->has_room(time_.at(now))) {
     return Refusal{wire::ERROR_SERVER_FULL,

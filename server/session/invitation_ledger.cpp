@@ -96,8 +96,8 @@ void InvitationLedger::read() {
   const std::uintmax_t size = error ? 0 : std::filesystem::file_size(file_, error);
   std::ifstream in(file_, std::ios::binary);
   const std::string remedy =
-      "; which invitations were used is not known, and none lets in. Make it readable, or remove it and start again: "
-      "then only invitations made after that start let in";
+      "; it is not known which invitations were used, so none is accepted. Make it readable, or remove it and start "
+      "again: then only invitations made after that start are accepted";
   if (error || !in) throw std::invalid_argument(file_.string() + " cannot be read" + remedy);
   if (size > kMaxLedgerBytes) {
     throw std::invalid_argument(file_.string() + " has " + std::to_string(size) + " bytes, more than the " +
@@ -124,7 +124,7 @@ void InvitationLedger::begin(bool keeps_credentials, std::uint64_t now_ms) {
   if (issued_from_ms_ > now_ms && on_news_) {
     on_news_("the clock is behind the time at which " + file_.string() +
              " was made, and invitations from before that (" + utc_text(issued_from_ms_) +
-             ") do not let in; set the clock, or, if it was wrong then, remove the file and "
+             ") are not accepted; set the clock, or, if it was wrong then, remove the file and "
              "start again");
   }
   if (!keeps_credentials) {
@@ -286,9 +286,9 @@ void InvitationLedger::work(LocalTime now) {
   }
   if (is_failing_ && !was_failing && on_news_) {
     on_news_(file_.string() + " cannot be written: " + error.message() +
-             "; nobody is let in by an invitation until it can: free space, or make the folder writable");
+             "; no invitation is accepted until it can: free space, or make the folder writable");
   }
-  if (!is_failing_ && was_failing && on_news_) on_news_(file_.string() + " is written again; invitations let in");
+  if (!is_failing_ && was_failing && on_news_) on_news_(file_.string() + " is written again; invitations are accepted");
   if (outcome.number == 0) return;
   outcome.error = error.value();
   outcomes_.push(outcome);

@@ -103,7 +103,7 @@ bool SessionHub::Impl::handle_in_any_state(Connection& connection, const wire::C
     if (message.leave().to_return() && connection.credential) {
       admission->note_lost(*std::exchange(connection.credential, std::nullopt), called_at);
     }
-    end(connection, wire::DISCONNECT_LEFT, "asked to leave", message.request());
+    end(connection, wire::DISCONNECT_LEFT, "left on request", message.request());
     return true;
   }
   if (message.has_ping() && connection.state != ConnectionState::kGreeting) {
@@ -218,7 +218,7 @@ bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request,
   // The resumed user may still have a connection whose loss has not been detected yet.
   for (const auto& [handle, other] : connections) {
     if (other->credential != ticket.id || other->state != ConnectionState::kActive) continue;
-    end(*other, wire::DISCONNECT_RESUMED, "the user came back on another connection");
+    end(*other, wire::DISCONNECT_RESUMED, "the user rejoined on another connection");
   }
   return true;
 }
@@ -405,7 +405,7 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
                                       std::to_string(field->high)));
   } else if (physics::is_chosen_by_law(connection.seats->coupling(), field->value)) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
-                                  std::string(field->name) + " follows what a tool moves: the law is adaptive"));
+                                  std::string(field->name) + " follows the moved mass: the law is adaptive"));
   } else {
     connection.seats->set_coupling(connection.seat, parameters);
     announce_parameter(connection, message.request(), *field);
@@ -460,7 +460,7 @@ void SessionHub::Impl::reset_room(Connection& connection, const wire::ClientCont
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
   } else {
     if (settings.poses != nullptr)
-      settings.poses->cancel(connection.seats->room(), std::nullopt, "the operator has put everything back");
+      settings.poses->cancel(connection.seats->room(), std::nullopt, "the operator has reset the room");
     log("reset", connection.label() + " reset room " + connection.seats->room().name());
     for (const auto& [handle, user] : connections) {
       if (!user->is_in(*connection.seats)) continue;

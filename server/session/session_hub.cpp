@@ -223,9 +223,9 @@ void SessionHub::Impl::end_overdue(Connection& connection, LocalTime now) {
   const bool has_greeted = connection.state == ConnectionState::kJoining;
   const Duration allowed = has_greeted ? settings.join_timeout : settings.hello_timeout;
   if (now - connection.connected < allowed) return;
-  const char* const what = connection.held_join ? "the server's disk did not take the use of the token"
+  const char* const what = connection.held_join ? "the use of the token could not be written to the server's disk"
                            : has_greeted        ? "did not join"
-                                                : "said no hello";
+                                                : "sent no hello";
   end(connection, wire::DISCONNECT_SILENCE,
       std::string(what) + " within " + std::to_string(allowed / std::chrono::milliseconds(1)) + " ms");
 }
@@ -299,7 +299,7 @@ void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::D
   if (!revoked) return;
   for (const auto& [handle, other] : connections) {
     const bool is_it = other->credential == revoked && other->state == ConnectionState::kActive;
-    if (is_it) end(*other, reason, "the user's other device went");
+    if (is_it) end(*other, reason, "the user's other device left");
   }
 }
 

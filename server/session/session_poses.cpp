@@ -34,10 +34,10 @@ void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientContro
   } else if (const std::string problem = pose_edit_problem(connection, request); !problem.empty()) {
     refuse_with(wire::ERROR_NOT_ALLOWED, problem);
   } else if (!connection.poses.has_some(called_at) || !connection.poses.consume(1, called_at)) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, "a user asks for at most " + rate_text(kUserPoseRate) + "; wait a second");
+    refuse_with(wire::ERROR_NOT_ALLOWED, "a user may request at most " + rate_text(kUserPoseRate) + "; wait a second");
   } else if (!connection.seats->may_request_pose(called_at)) {
     refuse_with(wire::ERROR_NOT_ALLOWED,
-                "the users of a room ask for at most " + rate_text(kPoseRate) + " together; wait a second");
+                "the users of a room may request at most " + rate_text(kPoseRate) + " together; wait a second");
   } else if (const std::string why =
                  settings.poses->submit(room, connection.seat.user, connection.user_name, message.request(), request);
              !why.empty()) {
@@ -67,8 +67,8 @@ void SessionHub::Impl::cancel_minimising(Connection& connection, std::uint32_t r
   if (!settings.poses->cancel(connection.seats->room(), requester, kMinimisingCancelled)) {
     return send(connection, error_answer(request, wire::ERROR_NOT_ALLOWED,
                                          is_operator ? "no minimisation is under way here"
-                                                     : "no minimisation of yours is under way; only the user who asked "
-                                                       "for one, or the room's operator, can cancel it"));
+                                                     : "no minimisation of yours is under way; only the user who "
+                                                       "requested one, or the room's operator, can cancel it"));
   }
   wire::ServerControl answer;
   answer.set_request(request);
@@ -86,10 +86,9 @@ void SessionHub::Impl::refuse_unanswered_poses() {
       const bool is_asker = connection->state == ConnectionState::kActive && &connection->seats->room() == &room &&
                             connection->seat.user == user;
       if (is_asker)
-        send(*connection,
-             error_answer(request, wire::ERROR_NOT_ALLOWED,
-                          "the server stops and does not wait for this any longer; look whether it was done "
-                          "when it runs again"));
+        send(*connection, error_answer(request, wire::ERROR_NOT_ALLOWED,
+                                       "the server stops and does not wait for this any longer; check whether it was "
+                                       "done when it runs again"));
     }
   });
 }

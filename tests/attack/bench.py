@@ -209,7 +209,7 @@ def run_attack(name, seconds, folder, rights=()):
     row["inputs_kept"] = 1 - max(0, summary["datagrams"]["sent"] - taken) / (STEPS_PER_S * took_s)
     gone = [line for line in server.log if re.search(r'" left room', line)]
     row["others_ended"] = [line for line in gone if re.search('"ada"|"newcomer"|"slow"', line) and
-                           not re.search("asked to leave|connection was lost|silen|nothing heard", line)]
+                           not re.search("left on request|connection was lost|silen|nothing heard", line)]
     row |= {"attack": name or "nobody", "sent_per_s": done["sent"] / took_s, "growth_mb": growth, "ended": done["ended"],
             "is_alive": still_there and summary["reconnects"] == 0, "joins": len(newcomer.waits_s), "refused": newcomer.refused,
             "join_ms": max(newcomer.waits_s, default=float("inf")) * 1e3, "log_lines": len(server.log)}

@@ -278,13 +278,13 @@ TEST(Inverse3, SilenceAndNonsenseAreSaid) {
   const LocalTime give_up = rig.clock.now() + seconds(20);
   while (sample.reason.empty() && rig.clock.now() < give_up) sample = rig.step();
   EXPECT_EQ(sample.state, DeviceState::kOpening);
-  EXPECT_THAT(std::string(sample.reason), HasSubstr("knows of no Inverse3"));
+  EXPECT_THAT(std::string(sample.reason), HasSubstr("reports no Inverse3"));
   FakeService later;
   Rig other(later.endpoint());
   other.until(DeviceState::kReady);
   later.is_mute = true;
   sample = other.until(DeviceState::kLost);
-  EXPECT_THAT(std::string(sample.reason), HasSubstr("says nothing"));
+  EXPECT_THAT(std::string(sample.reason), HasSubstr("sends nothing"));
 }
 
 TEST(Inverse3, WithoutAServiceItSaysWhatToStart) {

@@ -207,7 +207,7 @@ def judge_restart(number, log, rooms, down_ms, killed):
     """Checks that every room resumed from the newest checkpoint. Returns problems and the number of resumed rooms."""
     problems, resumed = [], 0
     for room in rooms:
-        found = [re.search(rf"room {re.escape(room)} goes on as it was (\d+) ms ago", line) for line in log]
+        found = [re.search(rf"room {re.escape(room)} continues from its state of (\d+) ms ago", line) for line in log]
         ages = [int(match.group(1)) for match in found if match]
         if not ages:
             problems.append(f"server {number}: room {room} did not go on from its checkpoint")

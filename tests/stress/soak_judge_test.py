@@ -155,7 +155,7 @@ class Programs(unittest.TestCase):
             self.assertIn("LeakSanitizer", judge.sanitizer_reports(folder)[0])
 
     def test_that_do_not_go_on_from_the_checkpoint_are_found(self):
-        on = "info room a goes on as it was 900 ms ago\n"
+        on = "info room a continues from its state of 900 ms ago\n"
         self.assertEqual(judge.judge_restart(1, [on], ["a"], 500, True), ([], 1))
         self.assertIn("did not go on", judge.judge_restart(1, [on], ["a", "b"], 500, True)[0][0])
         self.assertIn("from 900 ms ago", judge.judge_restart(1, [on], ["a"], 100, False)[0][0])

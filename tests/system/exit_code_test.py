@@ -30,11 +30,11 @@ class NoState(ProgramTest):
         for arguments in ((), ("--role", "observer")):
             code, out, err = finish(start_client(self.proxy.port, "--duration", "1s", "--json", *arguments))
             self.assertEqual(code, 1, err)
-            self.assertIn("no state came from the server before the end", err)
+            self.assertIn("no state was received from the server before the end", err)
             self.assertIn("--transport tcp", err)
             status = json.loads(out)["status"]
             self.assertEqual(status["state"], "silent")
-            self.assertIn("no state came", status["why"])
+            self.assertIn("no state was received", status["why"])
 
     def test_one_in_which_states_come_is(self):
         code, out, err = finish(start_client(self.proxy.port, "--duration", "1s", "--json"))

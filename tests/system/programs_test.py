@@ -323,7 +323,7 @@ class Mistakes(ProgramTest):
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
                                  (["bench", "contact", "--a", "no.obj", "--b", "cube"],
-                                  ["--a is no.obj", "which does not exist; give a file that is there; or", "cube"]),
+                                  ["--a is no.obj", "which does not exist; give an existing file; or", "cube"]),
                                  (["bench", "contact", "--a", "cube", "--b", self.write("empty.obj", "")],
                                   ["--b is ", "empty.obj, which is empty"]),
                                  (["mesh"], ["needs a mesh file, or --all with a folder"]),
@@ -436,7 +436,7 @@ class Meshes(ProgramTest):
                              for line in other.splitlines())
             code, out, err = run("tandem-lab", "mesh", self.write("two.obj", self.PLATE + second))
             self.assertEqual(code, 0, err)
-            self.assertEqual("(what overlaps counts twice)" in out, is_told, out)
+            self.assertEqual("(overlaps count twice)" in out, is_told, out)
 
     def test_a_folders_json_is_json_alone(self):
         self.write("plate.obj", self.PLATE)

@@ -236,7 +236,7 @@ class Damaged(ProgramTest):
                                  "--device", f"replay:{file}", "--duration", "5s")
         self.assertEqual(code, 0, err)
         self.assert_said(err, file, "tandem-client: warning: ")
-        self.assertIn("here the recording is damaged or cut", out + err)
+        self.assertIn("the recording is damaged or cut here", out + err)
 
 
 class FullDisk(ProgramTest):

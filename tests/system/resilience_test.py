@@ -80,7 +80,7 @@ class RoomReset(ProgramTest):
             client.send_signal(signal.SIGINT)
             _, _, err = finish(client)
             operator.close()
-        self.assertIn("the operator has put everything back", err)
+        self.assertIn("the operator has reset the room", err)
         pressing = [row for row in read_trace(trace) if row["t_s"] > 2.5][:-100]
         forces = [force_n(row) for row in pressing]
         self.assertGreater(min(forces), 1, "the hand pressed all the time")

@@ -72,7 +72,7 @@ class Restarts(SecureTest):
             if number == KILLS:
                 break
             server = KeptServer(self.folder, port, number + 1)
-            server.wait_for("goes on as it was")
+            server.wait_for("continues from its state of")
             for name in ("anna", "ben"):
                 server.wait_for(f"{name}.*joined")
         for client in clients:

@@ -191,7 +191,7 @@ class Invitations(SecureTest):
             with open(server.state, "w") as file:
                 file.write("in the way")
             self.assert_refused(["cannot write down", "Not a directory"], "--join", invitation)
-            server.wait_for("invitations.pb cannot be written: Not a directory; nobody is let in")
+            server.wait_for("invitations.pb cannot be written: Not a directory; no invitation is accepted")
             os.remove(server.state)
             os.rename(aside, server.state)
             self.assert_joined(start_client("--join", invitation, "--duration", "1s"))
@@ -346,7 +346,7 @@ class Misbehaviour(SecureTest):
             except (BrokenPipeError, ConnectionResetError):
                 pass
             self.assertLess(time.monotonic() - begin, 6)
-            server.wait_for("said no hello within 2000 ms")
+            server.wait_for("sent no hello within 2000 ms")
             self.assert_joined(client, 1000)
 
 

@@ -161,13 +161,13 @@ class ClickThrough(UseTest):
             time.sleep(2)
             self.drag(0, -140)
             buttons = blocks(self.display.picture(), is_arrow_button, 60, 200)
-            self.assertTrue(buttons, "a button to put everything back")
+            self.assertTrue(buttons, "a button to reset the room")
             self.click(*buttons[0])
             server.wait_for_log("anna.* reset room two_boxes")
             self.display.do("key", "ctrl+q")
             code, _, err = finish(client)
         self.assertEqual(code, 0, err)
-        self.assertIn("put everything back", err)
+        self.assertIn("reset the room", err)
 
 
 class Recordings(UseTest):

@@ -28,14 +28,13 @@ std::string why_too_thin(const ContactShape& shape) {
   const double spacing_m = shape.shells.surface.spacing_m;
   if (shape.rod.is_valid() && spacing_m > 2 * shape.rod.radius_m) {
     return "is " + millimetres(2 * shape.rod.radius_m) + " thick with contact points " + millimetres(spacing_m) +
-           " apart, of which a primitive has 20,000 at most: what is thin may pass between them; make it shorter, "
-           "several "
-           "shapes, or thicker";
+           " apart, of which a primitive has 20,000 at most: thin objects may pass between them; make it shorter, "
+           "several shapes, or thicker";
   }
   if (shape.field->error_m() > shape.half_thickness_m) {
     return "is " + millimetres(2 * shape.half_thickness_m) + " thick, but its distances are right to " +
            millimetres(shape.field->error_m()) +
-           " only: what is thin may pass through it; divide it among several meshes, or make it thicker";
+           " only: thin objects may pass through it; divide it among several meshes, or make it thicker";
   }
   return {};
 }

@@ -33,7 +33,7 @@ Eigen::AlignedBox3d mesh_bounds(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw MeshError("it has no triangle: export its surface as triangles");
   if (const double size = box.sizes().maxCoeff(); size < 1 / kMaxMeshUnits) {
     throw MeshError("all its vertices are at one place, " + text_of(box.min()) +
-                    ": it has no size that it could be scaled by; give the mesh of a surface");
+                    ": it has no size to scale by; give the mesh of a surface");
   }
   return box;
 }

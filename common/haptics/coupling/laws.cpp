@@ -276,9 +276,8 @@ std::string law_change_problem(const CouplingLawInfo& of_scene, const CouplingLa
   }
   if (!wanted.is_passive) {
     return "the law " + std::string(wanted.name) +
-           " can create energy, and its force jumps when a hand turns: nobody can ask for that on the hands of others; "
-           "name "
-           "the law in the scene's file";
+           " can create energy, and its force jumps when a hand turns: a user cannot choose it for the hands of other "
+           "users; name the law in the scene's file";
   }
   if (wanted.name == kAdaptiveLaw && !has_fit) {
     return "the law adaptive needs the fit of a device, which this scene has not; name law and fit in the scene's file";

@@ -162,7 +162,7 @@ std::string number(double value) {
 }
 
 std::string circumstances(const CheckedLoop& loop) {
-  const std::string hand = loop.hand == kHands.front().name ? "when nobody holds the device"
+  const std::string hand = loop.hand == kHands.front().name ? "when the device is not held"
                                                             : "in the hand \"" + std::string(loop.hand) + "\"";
   return hand + (loop.is_touching ? " and the tool is in stiff contact" : " and the tool is in the air");
 }
@@ -327,7 +327,7 @@ void check_axis(const Axis& axis, const Setup& setup, std::vector<StabilityFindi
   if (!finding) return;
   finding->is_rotation = axis.is_rotation;
   if (has_own_mass(axis, setup) && !is_verified(axis, setup)) {
-    finding->text += "; this rests on numbers of the device that nobody has verified: its mass and friction";
+    finding->text += "; this depends on unverified values of the device: its mass and friction";
   }
   findings.push_back(std::move(*finding));
 }

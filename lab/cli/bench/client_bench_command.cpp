@@ -199,7 +199,7 @@ ClientBenchRun BenchSession::run() {
   is_measuring_ = true;
   const LocalTime end = virtual_clock_.now() + experiment_.duration;
   while (virtual_clock_.now() < end) run_slot();
-  if (!std::isfinite(work_)) throw std::runtime_error("the fixed work came to nothing");  // prevents its removal
+  if (!std::isfinite(work_)) throw std::runtime_error("the fixed computation gave no result");  // prevents its removal
   const auto ticks = static_cast<double>(run_.tick.count());
   run_.local_share = static_cast<double>(local_ticks_) / ticks;
   run_.predicting_share = static_cast<double>(predicting_ticks_) / ticks;
@@ -350,7 +350,7 @@ void print(const ClientBenchOptions& options, const std::vector<ClientBenchRow>&
     print_line("fit off the path", row.full, &ClientBenchRun::fit);
     print_line("the machine: a fixed computation", row.full, &ClientBenchRun::work);
     print_line("the machine: reading the clock", row.full, &ClientBenchRun::clock);
-    std::cout << "  force up to " << row.full.front().force_max_n << " N; the local model had the hand in "
+    std::cout << "  force up to " << row.full.front().force_max_n << " N; the local model drove the hand in "
               << 100 * row.full.front().local_share << " % of the ticks\n";
   }
   std::cout << '\n';
@@ -378,7 +378,7 @@ void add_client_bench(CLI::App& bench, int& exit_code) {
   command->add_option("--rtt-ms", options->rtt_ms, "round trip of the simulated link [ms]")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  command->add_option("--repetitions", options->repetitions, "runs of which the median counts")
+  command->add_option("--repetitions", options->repetitions, "number of runs; medians are reported")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   command->add_flag("--check", options->has_check, "exit code 1 when a time is above its bound");

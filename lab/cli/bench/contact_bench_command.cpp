@@ -158,7 +158,7 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
   const auto options = std::make_shared<ContactBenchOptions>();
   CLI::App* contact = bench.add_subcommand("contact", "One mesh touching another, against Bullet's GImpact");
   contact->add_option("--a", options->a, "the tool: a mesh file, or peg, box_with_hole, sphere, cube")->required();
-  contact->add_option("--b", options->b, "what it touches, likewise")->required();
+  contact->add_option("--b", options->b, "the touched object, likewise")->required();
   contact->add_option("--scale", options->scale, "metres per unit of the files, instead of --size-mm");
   contact->add_option("--size-mm", options->size_mm, "longest edge of the bounding box of meshes from files [mm]")
       ->capture_default_str();
@@ -176,8 +176,7 @@ void add_contact_bench(CLI::App& bench, int& exit_code) {
                  "in place of the path: the hand lands the tool at three speeds and two stiffnesses, and the tool is "
                  "dropped on each of its six sides")
       ->excludes(check);
-  contact->add_option("--cache", options->cache,
-                      "folder that keeps what is built of meshes: the next run takes it from there");
+  contact->add_option("--cache", options->cache, "folder that keeps shapes built from meshes for the next run");
   contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
   contact->add_flag("--json", options->prints_json, "print JSON instead of a table");
   contact->footer("Exit code: 0 done, 1 a bound of --check or --landing does not hold, 2 bad input or set-up.");

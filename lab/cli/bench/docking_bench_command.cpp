@@ -235,14 +235,14 @@ void add_docking_bench(CLI::App& bench, int& exit_code) {
   add_docking_options(*command, options->pair);
   command->add_option("--kernel", options->kernel, "avx512, avx2 or portable; default: the widest");
   auto* const interface_atoms = command->add_option("--interface-atoms", options->interface_atoms,
-                                                    "move the ligand until so many atoms of both are within the "
+                                                    "move the ligand until this many atoms of both are within the "
                                                     "cut-off (8 Å without) of the other; default: as in the files");
   interface_atoms->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}));
   auto* const sweep =
       command->add_flag("--sweep", options->runs_sweep, "likewise for 1/32, 1/16, … of them: cost against interface");
   sweep->needs(interface_atoms);
   command->add_flag("--far-grid", options->runs_far_grid,
-                    "what the cut-off leaves out from a grid about the larger molecule");
+                    "compute the part beyond the cut-off from a grid about the larger molecule");
   command->add_option("--out", options->out, "of a sweep: folder for docking-scaling.json and report.html")
       ->needs(sweep);
   command->add_option("--seconds", options->seconds, "time to measure, of each pose [s]")

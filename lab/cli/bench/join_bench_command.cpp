@@ -144,9 +144,9 @@ void add_join_bench(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   join->add_flag("--json", options->prints_json, "print JSON instead of a table");
   join->footer(
-      "touch: from joining to the first touch by a local model; full: by one of the whole assets, which coarse ones "
-      "stand\n"
-      "for before; wait: of the server's state for the line, until then (where all is here: in the whole trial).");
+      "touch: from joining to the first touch by a local model; full: with the whole assets, which coarse "
+      "ones\nreplace until then; wait: of the server's state for the line, until then (in the whole trial if no asset "
+      "is missing).");
   join->callback([options, &exit_code] {
     run_join_bench(*options);
     exit_code = 0;

@@ -98,7 +98,7 @@ std::string output_of(const std::string& command) {
   std::string text;
   std::array<char, 4096> bytes{};
   while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), pipe)) text.append(bytes.data(), count);
-  if (pclose(pipe) != 0) throw std::runtime_error("'" + command + "' failed; what it said is above");
+  if (pclose(pipe) != 0) throw std::runtime_error("'" + command + "' failed; see its output above");
   return text;
 }
 
@@ -163,7 +163,7 @@ LoopFigures run_cyclictest(const LoopBenchOptions& options) {
 LoopBenchResult measure_loop_bench(const LoopBenchOptions& options) {
   const ServerBeside server(options.scene);
   const bool has_peer = has_cyclictest();
-  if (!has_peer) std::cerr << "cyclictest is not there: nothing to compare with (package rt-tests)\n";
+  if (!has_peer) std::cerr << "cyclictest is not installed (package rt-tests): no comparison\n";
   LoopBenchResult result;
   for (int i = 0; i < options.pairs; ++i) {
     if (has_peer) result.peer.push_back(run_cyclictest(options));
@@ -301,7 +301,7 @@ void add_loop_bench(CLI::App& bench, int& exit_code) {
                    "SCHED_FIFO priority of the loop and of cyclictest, 1 to 99; 0: normal scheduler")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
-  command->add_option("--keep-awake", options->keep_awake, "of tandem-client, see there; on: to see what it is worth")
+  command->add_option("--keep-awake", options->keep_awake, "of tandem-client, see there; on: to measure its effect")
       ->check(CLI::IsMember({"auto", "on", "off"}).description(""))
       ->type_name("auto|on|off")
       ->capture_default_str();

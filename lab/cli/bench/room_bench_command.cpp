@@ -56,7 +56,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
   constexpr std::uint64_t kSeed = 1;
   if (hands.size() > scene->world.tools.size()) {
     throw std::invalid_argument("--users " + std::to_string(hands.size()) + ": the scene has " +
-                                std::to_string(scene->world.tools.size()) + " tools; ask for fewer users");
+                                std::to_string(scene->world.tools.size()) + " tools; give fewer users");
   }
   // The hands follow paths and supply no energy, so passivity control is off.
   const server::RoomOptions options{.steps_soft_aside = true, .controls_tool_passivity = false};

@@ -252,9 +252,10 @@ std::vector<Check> checks_of(const ServerBenchOptions& options, const ServerBenc
   const double latency_us = median_p99_us(result, &LoadResult::added_latency);
   const double echoes = latency_us / microseconds(result.echo.quantile(0.99));
   checks.push_back({"server", "added latency, p99", latency_us, Relation::kAtMost, kMaxLatency_us, "µs", 0});
-  checks.push_back({"server", "added latency, p99, of a bare echo's", echoes, Relation::kAtMost, kMaxEchoes, "", 2});
+  checks.push_back(
+      {"server", "added latency, p99, as a multiple of a bare echo", echoes, Relation::kAtMost, kMaxEchoes, "", 2});
   if (options.is_insecure) return checks;
-  checks.push_back({"server", "sealing and opening, of the server's processor time", result.aead_percent,
+  checks.push_back({"server", "sealing and opening, share of the server's processor time", result.aead_percent,
                     Relation::kAtMost, kMaxAead_percent, "%", 1});
   return checks;
 }

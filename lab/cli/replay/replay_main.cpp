@@ -39,7 +39,7 @@ void add_json(CLI::App& command, Options& options) {
 }
 
 void add_scene(CLI::App& command, Options& options) {
-  command.add_option("--scene", options.scene, "the scene of then, where it is not where the recording says")
+  command.add_option("--scene", options.scene, "the scene of the recording, if it is not at the recorded path")
       ->type_name("FILE|NAME");
 }
 
@@ -127,11 +127,10 @@ void declare(CLI::App& app, Options& options, int& exit_code) {
   app.set_version_flag("--version", "tandem-replay " TANDEM_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Exit code: 0 done, 1 the states differ or steps are missing, 2 bad input or set-up, 3 done with what could be "
-      "read: "
-      "the recording is damaged or cut.");
+      "Exit code: 0 done, 1 the states differ or steps are missing, 2 bad input or set-up, 3 done with the readable "
+      "part: the recording is damaged or cut.");
   CLI::App* const info_command =
-      app.add_subcommand("info", "What is in a recording: who, how long, what, and what is missing");
+      app.add_subcommand("info", "Contents of a recording: users, duration, topics and gaps");
   add_file(*info_command, options);
   add_json(*info_command, options);
   info_command->callback([&] { exit_code = info(options); });

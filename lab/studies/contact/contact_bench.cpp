@@ -86,7 +86,7 @@ std::string to_text(const ContactBench& bench) {
        << figures_text(bench.ours) << "  hand's force          moves by "
        << format_significant(bench.ours.hand_force_step_max_n, 3) << " N and "
        << format_significant(1e3 * bench.ours.hand_torque_step_max_n_m, 3)
-       << " mN m a step at most\n  distances asked       " << bench.ours.queries_p50 << " a step, p99 "
+       << " mN m a step at most\n  distance queries      " << bench.ours.queries_p50 << " a step, p99 "
        << bench.ours.queries_p99 << '\n';
   if (bench.gimpact) text << "\nBullet's GImpact        p50 / p99 / p99.9 / max\n" << figures_text(*bench.gimpact);
   text << "\nthis machine            p50 / p99 / p99.9 / max\n"

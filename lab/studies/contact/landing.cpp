@@ -198,10 +198,10 @@ std::vector<Check> landing_checks(const std::vector<Landing>& all) {
     checks.push_back(
         {landing.name, "contacts at most", static_cast<double>(figures.contacts_max), Relation::kAtLeast, 1, "", 0});
     if (landing.speed_m_per_s > 0) {
-      checks.push_back({landing.name, "hand's force steps, of a rigid stop's",
+      checks.push_back({landing.name, "steps of the hand's force, over those of a rigid stop",
                         ratio_of(figures.hand_force_step_max_n, landing.stop_force_n), Relation::kAtMost, kMaxRatio, "",
                         2});
-      checks.push_back({landing.name, "hand's torque steps, of a rigid stop's",
+      checks.push_back({landing.name, "steps of the hand's torque, over those of a rigid stop",
                         ratio_of(figures.hand_torque_step_max_n_m, landing.stop_torque_n_m), Relation::kAtMost,
                         kMaxRatio, "", 2});
       checks.push_back({landing.name, "contact lost again", static_cast<double>(figures.separations), Relation::kAtMost,
@@ -209,7 +209,7 @@ std::vector<Check> landing_checks(const std::vector<Landing>& all) {
     } else if (landing.is_on_face) {
       checks.push_back({landing.name, "at rest after", landing.rest_s, Relation::kAtMost, kDrop_s, "s"});
     }
-    checks.push_back({landing.name, "energy made by contact", 1e3 * figures.contact_created_j, Relation::kAtMost,
+    checks.push_back({landing.name, "energy created by contact", 1e3 * figures.contact_created_j, Relation::kAtMost,
                       1e3 * kMaxCreated_j, "mJ", 3});
   }
   return checks;
@@ -227,9 +227,9 @@ std::string to_text(const std::vector<Landing>& all) {
     const TouchFigures& figures = landing.figures;
     text << landing.name << "\n";
     if (landing.speed_m_per_s > 0) {
-      text << "  hand's force steps by " << format_significant(figures.hand_force_step_max_n, 3)
-           << " N, a rigid stop's by " << format_significant(landing.stop_force_n, 3) << " N\n  torque by             "
-           << format_significant(1e3 * figures.hand_torque_step_max_n_m, 3) << " mN m, by at most "
+      text << "  hand's force step     " << format_significant(figures.hand_force_step_max_n, 3)
+           << " N, of a rigid stop " << format_significant(landing.stop_force_n, 3) << " N\n  torque step           "
+           << format_significant(1e3 * figures.hand_torque_step_max_n_m, 3) << " mN m, of a rigid stop "
            << format_significant(1e3 * landing.stop_torque_n_m, 3) << " mN m\n  contact lost again    "
            << figures.separations << " times\n";
     } else if (std::isfinite(landing.rest_s)) {
@@ -238,7 +238,7 @@ std::string to_text(const std::vector<Landing>& all) {
       text << "  still moves           " << format_significant(1e3 * landing.kinetic_left_j, 3) << " mJ left\n";
     }
     text << "  contact returned      " << format_significant(1e3 * figures.contact_returned_j, 3)
-         << " mJ, made at most " << format_significant(1e3 * figures.contact_created_j, 3) << " mJ\n";
+         << " mJ, created at most " << format_significant(1e3 * figures.contact_created_j, 3) << " mJ\n";
   }
   return text.str();
 }

@@ -44,7 +44,7 @@ geometry::TriangleMesh mesh_from(const std::string& name, const std::string& opt
   }
   geometry::TriangleMesh mesh;
   try {
-    mesh = server::read_mesh_file(name, "give a file that is there");
+    mesh = server::read_mesh_file(name, "give an existing file");
   } catch (const std::runtime_error& error) {
     throw std::invalid_argument(option + " is " + error.what() + "; or a generated mesh: " + generated_names());
   }

@@ -343,8 +343,8 @@ Reproduction reproduce_prediction(const Clock& clock) {
   result.title = "Prediction of a force from 200 to 1000 Hz";
   result.summary =
       "Each series is made here by the simulation that also runs elsewhere, at 1 kHz; every fifth sample is sent, "
-      "without delay, and what each prediction shows at each millisecond is held against the truth. Error: length of "
-      "the force's difference; variance: of the difference about its mean. Chatter is the peg and the box in stock "
+      "without delay, and the value of each prediction at each millisecond is compared with the truth. Error: length "
+      "of the force's difference; variance: of the difference about its mean. Chatter is the peg and the box in stock "
       "Bullet (GImpact) with a step of 2 to 10 ms that follows the number of contacts; between its steps the truth is "
       "the straight line. The thesis's own force was of its own peg, hand and machine, and is not published.";
   const std::vector<ForceSeries> shipped = shipped_series();

@@ -339,7 +339,7 @@ void add_checks(const AxisCalibration& axis, const CalibrationSettings& settings
       worst.stiffness, Relation::kAtMost, 1, 3);
   add("range of a resting handle in encoder steps", worst.rest, Relation::kAtMost,
       kFitTolerance * settings.restlessness_steps, 2);
-  add("roughness as a share of what is allowed", worst.roughness, Relation::kAtMost, kFitTolerance, 3);
+  add("roughness as a share of the allowed one", worst.roughness, Relation::kAtMost, kFitTolerance, 3);
   add("least fitted stiffness as a share of the best", worst.share_of_stiffness, Relation::kAtLeast,
       kMinShareOfStiffness, 3);
   add("least fitted damping as a share of the best", worst.least_damping, Relation::kAtLeast, 1 / kMaxOfDamping, 3);

@@ -145,7 +145,7 @@ Plot damping_figure(const AxisCalibration& axis, const Words& words) {
 
 Table points_table(const AxisCalibration& axis, const Words& words) {
   Table table;
-  table.caption = "What was found for each tool, and what the polynomials make of it";
+  table.caption = "Best values of each tool, and the values of the polynomials";
   table.columns = {{words.inertia, ""},      {"best " + std::string(words.stiffness), ""},
                    {"not stiffer for", ""},  {"best " + std::string(words.damping), ""},
                    {"fitted stiffness", ""}, {"fitted damping", ""},
@@ -169,12 +169,9 @@ std::string method(const Calibration& calibration) {
       << s.restlessness_steps
       << " encoder steps; (3) adds no more roughness (RMS above 30 Hz, with encoder steps and a "
       << "tremor of " << s.tremor_rms_n << " N) than " << 1e3 * s.roughness_floor_n << " mN and "
-      << 100 * s.roughness_share_of_weight
-      << " % of the tool's weight; and (4) is within what the device may be asked. "
+      << 100 * s.roughness_share_of_weight << " % of the tool's weight; and (4) is within the device's limits. "
       << "Best damping: the tool settles soonest once it is suddenly heavy (least ∫ t |d − d_rest| dt) under the same "
-         "conditions. "
-         "The polynomial's degree "
-         "is "
+         "conditions. The polynomial's degree is "
       << "that which errs least at points it was not shown. All on the simulated hand; masses, damping and resolutions "
       << "are those of the profile.";
   return text.str();
@@ -187,11 +184,11 @@ std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& wo
   for (const CalibrationPoint& point : axis.left_out) {
     remarks.push_back("left out, too light: " + text_of(point.mass_kg) + " kg; even " + text_of(point.best.stiffness) +
                       unit + " breaks \"" + std::string(point.limited_by) +
-                      "\"; it gets what the lightest tried one gets");
+                      "\"; it gets the values of the lightest tried one");
   }
   if (!axis.is_maximum_verified) {
     remarks.push_back("capped at " + text_of(axis.stiffness_maximum) + unit +
-                      ": nobody has verified what this device can show; this table is not its own");
+                      ": the stiffness that this device can show is unverified; this table is not its own");
   }
   return remarks;
 }

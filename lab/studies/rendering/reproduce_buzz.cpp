@@ -189,14 +189,14 @@ void add_claims(Reproduction& result, const std::vector<LawBuzz>& laws, const Pr
   const std::string with = conditions(settings);
   PressSettings still = settings;
   still.tremor_rms_n = 0;
-  const std::string share = "share of what qsa-dynamic hands back above 30 Hz, ";
+  const std::string share = "share of qsa-dynamic's force above 30 Hz, ";
   result.claims = {
       {law, "touches compared below 0.5 % of F_max", static_cast<double>(light.count), Relation::kAtLeast, 4, "", 0},
       {law, share + "below 0.5 % of F_max (" + with + ")", light.worst_ratio, Relation::kAtMost, 1.0 / 3, "", 3},
       {law, share + "at 1 N (" + with + ")", ours_n / rival.presses[kOneNewton].rms_n, Relation::kAtMost, 1.5, "", 3},
       {law, "no limit cycle: range of the force at rest, exact encoder, no tremor", 1e3 * rest.exact_n,
        Relation::kAtMost, 0.01, "mN", 6},
-      {law, "no limit cycle: range at rest over what a step of the encoder is worth (" + conditions(still) + ")",
+      {law, "no limit cycle: range at rest over the force of an encoder step (" + conditions(still) + ")",
        rest.over_quantum, Relation::kAtMost, 1, "", 2},
       {std::string(kLiteral), "chatters, as shown: above 30 Hz at 1 N over the default (" + with + ")",
        literal_n / ours_n, Relation::kAtLeast, 10, "", 1}};

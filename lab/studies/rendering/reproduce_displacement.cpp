@@ -252,9 +252,9 @@ Reproduction reproduce_displacement(const Clock&) {
   result.summary =
       "The handle is held still; the tool hangs from it until it rests. The adaptive law has the published fit, k = "
       "116.53 m + 16.21 N/m, held outside 0.05 to 0.2 kg; every other law has its k_t at 0.05 kg, F_max is 6.5 N and "
-      "the softness 0.2. The stiffness of the published baselines is not published: what their ratios imply is given "
-      "beside them. What is expected of each law is written out for this comparison, apart from the law's own code. "
-      "0.6 kg weigh more than the 5.2 N from which the force bends.";
+      "the softness 0.2. The stiffness of the published baselines is not published: the values that their ratios imply "
+      "are given beside them. The expectation for each law is written out for this comparison, apart from the law's "
+      "own code. 0.6 kg weigh more than the 5.2 N from which the force bends.";
   std::vector<LawSag> sags;
   for (const char* law : kLaws) sags.push_back(measured(law));
   add_published_rows(result, sags);

@@ -159,7 +159,7 @@ Reproduction reproduce_growth(const Clock&) {
   result.summary =
       "F_max 4 N, k_t 200 N/m, so d_max 20 mm; pressed by 10 mm. The curves are the laws alone; in the strokes a "
       "handle is moved at 20 mm/s into a plane and back by a 0.02 kg tool, damping 0.4 N·s/m. The literal law takes "
-      "its curve on the way in and k_t on the way out: what it returns is more than what was stored. Given the same "
+      "its curve on the way in and k_t on the way out: it returns more energy than was stored. Given the same "
       "k_t the adaptive law is the spring-damper.";
   boost::json::object details;
   details["settings"] = {{"force_limit_n", kLimit_n},

@@ -95,9 +95,9 @@ double slope_jump() {
 
 Plot curve_figure() {
   Plot figure;
-  figure.caption = "Force shown against force asked for, and its slope times 6.5";
+  figure.caption = "Force shown against requested force, and its slope times 6.5";
   figure.description = figure.caption;
-  figure.x.label = "asked for [N]";
+  figure.x.label = "requested [N]";
   figure.y.label = "shown [N]";
   figure.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
   Series curve{"force", {}, {}, 0}, slope{"slope × 6.5", {}, {}, 1, Dash::kDotted};
@@ -122,7 +122,7 @@ Plot press_figure(const std::vector<Press>& presses) {
     figure.series.push_back(
         {format_fixed(kSaturatingMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
   }
-  figure.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().requested_n, 4, Dash::kDotted});
+  figure.series.push_back({"requested, 0.05 kg", presses.front().at_s, presses.front().requested_n, 4, Dash::kDotted});
   return figure;
 }
 
@@ -134,8 +134,7 @@ Reproduction reproduce_saturation(const Clock&) {
   result.summary =
       "A hand of 200 N/m presses 70 mm into a plane and comes back, k_t 300 N/m, damping 3 N·s/m, F_max 6.5 N, "
       "softness 0.2, for every law and mass. Saturation is part of the coupling: hand and tool get the same force. "
-      "Identity and "
-      "limit are read from the simulated forces, the slope at the knee from the curve.";
+      "Identity and limit are read from the simulated forces, the slope at the knee from the curve.";
   std::vector<Press> linear;
   double largest_n = 0, unequal_n = 0, requested_n = 0;
   boost::json::object details;
@@ -163,12 +162,12 @@ Reproduction reproduce_saturation(const Clock&) {
   }
   result.rows = {{"force from which it bends", "5.2 N", format_fixed(kKnee_n, 1) + " N"},
                  {"largest force, all laws and masses", "below 6.5 N", format_fixed(largest_n, 3) + " N"},
-                 {"largest force asked for, spring-damper", "", format_fixed(requested_n, 2) + " N"}};
+                 {"largest requested force, spring-damper", "", format_fixed(requested_n, 2) + " N"}};
   const std::string all = "all laws, 0.05 to 0.2 kg";
   result.claims = {{"spring-damper", "force below 5.2 N is changed by", changed_below_knee_n(linear), Relation::kAtMost,
                     1e-9, "N", 12},
-                   {"spring-damper", "force asked for in the press goes beyond the limit", requested_n,
-                    Relation::kAtLeast, kForceLimit_n, "N", 2},
+                   {"spring-damper", "requested force in the press exceeds the limit", requested_n, Relation::kAtLeast,
+                    kForceLimit_n, "N", 2},
                    {"curve", "slope jumps at the knee by", slope_jump(), Relation::kAtMost, 1e-5, "", 7},
                    {all, "largest force", largest_n, Relation::kAtMost, kForceLimit_n, "N", 4},
                    {all, "force on hand and force on tool differ by", unequal_n, Relation::kAtMost, 1e-9, "N", 12}};

@@ -280,8 +280,8 @@ Reproduction reproduce_zwidth(const Clock&) {
       dampings +
       " N·s/m. Predicted: spectral radius of the loop, linear at the steepest place of the law's curve. Simulated: the "
       "hand lowers itself there; bisection to 0.5 % on whether it comes to rest. Laws that switch with the hand's "
-      "direction are not linear anywhere and chatter far below what such a prediction would be: of them the lowest "
-      "stiffness that does not come to rest is shown, looked for upwards from 50 N/m in steps of 10 %; some stiffer "
+      "direction are not linear anywhere and chatter far below such a prediction: for them the lowest stiffness that "
+      "does not come to rest is shown, searched upwards from 50 N/m in steps of 10 %; some stiffer "
       "ones happen to rest. Laws that are steepest at no force are pressed with 2 % of F_max.";
   boost::json::object details;
   details["settings"] = {{"force_limit_n", kForceLimit_n},

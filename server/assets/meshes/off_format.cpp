@@ -97,7 +97,7 @@ class OffReader {
     const std::optional<long long> size = whole_number_in(next_word(row));
     const auto refuse = [&] {
       throw Refusal("whose face " + std::to_string(index + 1) +
-                    " is no count and so many indices of vertices; export the mesh again");
+                    " is no count with that many indices of vertices; export the mesh again");
     };
     if (!size || *size < 0) refuse();
     face_.clear();

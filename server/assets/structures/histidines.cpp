@@ -56,7 +56,7 @@ class HistidineChooser {
     if (ce1 == nullptr || cg == nullptr || cd2 == nullptr) return {"HISE", "its ring is incomplete"};
     const Evidence delta = evidence(residue, *nd1, *cg, *ce1), epsilon = evidence(residue, *ne2, *cd2, *ce1);
     if (std::max(std::abs(delta.strongest), std::abs(epsilon.strongest)) < kMinWeight)
-      return {"HISE", "nothing near its nitrogens tells"};
+      return {"HISE", "no atom near its nitrogens decides"};
     const bool is_delta = delta.sum > epsilon.sum;
     const Evidence& stronger = std::abs(delta.strongest) > std::abs(epsilon.strongest) ? delta : epsilon;
     return {is_delta ? "HISD" : "HISE", stronger.text};

@@ -253,7 +253,8 @@ class Loader {
            ": Coulomb energies are doubtful; complete the structure, or build its hydrogens");
     }
     if (!uncharged_.empty()) {
-      note("charges that are lost, of groups that " + force_field_.name + " does not know or the file has in part: " +
+      note("charges that are lost, of groups that " + force_field_.name +
+           " does not contain or the file has in part: " +
            joined(uncharged_, [](const std::string& text) { return printable_text(text); }));
     }
   }

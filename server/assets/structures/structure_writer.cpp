@@ -243,7 +243,7 @@ std::string quoted_value(const Row& row, const std::string& value) {
   for (const char quote : {'\'', '"'}) {
     if (value.find(quote) == std::string::npos) return quote + value + quote;
   }
-  refuse(row, "mmCIF has no quotes for what has both kinds, " + value + "; correct it in its file");
+  refuse(row, "mmCIF has no quotes for text with both kinds, " + value + "; correct it in its file");
 }
 
 /// Three decimals, more only if they are not zero, so the receptor's coordinates equal those of its file.

@@ -132,7 +132,7 @@ TEST_F(CommandPipeTest, FinishDoesNotWaitLongForOneWhoReadsNothing) {
   const auto begin = std::chrono::steady_clock::now();
   pipe_->finish();
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
-  EXPECT_EQ(pipe_->problem(), "its reader took none before the program ended");
+  EXPECT_EQ(pipe_->problem(), "its reader read none before the program ended");
 }
 
 TEST_F(CommandPipeTest, AnInputThatCannotBeReadIsOver) {

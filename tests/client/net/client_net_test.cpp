@@ -51,7 +51,7 @@ TEST(ClientIo, JoinsAndGetsStateUntilItLeaves) {
   EXPECT_TRUE(test::eventually([&io] { return io.snapshot().has_clock; }));
   io.stop();
   EXPECT_EQ(io.snapshot().status.state, SessionState::kEnded);
-  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("asked to leave"); }));
+  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("left on request"); }));
 }
 
 TEST(ClientIo, WhereTheHapticThreadHasTheHandleTheToolFollows) {
@@ -269,7 +269,7 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
   EXPECT_GT(snapshot.links.up.delivered, 0U);
   io.stop();
-  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("asked to leave"); }))
+  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("left on request"); }))
       << "the leave went through the link before the end";
 }
 

@@ -123,7 +123,7 @@ TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
   connected_bench.join();
   connected_bench.send_update();
   connected_bench.wait(std::chrono::milliseconds(1500));
-  EXPECT_THAT(connected_bench.session.status().why, HasSubstr("nothing came from the server for 1500 ms"));
+  EXPECT_THAT(connected_bench.session.status().why, HasSubstr("nothing was received from the server for 1500 ms"));
 }
 
 TEST(ClientSession, TextFromTheWireCannotWriteEscapeSequences) {

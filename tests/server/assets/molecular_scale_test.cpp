@@ -316,7 +316,7 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
   const auto grid = load();
   EXPECT_EQ(grid->description.molecular_field().cutoff_angstrom(), 8);
   EXPECT_THAT(grid->notes_for_users,
-              ::testing::Contains("atoms within 8 angstrom act on each other, and what is beyond by a grid"));
+              ::testing::Contains("atoms within 8 angstrom act on each other, and those beyond by a grid"));
   const auto force_kcal_per_mol = [](const LoadedScene& scene, double apart_m) {
     physics::MolecularForces forces(scene.world);
     std::array<Wrench, 2> wrenches{};

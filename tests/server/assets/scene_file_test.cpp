@@ -136,7 +136,7 @@ std::vector<BadScene> bad_bodies() {
        {"molecule.file is /usr/share/pymol/none.pdb, which does not exist; install Debian package pymol-data"}},
       {"MoleculeInCompany",
        with_shape(R"({"molecule": {"file": "a.pdb"}}, {"sphere": {"radius_m": 1}})"),
-       {"shapes[0].molecule has company"}},
+       {"shapes[0].molecule is one of several shapes"}},
       {"ShiftedMolecule",
        with_shape(R"({"molecule": {"file": "a.pdb"}, "placement": {"position_m": [0, 0, 1]}})"),
        {"shapes[0].placement is not zero", "place the body"}},

@@ -169,7 +169,7 @@ TEST_F(PoseKeeperTest, AMinimisationEndsWhenAUserBringsTheMoleculesElsewhere) {
     if (answer.request() != 0) answers[answer.request()] = answer;
     return true;
   });
-  EXPECT_THAT(answers[1].error().text(), HasSubstr("ada has brought the molecules elsewhere"));
+  EXPECT_THAT(answers[1].error().text(), HasSubstr("ada has moved the molecules"));
   EXPECT_THAT(answers[2].error().text(), HasSubstr("a minimisation of ada is under way"));
   EXPECT_TRUE(answers[3].has_pose_taken());
 }

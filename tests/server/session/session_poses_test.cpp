@@ -125,7 +125,7 @@ TEST_F(SessionPosesTest, OnlyTheUserWhoAskedAndTheOperatorCancelAMinimisation) {
   EXPECT_THAT(ended(), HasSubstr("cancelled"));
   begin();
   bench_->send(olga, test::message_of([](auto& message) { message.mutable_reset_room(); }));
-  EXPECT_THAT(ended(), HasSubstr("put everything back"));
+  EXPECT_THAT(ended(), HasSubstr("reset the room"));
   begin();
   bench_->hub->on_disconnected(ada_.handle, bench_->now);
   keeper_->work();

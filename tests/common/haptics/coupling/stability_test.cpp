@@ -127,7 +127,7 @@ TEST(CheckCoupling, AsksForDampingWhereThereIsTooLittle) {
   const auto findings = check_coupling(parameters, 0.1, 0, device);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].parameter, "coupling.damping_n_s_per_m");
-  EXPECT_THAT(findings[0].text, AllOf(HasSubstr("nobody"), HasSubstr("at least")));
+  EXPECT_THAT(findings[0].text, AllOf(HasSubstr("is not held"), HasSubstr("at least")));
   EXPECT_EQ(
       finding_of(check_coupling(remedied(parameters, findings[0], 1), 0.1, 0, device), StabilityVerdict::kUnstable),
       nullptr);
