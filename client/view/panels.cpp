@@ -103,7 +103,7 @@ void draw_room(const PanelContent& content) {
     fact("room", io.room);
   }
   if (scene != io.room) fact("scene", scene);
-  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("reset room")) {
+  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("reset the room")) {
     content.client->send(command::ResetRoom{});
   }
 }
