@@ -10,6 +10,7 @@ import count_types
 import grammar
 import includes
 import links
+import members
 import same_code
 import skips
 import words
@@ -127,12 +128,46 @@ class Counts(Tree):
         text = "int f(int a,\n      int b) {\n  return a;\n}\n\nnamespace n {\nvoid g() {\n  a();\n  b();\n}\n}\nstruct S {\n  int x;\n};\n"
         self.assertEqual(count_types.function_lengths(text), [1, 2])
 
-    def test_a_header_is_public_by_use_from_another_namespace(self):
+    def test_a_type_is_shared_by_use_from_another_top_level_folder(self):
         self.write("common/base/a.hpp", "namespace tandem {\nstruct A {\n};\n}\n")
         self.write("common/net/b.hpp", '#include "common/base/a.hpp"\nstruct B {\n};\n')
-        self.write("common/net/c.cpp", '#include "common/net/b.hpp"\nint f() {\n  return 0;\n}\n')
+        self.write("server/c.cpp", '#include "common/net/b.hpp"\n\n// nothing\nint f() {\n  return 0;\n}\n')
         figures = count_types.measure(self.root)[0]
-        self.assertEqual((figures["types"], figures["types_in_public_headers"], figures["types_directly_in_tandem"]), (2, 1, 1))
+        self.assertEqual((figures["types_shared_by_folders"], figures["types_directly_in_tandem"]), (1, 1))
+        self.assertEqual((figures["code_lines_of_common"], figures["code_lines_of_server"]), (7, 4))
+
+
+class Members(Tree):
+    TEXT = """
+struct Settings {
+  double a = 1;
+  int b{2};
+  std::string c;
+};
+class Whole : public Base<int> {
+ public:
+  Whole(int a, int b) : a_(a) { f(); }
+  void f() const { int local = 1; }
+  std::function<void(int)> on_event;  // not a function
+  static constexpr int kNone = 3;
+  using Name = int;
+
+ private:
+  struct Part {
+    explicit Part(int x) : x_(x) {}
+    int x_;
+    Whole* whole = nullptr;
+  };
+  enum class Kind { kOne, kTwo };
+  int a_;
+  std::vector<Part> parts_{};
+  Kind kind_ = Kind::kOne;
+};
+"""
+
+    def test_data_is_counted_with_that_of_nested_structs_and_settings_are_exempt(self):
+        self.write("client/a.hpp", self.TEXT)
+        self.assertEqual(members.counts(self.root), [(6, "client/a.hpp", "Whole"), (2, "client/a.hpp", "Whole::Part")])
 
 
 class Words(Tree):
