@@ -1,4 +1,4 @@
-// The search over two cluster trees against a search over all pairs of points.
+// Compares the search over two cluster trees with a search over all pairs of points.
 #include "common/docking/cluster_tree.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
   return found;
 }
 
-/// Searches the larger molecule against the smaller one, and the reverse.
+/// If the parameter is true, the larger molecule is searched against the smaller one, otherwise the reverse.
 class NeighbourSearches : public testing::TestWithParam<bool> {};
 
 TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {
