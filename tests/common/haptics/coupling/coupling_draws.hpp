@@ -35,8 +35,7 @@ inline CouplingParameters random_parameters(Random& random) {
   return c;
 }
 
-/// An invalid or extreme number (NaN, infinity), or an ordinary one. No device and no packet may cause harm by such a
-/// number.
+/// An invalid or extreme number (NaN, infinity), or an ordinary one. Devices and packets may contain any of them.
 inline double hostile_number(Random& random) {
   constexpr std::array kHostile{std::numeric_limits<double>::quiet_NaN(),
                                 std::numeric_limits<double>::infinity(),

@@ -166,7 +166,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   const PushAndRetreat blunt = push_and_retreat(*law, 0.010);
   EXPECT_NEAR(blunt.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_NEAR(blunt.returned_j, 10.0e-3, 1e-6);
-  // The printed factor 2 can be an exponent or a factor. The test covers both readings.
+  // The 2 that the source prints can be an exponent or a factor. The test covers both readings.
   CouplingParameters sharp = kExample;
   sharp.curve_sharpness = 2;
   law->set_parameters(sharp);
