@@ -25,7 +25,7 @@ struct FalconFaults {
   bool greets_with_zero = false;  ///< sends a byte 00 before its answer to a greeting
   int uploads_corrupted = 0;      ///< number of uploads, from the first, in which one byte is echoed wrongly
   bool stops_in_upload = false;   ///< sends nothing more after 1000 bytes
-  bool sends_garbage = false;     ///< sends random bytes before each reply
+  bool sends_garbage = false;     ///< sends invalid bytes before each reply
   bool splits_replies = false;    ///< distributes each reply over three USB packets
   int replies_delayed_by = 0;     ///< number of empty USB packets before each reply
   bool has_frozen_encoders = false;
