@@ -127,7 +127,7 @@ int run(const Commands& commands, char** program_and_arguments) {
 
 template <class Fake>
 int run_with(char** program_and_arguments) {
-  // Requests real-time priority, if allowed, so that response times are similar to those of a kernel. Threads that are
+  // Requests real-time priority, if allowed, so that response times are as short as a kernel's. Threads that are
   // started later inherit it.
   const sched_param priority{.sched_priority = 75};
   sched_setscheduler(0, SCHED_FIFO, &priority);

@@ -211,7 +211,7 @@ inline std::string ply_strips(const Surface& s, bool is_binary) {
 
 struct ColladaOptions {
   std::string up_axis{};  ///< empty if the file does not state it, which means Y_UP
-  std::string unit{};     ///< such as "0.001"; empty if the file does not state it
+  std::string unit{};     ///< length unit in metres, for example "0.001"; empty if the file does not state it
   std::string node{};     ///< XML elements of the node's transformation
 };
 

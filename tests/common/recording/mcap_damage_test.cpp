@@ -221,7 +221,7 @@ TEST(McapDamage, IsNamedWithItsByte) {
   }
 }
 
-/// If the type of a chunk is changed to that of a private record, a reader would ignore the chunk.
+/// If damage changes the type of a chunk to a private record type, a reader would ignore the chunk.
 TEST(McapDamage, AChunkThatWasMadeAnotherRecordIsNoticed) {
   Random random(4);
   const Written written = random_file(random);

@@ -64,7 +64,7 @@ test::Surface box() {
   return test::prism({{0, 0}, {1, 0}, {1, 2}, {0, 2}}, 3);
 }
 
-/// A convex prism that is about as wide as it is high, with random orientation, size and position.
+/// A convex prism of about equal width and height, with random orientation, size and position.
 struct Part {
   test::Surface surface;
   double scale = 1;

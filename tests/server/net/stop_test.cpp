@@ -130,7 +130,7 @@ struct Asker {
   static constexpr std::uint64_t kToken = 59;
   Connection connection;
   std::uint32_t last_request = 0;
-  std::map<std::uint32_t, wire::ServerControl> answers;  ///< by request number
+  std::map<std::uint32_t, wire::ServerControl> answers;  ///< answer to each request, by request number
 };
 
 enum class Ending { kStop, kCrash, kException };

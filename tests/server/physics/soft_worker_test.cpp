@@ -1,5 +1,5 @@
-// Tests soft bodies on a separate thread. The results must be bit-identical to those of stepping on the room's thread,
-// and the room must never wait for the separate thread.
+// Tests soft bodies on a separate thread. The results must be bit-identical to the results of stepping on the room's
+// thread, and the room must never wait for the separate thread.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -209,7 +209,7 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
 }
 
 TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
-  // A drift of 200 ppm is far more than that of crystals. In 20 s the clocks diverge by 4 ms.
+  // A drift of 200 ppm is far more than crystals have. In 20 s the clocks diverge by 4 ms.
   for (const double drift : {200e-6, -200e-6}) {
     SCOPED_TRACE(drift);
     Line line(link_of(0.020, 0, 0), drift);

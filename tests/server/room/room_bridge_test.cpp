@@ -215,7 +215,7 @@ TEST_F(RoomBridge, NoModeNorAChangeOfItAllocates) {
   EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
-/// The force acts on the hand of the second of two users, who presses 8 mm deep. The first user is idle.
+/// The second of two users presses 8 mm deep and feels the force. The first user is idle.
 TEST(RoomLaw, IsTheScenesAgainWhenTheOperatorHasLeft) {
   const auto scene = physics::load_parts({.tools = R"({"name": "l", "placement": {"position_m": [0, 0, 2]}},
                    {"name": "r", "placement": {"position_m": [0, 0, 0.505]}})"});

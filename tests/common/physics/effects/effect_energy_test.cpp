@@ -61,8 +61,7 @@ class ClosedPath {
 struct Work {
   double net_j = 0;
   double highest_j = 0;
-  Vec3 end = Vec3::Zero();  ///< end of the tool's path; an attractive effect holds the tool slightly away from the end
-                            // of `ClosedPath`
+  Vec3 end = Vec3::Zero();  ///< last position of the tool; an attractive effect holds it slightly off the path
 };
 
 Work work_along(const Effect& effect, SteppedTool tool, const ClosedPath& path) {
