@@ -69,7 +69,7 @@ TEST(HandPath, ReadsWhatAFileSaysAndKeepsWhatItLeavesOut) {
       {"t_s": 3, "buttons": [], "phase": "approach"}]})",
                                         "file.json");
   EXPECT_EQ(path.pose_at(seconds(1)).p, Vec3(1, 2, 3));
-  // The rotation is about the fixed x axis first, then about the fixed z axis: y → z → z, and x → x → y.
+  // The first rotation is about the fixed x axis, the second about the fixed z axis: y → z → z, and x → x → y.
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-12);
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
   EXPECT_EQ(path.pose_at(seconds(2)).p, Vec3(4, 5, 6));
@@ -169,8 +169,8 @@ SineComponent sine(const Vec3& axis, double frequency_hz, double amplitude_m, do
   return {axis, frequency_hz, amplitude_m, phase_rad};
 }
 
-/// A path with two way points and a multisine from 4 s to 10 s: a circle of 10 mm and a sine of 5 Hz, both faded in and
-/// out within 0.5 s.
+/// A path with two way points and a multisine from 4 s to 10 s. The multisine has a circle of 10 mm and a sine of 5 Hz,
+/// both faded in and out within 0.5 s.
 HandPath shaken_move() {
   std::vector<WayPoint> points(2);
   points[1].at = seconds(12);

@@ -305,7 +305,7 @@ inline std::string chunk_3ds(std::uint16_t id, const std::string& content) {
   return bytes + content;
 }
 
-/// In      master_scale  scale of the editor, 0: not written
+/// In      master_scale  scale of the editor; 0 if it is not written
 inline std::string file_3ds(const Surface& s, float master_scale = 0) {
   std::string vertices, faces, scale;
   append(vertices, static_cast<std::uint16_t>(s.vertices.size()));

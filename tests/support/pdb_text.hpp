@@ -16,7 +16,7 @@
 namespace tandem::test {
 
 struct PdbLine {
-  std::string name;  ///< padded to its columns: " CA ", "1HB "
+  std::string name;  ///< padded with spaces to four columns: " CA ", "1HB "
   std::string residue = "ALA";
   int number = 1;
   char chain = 'A';

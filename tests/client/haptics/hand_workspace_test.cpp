@@ -63,7 +63,7 @@ TEST(HandWorkspace, BeyondTheBorderTheToolGoesOnAWallIsFeltAndNothingSteps) {
   rig.move_to(Vec3(0.048, 0, 0));
   const double before_m = rig.x_W();
   rig.stay(1000);
-  // The hand is 80 % of the way from the inner to the outer border, so the workspace moves by 0.8² of its width per
+  // The hand is 80 % of the way from the inner to the outer border. So the workspace moves by 0.8² of its width per
   // second.
   EXPECT_NEAR(rig.x_W() - before_m, 0.64 * 2 * kHalf_m, 0.005);
   EXPECT_NEAR(rig.force().x(), -0.8 * 2, 0.02) << "a quarter of 8 N is 2 N";

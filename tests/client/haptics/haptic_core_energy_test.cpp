@@ -151,8 +151,8 @@ double energy_taken_j(bool is_passivity_controlled) {
 
 TEST(HapticCore, WithThePassivityControllerALateForceGivesTheHandNoEnergy) {
   EXPECT_GT(energy_taken_j(false), 30e-3);
-  // The bound is the sum of 1 mJ, for the initial credit and the energy that the start ramp left out, and the leak in
-  // six seconds.
+  // The bound is 1 mJ plus the leak in six seconds. The 1 mJ covers the initial credit and the energy that the start
+  // ramp left out.
   EXPECT_LT(energy_taken_j(true), 1e-3 + 6 * haptics::HandPassivityController::kLeakRate_w);
 }
 

@@ -34,7 +34,7 @@ struct Rig {
     // The reception time is an hour in the future, so that the server never times out in these tests.
     state.received = SteadyClock().now() + std::chrono::hours(1);
     loop.start();
-    wait_for_ticks(5);  // the loop adopts the scene; only then can a state belong to it
+    wait_for_ticks(5);  // a state is accepted only after the loop has adopted the scene
     mailboxes.inbox.publish(state);
   }
 

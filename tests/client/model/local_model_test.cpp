@@ -34,7 +34,7 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
   return mass;
 }
 
-/// A table with its top at z = 0, a block of 0.5 kg, and a tool with a spherical tip on each side of the block.
+/// A table with its top at z = 0 and a block of 0.5 kg on it. On each side of the block is a tool with a spherical tip.
 std::shared_ptr<physics::WorldDescription> scene() {
   auto world = std::make_shared<physics::WorldDescription>();
   physics::BodyDescription table;

@@ -199,7 +199,7 @@ TEST(DistanceGrid, LooksAheadToTheSurfaceFromAfar) {
     const double height = random.uniform(0, 0.015);
     const DistanceSample sample = grid->sample((kRadiusM + height) * out);
     // Far from the surface the cells have h = 3.2 mm. At a radius r of 10 mm the interpolation error is 2 h² / (8 r) =
-    // 0.26 mm, and twice that at the corner of the lattice.
+    // 0.26 mm. At the corner of the lattice it is twice as large.
     EXPECT_NEAR(sample.distance_m, height, 6e-4);
     EXPECT_GT(sample.gradient.normalized().dot(out), std::cos(0.2)) << height;
   }

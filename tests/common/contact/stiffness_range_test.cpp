@@ -1,5 +1,5 @@
-// For stiffnesses from foam to steel and tools from a needle to a hammer, a pressed tool must be stable, and the user
-// must feel the force of the surface.
+// Tests stiffnesses from foam to steel, and tools from a needle to a hammer. A pressed tool must be stable, and the
+// user must feel the force of the surface.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/touch_rig.hpp"

@@ -61,8 +61,8 @@ double distance_to_triangle_m(const Triangle& triangle, const Vec3& p) {
   return std::min({distance_to_segment_m(p, a, b), distance_to_segment_m(p, b, c), distance_to_segment_m(p, c, a)});
 }
 
-/// Returns true if the segment from `p` to `q` crosses the triangle: its ends are on different sides of the triangle,
-/// and it passes all three edges on the same side.
+/// Returns true if the segment from `p` to `q` crosses the triangle. Then its ends are on different sides of the
+/// triangle, and it passes all three edges on the same side.
 bool pierces(const Vec3& p, const Vec3& q, const Triangle& t) {
   constexpr double kRounding = 1e-18;
   const auto volume = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr unsigned kClusterTreeSeed = 20261123;
 
-using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< leaf of A, leaf of B
+using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< a leaf of A and a leaf of B
 
 std::vector<std::uint32_t> leaf_of_each_point(const ClusterTree& tree) {
   std::vector<std::uint32_t> leaves(tree.order().size());

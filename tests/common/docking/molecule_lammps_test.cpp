@@ -77,7 +77,7 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
     const FieldResult result = exact_field(a_, b_, golden.X_AB, {}, {&forces, &on_b});
     forces.insert(forces.end(), on_b.begin(), on_b.end());
     EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
-    // If a force is below 1e-6 of the largest force, its pair forces almost cancel, so the text file has too few
+    // If a force is below 1e-6 of the largest force, its pair forces almost cancel. The text file then has too few
     // significant digits of it.
     const double floor = 1e-6 * largest_of(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {

@@ -1,5 +1,5 @@
-// The field of two molecules must not depend on which of them is the ligand, and must have the same energy well as the
-// sum over all pairs.
+// The field of two molecules must not depend on which of them is the ligand. Its energy well must be that of the sum
+// over all pairs.
 #include <gtest/gtest.h>
 
 #include <algorithm>

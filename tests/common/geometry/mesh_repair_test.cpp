@@ -159,8 +159,8 @@ TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
 }
 
 TEST(MeshRepair, ClosesALongNarrowCrack) {
-  // The mesh is that of the previous test, but the new vertex is 20 µm off the edge. A disc with the length of the crack
-  // as its diameter would have 5 % of the cube's area.
+  // The mesh is that of the previous test, but the new vertex is 20 µm off the edge. A disc with the length of the
+  // crack as its diameter would have 5 % of the cube's area.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();

@@ -106,8 +106,8 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // The window must shrink to √(12 step / a) or less, because within a long window the motion would deviate by 4 mm
-  // from a line.
+  // The window must shrink to √(12 step / a) or less. Within a long window the motion would deviate by 4 mm from a
+  // line.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 

@@ -264,8 +264,8 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const auto lost = static_cast<double>(kCount - arrivals.size());
   EXPECT_EQ(link.counters().lost, kCount - arrivals.size());
 
-  // The fraction of time that a two-state chain spends in one state during T has the variance 2 p (1−p) t_c / T, with
-  // 1/t_c = 1/bad + 1/good.
+  // A two-state chain spends a fraction of the time T in one state. The variance of this fraction is 2 p (1−p) t_c / T,
+  // with 1/t_c = 1/bad + 1/good.
   const double bad_s = 0.020;
   const double good_s = bad_s * 0.95 / 0.05;
   const double correlation_s = 1 / (1 / bad_s + 1 / good_s);

@@ -30,7 +30,7 @@ struct Packet {
   Duration arrived{0};
 };
 
-/// One packet per millisecond for 10 s, in order, over a link with a delay of 50 ms ± 10 ms (σ) that loses 5 % of the
+/// One packet per millisecond for 10 s, in order. The link has a delay of 50 ms ± 10 ms (σ) and loses 5 % of the
 /// packets in bursts of 20 ms.
 std::vector<Packet> over_a_bad_link() {
   Random random(7, 1);

@@ -121,7 +121,8 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
   const double amplitude_n = amplitude_at(force, 80);
-  // The mass of the tool attenuates the vibration at the hand by |k + i b ω| / |k − m ω² + i b ω| = 0.20 for 50 g.
+  // The mass of the tool attenuates the vibration at the hand. For 50 g the factor |k + i b ω| / |k − m ω² + i b ω| is
+  // 0.20.
   EXPECT_NEAR(amplitude_n, 0.20 * 0.8, 0.01 * 0.8);
   for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * amplitude_n) << hz;
 }

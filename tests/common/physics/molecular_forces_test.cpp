@@ -130,8 +130,8 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_LE(wrenches[0].f.norm(), 20);
 }
 
-/// Work of the force on B along a closed path in six degrees of freedom, the sum of its magnitudes, and the range of
-/// the energy along the path.
+/// Work of the force on B along a closed path in six degrees of freedom. Also contains the sum of its magnitudes and
+/// the range of the energy along the path.
 struct Loop {
   double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
 };

@@ -186,8 +186,8 @@ std::pair<double, double> moved_in_ten_seconds(const WorldDescription& descripti
 }
 
 TEST(RestingBodies, ALeaningPlankStaysWhereFrictionHoldsIt) {
-  // A uniform plank with the friction coefficient µ at floor and wall is stable if the tangent of its angle is above (1
-  // − µ²) / 2µ.
+  // A uniform plank has the friction coefficient µ at floor and wall. It is stable if the tangent of its angle is above
+  // (1 − µ²) / 2µ.
   constexpr double kFriction = 0.6, kLength_m = 0.06;
   const double steep_rad = std::atan((1 - kFriction * kFriction) / (2 * kFriction));
   for (const double margin_rad : {0.1, 0.3, 0.5}) {

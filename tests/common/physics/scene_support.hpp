@@ -17,8 +17,8 @@ inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"si
 /// A law whose forces are known in closed form.
 inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
 
-/// Returns the fields of a coupling: the name of the law, and a fit if the law needs one (100 N/m at 0.05 kg, 400 N/m
-/// at 1 kg).
+/// Returns the fields of a coupling: the name of the law, and a fit if the law needs one. The fit is 100 N/m at 0.05 kg
+/// and 400 N/m at 1 kg.
 inline std::string law_fields(const std::string& law) {
   const std::string fit = R"(, "adaptive": {"mass_range_kg": [0.05, 1], "stiffness_n_per_m": [84.2, 315.8],
                                             "damping_n_s_per_m": [4]})";

@@ -84,8 +84,8 @@ Surface rods(Random& random) {
 }
 
 /// Without friction, returns the largest lateral difference of simultaneous forces. With friction, sticking depends on
-/// the past, so only an excess is returned: the lateral force on several shapes minus the largest one on one shape or
-/// the friction limit.
+/// the past, so an excess is returned: the lateral force on several shapes minus a limit. The limit is the largest
+/// lateral force on one shape or the friction force, whichever is larger.
 double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& several, double friction) {
   double usual = 0, most = 0;
   for (const Vec3& f : one) usual = std::max(usual, f.head<2>().norm());

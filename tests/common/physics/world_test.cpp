@@ -294,8 +294,8 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
 }
 
 TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
-  // The reach of 20 mm is measured between the surfaces of a tool with 5 mm radius and a cube with a half edge of 20
-  // mm. This is 45 mm between centres.
+  // The reach of 20 mm is measured between the surfaces. The tool has a radius of 5 mm and the cube a half edge of 20
+  // mm, so the centres are 45 mm apart.
   for (const auto& [gap_m, expected] :
        {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
     World world(server::make_server_world(

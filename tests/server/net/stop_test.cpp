@@ -323,7 +323,7 @@ void expect_sound_checkpoint(const std::filesystem::path& file) {
   EXPECT_EQ(checkpoint.rooms_size(), 3);
 }
 
-/// Starts a server in the folder of the previous one, loads it and ends it.
+/// Starts a server in the folder of the previous server, loads it with requests and ends it.
 void live_and_end(const std::filesystem::path& folder, Ending ending, const std::string& user) {
   BusyServer server(folder);
   Asker ada(server.port(), "docking", user), ben(server.port(), "docking too", user);

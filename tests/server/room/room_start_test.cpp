@@ -53,7 +53,7 @@ TEST(RoomStart, WithoutUsersToWaitForNothingIsSaid) {
   EXPECT_FALSE(start.remove(UserId{1}, at(0)));
 }
 
-/// Reference for the rules in the class comment, in terms of sets: the present users, the time since which enough of them
+/// Reference for the rules in the class comment. It consists of the present users, the time since which enough of them
 /// are present, and whether the countdown has elapsed.
 struct Model {
   std::size_t users;

@@ -88,7 +88,7 @@ TEST(BallContacts, HaveTheForceStiffnessTiltAndSlipOfTheCap) {
 
 TEST(BallContacts, HaveTheForceOfThePlanesPointsToo) {
   for_all_sizes([](double radius_m, double depth_m) {
-    // A point of the plane at the distance s from the centre of the ball has the depth R − s and a normal towards the
+    // A point of the plane at the distance s from the ball's centre has the depth R − s. Its normal points towards the
     // centre.
     const double height_m = radius_m - depth_m;
     const int steps = 20'000;

@@ -80,7 +80,7 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
     return state;
   }
 
-  /// Returns true if finite differences are not valid, because the state is close to the knee of the curve or to a
+  /// Returns true if finite differences are not valid. This is the case close to the knee of the curve and to a
   /// reversal of the hand's motion.
   static bool is_at_a_switch(const CouplingLaw& law, const CouplingParameters& c, const Channel& channel,
                              const CouplingState& state) {

@@ -57,8 +57,8 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
       before = now;
     }
     if (!pulls()) continue;
-    // If a curve reaches its limit before the saturation acts, the force stays below the force limit by the fraction
-    // ε/e, here at most 37 %.
+    // If a curve reaches its limit before the saturation acts, the force stays below the force limit. The difference is
+    // the fraction ε/e of the limit, here at most 37 %.
     ASSERT_GT(now.f.dot(direction), 0.63 * c.force_limit_n) << "seed " << seed << " draw " << i;
     ASSERT_GT(now.t.dot(direction), 0.63 * c.torque_limit_n_m) << "seed " << seed << " draw " << i;
   }

@@ -171,7 +171,7 @@ TEST(CheckCoupling, WarnsExactlyBelowColgatesBound) {
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0.5;
   LoopDevice device;
-  device.damping_n_s_per_m = 0.651;  // k T/2 + b = 0.65
+  device.damping_n_s_per_m = 0.651;  // slightly above k T/2 + b = 0.65
   EXPECT_TRUE(check_coupling(parameters, 0.1, 0, device).empty());
   device.damping_n_s_per_m = 0.6;
   const auto findings = check_coupling(parameters, 0.1, 0, device);

@@ -177,7 +177,7 @@ TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
 TEST(CouplingPassivityController, TheHandMayTakeWhatTheToolGivesBeyondWhatItGot) {
   CouplingPassivityController controller;
   controller.apply(tool_at_x(0), {}, 0, kCouplingPassivityControllerPeriod);
-  controller.apply(tool_at_x(0), {}, 0.5, kCouplingPassivityControllerPeriod);   // lifted
+  controller.apply(tool_at_x(0), {}, 0.5, kCouplingPassivityControllerPeriod);   // the tool is lifted
   controller.apply(tool_at_x(0), {}, -0.5, kCouplingPassivityControllerPeriod);  // lowered again: no energy remains
   EXPECT_EQ(controller.balance_j(), 0);
   controller.apply(

@@ -14,8 +14,8 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Bound of the energy generated in a push of five seconds. It is the sum of the balance at which the brake is firm,
-/// the leak, and the work of 6 N at 0.1 m/s until the brake has recovered it.
+/// Bound of the energy generated in a push of five seconds. It has three terms: the balance at which the brake is firm,
+/// the leak, and the work of 6 N at 0.1 m/s while the brake recovers it.
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 

@@ -101,8 +101,8 @@ TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
         taken_j += f * v * kTick_s;
         most_j = std::max(most_j, taken_j);
       }
-      // The net energy may be positive for one period only, because the force b v of the impedance is held while v
-      // changes by 20 m/s² · 1 ms.
+      // The net energy may be positive for one period only. In this period the force b v of the impedance is held while
+      // v changes by 20 m/s² · 1 ms.
       EXPECT_LT(most_j, 1e-5);
       EXPECT_LT(taken_j, 0);
       EXPECT_LE(line.work_into_tool_j, -taken_j + 1e-3) << "nor does the tool's side get more";
