@@ -262,8 +262,8 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.has_clock);
-  // The time stamps use the kernel's clock, reception the steady clock. The margin covers their relative drift of some
-  // microseconds during a read.
+  // The time stamps come from the kernel's clock. The margin covers its drift of some microseconds relative to the
+  // steady clock during a read.
   EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
   EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);

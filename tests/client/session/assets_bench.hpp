@@ -42,8 +42,8 @@ inline wire::ServerControl answer_to(const wire::ClientControl& request, const s
   return answer;
 }
 
-/// Answers each asset request with the content of the requested hash, or with the only content if there is one. Ends
-/// when no request arrives for a while. Returns the number of requested bytes.
+/// Answers each asset request with the content of the requested hash, or with the first content if no hash matches.
+/// Ends when no request arrives for a while. Returns the number of bytes sent.
 inline std::size_t serve_assets(test::SessionBench& bench, const std::vector<std::string>& contents) {
   std::size_t served = 0;
   for (int idle = 0; idle < 100; ++idle) {

@@ -13,7 +13,8 @@
 namespace tandem::contact {
 namespace {
 
-/// A plate of 100 × 100 mm with 1 million triangles. It has a ridge along y that is 0.3 mm high, with a foot of 0.3 mm.
+/// A plate of 100 × 100 mm with 1 million triangles. It has a ridge along y that is `ridge_m` high and 0.3 mm wide at
+/// its foot.
 geometry::TriangleMesh ridged_plate(double ridge_m) {
   const double foot_m = 1.5e-4;
   geometry::TriangleMesh mesh =

@@ -353,7 +353,8 @@ TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   }
 }
 
-// The tests of class Kernel cover only the kernels that this processor supports. This test checks that none is missing.
+// The tests of class Kernel cover only the kernels that this processor supports. This test needs AVX2, and reports if
+// the kernel for AVX-512 is not tested.
 TEST(MolecularField, HasTheVectorKernelsOfThisProcessor) {
   const auto kernels = MolecularField::available_kernels();
   if (std::ranges::count(kernels, "avx512") == 0) {

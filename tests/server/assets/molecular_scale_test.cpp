@@ -240,7 +240,7 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   }
   EXPECT_GT(nearest_angstrom, 5) << "8 angstrom along the line of centres, askew to their surfaces";
   EXPECT_LT(nearest_angstrom, 12);
-  // The scene states the minimum energy that the probe found. It is at most the energy of the pose in the files.
+  // The probe must find a minimum energy that is at most the energy of the pose in the files.
   const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kOplsDirectory);
   const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kOplsDirectory);
   const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);

@@ -204,7 +204,7 @@ TEST(RodContacts, DoNotTurnRoundWhereARodIsMovedThroughTheOther) {
     const auto deepest = std::ranges::max_element(contacts, {}, &ContactPoint::depth_m);
     EXPECT_GT(deepest->normal_W.x(), 0.99);
     EXPECT_GT(deepest->depth_m, 0.9 * (1e-4 + passed_m));
-    // If the first pose is far beyond the other rod's axis, the rod counts as placed on that side.
+    // If the rod is moved so far that it no longer touches the other one, it counts as placed on that side.
     contacts.clear();
     ASSERT_TRUE(pair.find(rod, across(-2.1e-4, 1), rod, {}, 1e-3, false, contacts));
     for (const ContactPoint& contact : contacts) EXPECT_LT(contact.normal_W.x(), 0);
