@@ -1,4 +1,4 @@
-// The whole client in virtual time between a scripted device and a hand-made server.
+// Tests the whole client in virtual time, between a scripted device and a simulated server.
 #include "client/client.hpp"
 
 #include <gmock/gmock.h>
@@ -31,20 +31,20 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-/// A server's answer to the first user of a room with one box.
+/// A server's reply to the first user who joins a room with one box.
 wire::Joined box_scene() {
   static const wire::Joined kJoined = test::HubBench().join("ada").joined;
   return kJoined;
 }
 
-/// A scene without a possible local model: its tool has no mass.
+/// A scene for which no local model can be made, because its tool has no mass.
 wire::Joined unusable_scene() {
   wire::Joined joined = box_scene();
   joined.mutable_tool_masses(0)->set_mass_kg(0);
   return joined;
 }
 
-/// A scene whose asset never arrives, so that no model is made of it.
+/// A scene whose asset never arrives, so that no local model can be made.
 wire::Joined scene_without_its_asset() {
   wire::Joined joined = box_scene();
   wire::AssetInfo& asset = *joined.add_assets();
@@ -82,8 +82,8 @@ class ClientBench {
     join(joined);
   }
 
-  /// Each millisecond a state arrives, the haptic thread ticks and the io thread polls. A state that arrived before the
-  /// tick that adopts a scene is not displayed in that scene.
+  /// In each millisecond a state arrives, the haptic thread ticks and the io thread polls. If a state arrives before
+  /// the tick that adopts a scene, it is not displayed in that scene.
   void run(int milliseconds = 2) {
     for (int i = 0; i < milliseconds; ++i) {
       now += std::chrono::milliseconds(1);
@@ -245,18 +245,19 @@ TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
   bench.join(box_scene());
   making.wait_until_it_began();
   bench.join_again(box_scene());
-  while (making.points < 2) bench.client.poll(bench.now);  // virtual time stands still: no state has to arrive
+  while (making.points < 2) bench.client.poll(bench.now);  // no state needs to arrive: virtual time does not advance
   EXPECT_TRUE(making.is_called_off);
 }
 
-/// Processor time of this thread.
+/// Processor time used by this thread [s].
 double thread_s() {
   std::timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// 327,680 triangles, about a second of work on a slow machine. No piece of the work is a large share of the whole.
+// The mesh has 327,680 triangles; its processing takes about a second on a slow machine. The longest time between two
+// cancellation points must be a small share of the total.
 TEST(CallOff, OfALargeMeshWaitsForASmallPieceOfItsWork) {
   const geometry::TriangleMesh mesh = contact::sphere_mesh(0.1, 7);
   const std::size_t pieces_of_one_pass = mesh.triangles.size() / kCallOffEvery;
@@ -386,11 +387,11 @@ TEST(Client, AModelMadeAsideIsShownWhenItIsReady) {
 
 TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
   ClientBench bench({.makes_models_aside = true});
-  bench.join(box_scene());  // the model is made on another thread …
+  bench.join(box_scene());  // the construction on another thread starts here …
   bench.client.session().on_disconnected(bench.now, "cut");
   bench.now += std::chrono::seconds(1);
   bench.client.session().poll(bench.now);
-  bench.join(scene_without_its_asset());  // … and is ready when the next scene is in force
+  bench.join(scene_without_its_asset());  // … and ends after the next scene is in force
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
   while (std::chrono::steady_clock::now() < until) {
     bench.run();

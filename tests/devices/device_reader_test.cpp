@@ -1,4 +1,4 @@
-// Samples of a device that the reader accepts, and samples that it treats as faults.
+// Tests which samples of a device the reader accepts, and which it treats as faults.
 #include "devices/device_reader.hpp"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Device that returns the sample set by the test. The time stamp is the read time minus `age`.
+/// A device that returns the sample set by the test. Its time stamp is the read time minus `age`.
 class SpokenDevice final : public Device {
  public:
   SpokenDevice() {
@@ -57,7 +57,7 @@ TEST(DeviceReader, PassesAHandThatMovesAsHandsDo) {
   Rig rig;
   for (int i = 0; i < 1000; ++i) {
     const double t_s = 1e-3 * i;
-    rig.device.sample.X_DH.p = Vec3(0.1 * std::sin(20 * t_s), 0.05, 0);  // up to 2 m/s
+    rig.device.sample.X_DH.p = Vec3(0.1 * std::sin(20 * t_s), 0.05, 0);  // moves with up to 2 m/s
     rig.device.sample.X_DH.q = quaternion_of(Vec3(0, 0, 1.5 * std::sin(15 * t_s)));
     rig.device.sample.V_DH.v = Vec3(2 * std::cos(20 * t_s), 0, 0);
     ASSERT_EQ(fault_of(rig), "") << i;

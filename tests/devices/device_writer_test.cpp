@@ -1,4 +1,4 @@
-// The force clamp of the writer: it is the last stage, it is exact, and only a verified data sheet can widen its
+// Tests the force clamp of the writer. It is the last stage and exact, and only a verified data sheet can raise its
 // limits.
 #include "devices/device_writer.hpp"
 
@@ -14,7 +14,7 @@
 namespace tandem::devices {
 namespace {
 
-// clamped_to_length() scales twice, so the length may miss the limit by two roundings.
+// clamped_to_length() scales twice, so two rounding errors may affect the length.
 constexpr double kOneClampRounding = 4 * std::numeric_limits<double>::epsilon();
 
 class RecordingDevice final : public Device {

@@ -1,7 +1,7 @@
 // Runs a program with an emulated USB device: fake_device falcon|spacemouse PROGRAM ARGUMENT...
 //
-// Needs umockdev-wrapper. Lines on stdin move the device and inject faults; the command `report_state` prints a line on
-// stderr, `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
+// Needs umockdev-wrapper. Lines on stdin move the device and inject faults. The command `report_state` prints a line on
+// stderr, and `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kFirmwareSize = 7914;
 
-/// Handler of each command, by the first word of its line.
+/// Handler of each command, by the first word of a line.
 using Commands = std::map<std::string, std::function<void(std::istream&)>>;
 
 void write_line(const std::string& line) {
@@ -33,12 +33,13 @@ void write_line(const std::string& line) {
 struct FakeFalcon {
   FalconSimulator falcon{kFirmwareSize};
   UsbBus bus{falcon};
-  Vec3 at_m = Vec3(0, 0, 0.125);  ///< guarded by the bus's lock
+  Vec3 at_m = Vec3(0, 0, 0.125);  ///< position of the grip; guarded by the lock of the bus
 
   FakeFalcon() {
     std::thread([this] { tremble(); }).detach();
   }
-  /// Moves the grip slightly, as a hand does. Encoders that do not change under a force count as frozen.
+  /// Moves the grip slightly and continually, as a hand does. If encoders do not change under a force, the driver
+  /// considers them frozen.
   [[noreturn]] void tremble() {
     for (int i = 0;; ++i) {
       bus.with_falcon([&](FalconSimulator& f) { f.grip_m = at_m + Vec3(2e-4 * (i % 2), 0, 0); });
@@ -92,7 +93,7 @@ struct FakeSpaceMouse {
             {"plug", [this](std::istream&) { node.plug_in(); }},
             {"tell", [this](std::istream&) { write_line("light " + std::to_string(node.light())); }}};
   }
-  /// Parses a report of hexadecimal bytes. It is sent repeatedly, like a cap that is held deflected.
+  /// Parses the hexadecimal bytes of a report. The report is then sent repeatedly, as for a cap that is held deflected.
   void report(std::istream& in) {
     std::vector<std::uint8_t> bytes;
     for (unsigned byte = 0; in >> std::hex >> byte;) bytes.push_back(static_cast<std::uint8_t>(byte));
@@ -126,11 +127,13 @@ int run(const Commands& commands, char** program_and_arguments) {
 
 template <class Fake>
 int run_with(char** program_and_arguments) {
-  // Real-time priority, where allowed, for kernel-like response times. All later threads inherit it.
+  // Requests real-time priority, if allowed, so that response times are as short as a kernel's. Threads that are
+  // started later inherit it.
   const sched_param priority{.sched_priority = 75};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   Fake fake;
-  std::_Exit(run(fake.commands(), program_and_arguments));  // not exit(): the command thread still blocks on stdin
+  std::_Exit(run(fake.commands(), program_and_arguments));  // not exit(), because the command thread still blocks on
+                                                            // stdin
 }
 
 }  // namespace

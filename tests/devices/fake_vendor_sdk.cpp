@@ -1,6 +1,6 @@
-// A shared library with the functions of Force Dimension's and 3D Systems' SDKs that the drivers use. It returns the
-// values that the test sets and records the values it receives. With WITHOUT_FORCE it omits the functions that set or
-// release a force.
+// A shared library with the functions of the SDKs by Force Dimension and 3D Systems that the drivers use. It returns
+// values that the test sets, and records the values that it receives. If it is compiled with WITHOUT_FORCE, it lacks
+// the functions that set or release a force.
 #include <cstring>
 
 #define EXPORTED extern "C" __attribute__((visibility("default")))
@@ -15,7 +15,7 @@ struct HdError {
 
 }  // namespace
 
-// Inputs set by the test, and outputs that it inspects.
+// Inputs that the test sets, and outputs that it checks.
 extern "C" {
 __attribute__((visibility("default"))) int fake_is_there = 1;
 __attribute__((visibility("default"))) double fake_place[3] = {};    // position [m] for DHD, [mm] for HD
@@ -32,7 +32,7 @@ __attribute__((visibility("default"))) int fake_is_in_frame = 0;
 __attribute__((visibility("default"))) int fake_calls_out_of_frame = 0;
 }
 
-// NOLINTBEGIN(readability-identifier-naming): names given by the vendors
+// NOLINTBEGIN(readability-identifier-naming): the vendors chose these names
 EXPORTED int dhdOpen() {
   fake_is_open = fake_is_there;
   return fake_is_there != 0 ? 0 : -1;

@@ -1,4 +1,5 @@
-// The Falcon's packets and kinematics, against vectors of the manufacturer's driver and independently computed poses.
+// Compares the Falcon's packets and kinematics with packets of the manufacturer's driver and with poses that are
+// computed independently.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +30,7 @@ struct Vector {
   FalconCounts counts;
   std::uint8_t bits;
 };
-// Source   libnifalcon, util/translate_packet.py: packets of the manufacturer's driver
+// Packets of the manufacturer's driver. Source: libnifalcon, util/translate_packet.py
 const Vector kVectors[] = {
     {"<AAAAAAAAAAAAAA>", {0, 0, 0}, 0},
     {"<PPPACEPACMPAEA>", {4095, 3906, 4034}, kFalconBlue},
@@ -98,7 +99,7 @@ TEST(FalconPacketParser, AnyBytesAreSurvivedAndAPacketBehindThemIsFound) {
   }
 }
 
-/// Grid of positions over the whole workspace.
+/// Returns a grid of positions in the whole workspace.
 std::vector<Vec3> places() {
   std::vector<Vec3> all;
   for (double z = 0.080; z <= 0.1701; z += 0.015) {
@@ -155,7 +156,7 @@ TEST(FalconKinematics, JacobianIsTheDerivativeOfTheInverse) {
     ASSERT_TRUE(j);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 h = kStep * Vec3::Unit(axis);
-      // Fourth-order difference: its own error is below 1e-9 rad/m.
+      // The fourth-order difference has an error below 1e-9 rad/m.
       const Vec3 slope = (8 * (*falcon_inverse(place + h) - *falcon_inverse(place - h)) -
                           (*falcon_inverse(place + 2 * h) - *falcon_inverse(place - 2 * h))) /
                          (12 * kStep);
@@ -183,7 +184,7 @@ TEST(FalconForce, TorquesDoTheWorkOfTheForce) {
   }
 }
 
-/// Force on the hand for these motor counts.
+/// Returns the force on the hand for the given motor counts.
 Vec3 force_of(const Vec3& place, const FalconCounts& counts, double counts_per_n_m) {
   return falcon_jacobian(place)->transpose() * (counts.cast<double>() / -counts_per_n_m);
 }
@@ -200,7 +201,7 @@ TEST(FalconForce, KeepsItsDirectionAtAnyRequestAndNeverWraps) {
       ASSERT_EQ(sent->encoders, counts);
       const Vec3 shown = force_of(place, counts, 10000);
       EXPECT_LE(shown.norm(), newton + 0.005) << "a fraction of a count of each motor is cut off";
-      // Counts are integers: the rounding is small against 4095, larger for a weak force.
+      // Counts are rounded to integers. The rounding error is small compared with 4095, but larger for a weak force.
       EXPECT_GT(shown.normalized().dot(direction), counts.cwiseAbs().maxCoeff() > 1000 ? 0.999 : 0.97)
           << place.transpose() << ", " << newton << " N";
     }

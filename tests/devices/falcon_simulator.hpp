@@ -1,12 +1,12 @@
-// A Falcon at protocol level. It takes the bytes and requests of the FTDI bridge, returns bytes, and injects faults on
-// request.
+// Simulates the protocol of a Falcon. It receives the bytes and requests of the FTDI bridge, returns bytes, and injects
+// faults.
 //
 //   LOADER  (9600)    after DTR rises: answers 0A 44 2C 0D with 0A 43 0D, then waits for the upload's baud rate
 //   UPLOAD  (0x0015)  echoes 41, then each byte of the firmware
-//   RUN     (0x0002)  with firmware: one packet for each packet; without: nothing
+//   RUN     (0x0002)  with firmware: sends one packet for each received packet; without: sends nothing
 //
-// The response times are choices of this simulator, fitted to the host's protocol; no hardware was examined. So is the
-// homing rule: the grip passes z = 0.08 m while homing is requested.
+// The response times were chosen to suit the host's protocol; they were not measured with hardware. The same holds for
+// the homing rule: the device is homed when the grip passes z = 0.08 m while homing is requested.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +21,13 @@
 namespace tandem::devices {
 
 struct FalconFaults {
-  int greetings_ignored = 0;      ///< greetings that the loader ignores at first
-  bool greets_with_zero = false;  ///< sends a byte 00 before its answer
-  int uploads_corrupted = 0;      ///< number of uploads, from the first, in which one byte is echoed wrong
+  int greetings_ignored = 0;      ///< number of greetings that the loader ignores at first
+  bool greets_with_zero = false;  ///< sends a byte 00 before its answer to a greeting
+  int uploads_corrupted = 0;      ///< number of uploads, from the first, in which one byte is echoed wrongly
   bool stops_in_upload = false;   ///< sends nothing more after 1000 bytes
-  bool sends_garbage = false;     ///< before each reply
-  bool splits_replies = false;    ///< over three USB packets
-  int replies_delayed_by = 0;     ///< empty USB packets before each reply
+  bool sends_garbage = false;     ///< sends invalid bytes before each reply
+  bool splits_replies = false;    ///< distributes each reply over three USB packets
+  int replies_delayed_by = 0;     ///< number of empty USB packets before each reply
   bool has_frozen_encoders = false;
   bool is_mute = false;
   bool is_unplugged = false;
@@ -40,13 +40,13 @@ class FalconSimulator {
   /// Returns false if the device is disconnected.
   bool control(std::uint8_t request, std::uint16_t value);
   bool write(std::span<const std::uint8_t> bytes);
-  /// Next USB packet: two status bytes, then data if there are any. Empty if the device is disconnected.
+  /// Returns the next USB packet: two status bytes and any data. Empty if the device is disconnected.
   std::optional<std::vector<std::uint8_t>> read();
-  /// Clears the firmware, as a loss of power does.
+  /// Clears the firmware, as after a loss of power.
   void cycle_power();
 
   FalconFaults faults;
-  Vec3 grip_m = Vec3(0, 0, 0.125);  ///< position in the device's own frame [m]
+  Vec3 grip_m = Vec3(0, 0, 0.125);  ///< position in the device's coordinates [m]
   std::uint8_t buttons = 0;
   FalconCounts motors = FalconCounts::Zero();  ///< last received motor counts
   std::uint8_t lights_and_home = 0;

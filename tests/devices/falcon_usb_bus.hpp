@@ -1,5 +1,5 @@
-// Kernel side of a Falcon on USB, emulated by umockdev: the simulator receives every URB. For programs that run under
-// umockdev-wrapper.
+// Emulates the kernel's side of a Falcon on USB by umockdev. The simulator receives every URB. A program that uses this
+// must run under umockdev-wrapper.
 #pragma once
 
 #include <glib.h>
@@ -25,7 +25,8 @@ namespace tandem::devices {
 
 inline constexpr const char* kFalconPath = "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-2";
 inline constexpr const char* kFalconNode = "/dev/bus/usb/001/011";
-// A device and a configuration with one interface and two bulk endpoints of 64 bytes, like those of an FTDI bridge.
+// Device and configuration descriptors with one interface and two bulk endpoints of 64 bytes, like those of an FTDI
+// bridge.
 inline constexpr const char* kFalconUsbDevice = R"(P: /devices/pci0000:00/0000:00:14.0/usb1/1-2
 N: bus/usb/001/011
 E: DEVNAME=/dev/bus/usb/001/011
@@ -42,7 +43,7 @@ A: idProduct=cb48\n
 H: descriptors=1201100100000008030448CB0004010203010902200001010080FA0904000002FFFFFF000705810240000007050202400000
 )";
 
-/// Kernel side of one USB device: accepts URBs and returns them when they are complete.
+/// The kernel's side of one USB device. It accepts URBs and returns them when they are complete.
 class UsbBus {
  public:
   explicit UsbBus(FalconSimulator& falcon) : falcon_(falcon), testbed_(umockdev_testbed_new()) {
@@ -63,7 +64,7 @@ class UsbBus {
   UsbBus(const UsbBus&) = delete;
   UsbBus& operator=(const UsbBus&) = delete;
 
-  /// Calls `use` with the simulator, under the lock that the bus uses too.
+  /// Calls `use` with the simulator while holding the lock of the bus.
   template <class Use>
   auto with_falcon(Use use) {
     const std::lock_guard lock(mutex_);
@@ -135,7 +136,7 @@ class UsbBus {
     waiting_.push_back({data, buffer});
     umockdev_ioctl_client_complete(client, 0, 0);
   }
-  /// Synchronous bulk transfer to the device, as the watchdog sends it. It completes at once.
+  /// A synchronous bulk transfer to the device, as sent by the watchdog. It completes at once.
   void transfer(UMockdevIoctlClient* client) {
     UMockdevIoctlData* const data =
         umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(usbdevfs_bulktransfer), nullptr);
@@ -161,7 +162,8 @@ class UsbBus {
   void reap(UMockdevIoctlClient* client) {
     const auto done = std::ranges::find_if(waiting_, [this](Urb& urb) { return finish(urb); });
     if (done == waiting_.end()) {
-      // The file behind the device is always ready for poll(): without a pause libusb would poll in a busy loop.
+      // The file that represents the device is always ready for poll(). Without this pause libusb would poll in a busy
+      // loop.
       std::this_thread::sleep_for(std::chrono::microseconds(200));
       return umockdev_ioctl_client_complete(client, -1, EAGAIN);
     }
@@ -172,7 +174,7 @@ class UsbBus {
     --outstanding;
     waiting_.erase(done);
   }
-  /// Completes the URB with its result if it is due. Returns whether it was.
+  /// Completes the URB with its result if it is due. Returns true if it was.
   bool finish(Urb& urb) {
     usbdevfs_urb& fields = urb_of(urb.data);
     if (urb.is_cancelled) return end(urb, -ENOENT, 0);
@@ -187,7 +189,7 @@ class UsbBus {
     }
     const auto now = std::chrono::steady_clock::now();
     if (now < next_in_) return false;
-    next_in_ = now + std::chrono::milliseconds(1);  // the bridge's latency timer
+    next_in_ = now + std::chrono::milliseconds(1);  // latency timer of the bridge
     const auto packet = falcon_.read();
     const int length = std::min(static_cast<int>(packet->size()), fields.buffer_length);
     umockdev_ioctl_data_update(urb.buffer, 0, const_cast<guint8*>(packet->data()), length);

@@ -27,7 +27,7 @@ HandPath straight_move() {
 
 TEST(HandPath, MovesByMinimumJerk) {
   const HandPath path = straight_move();
-  // s(¼) = 10/64 − 15/256 + 6/1024 = 0.103515625 and s(½) = ½ exactly; s'(½) = 15/8 over T = 2 s.
+  // Exactly, s(¼) = 10/64 − 15/256 + 6/1024 = 0.103515625 and s(½) = ½. The derivative is s'(½) = 15/8, with T = 2 s.
   EXPECT_NEAR(path.pose_at(milliseconds(1500)).p.x(), 0.1 * 0.103515625, 1e-15);
   EXPECT_NEAR(path.pose_at(milliseconds(2000)).p.z(), -0.2 * 0.5, 1e-15);
   EXPECT_NEAR(path.twist_at(milliseconds(2000)).v.x(), 0.1 * 1.875 / 2, 1e-15);
@@ -43,7 +43,7 @@ TEST(HandPath, TwistIsTheDerivativeOfThePose) {
     const Pose before = path.pose_at(time - from_seconds(h_s));
     const Pose after = path.pose_at(time + from_seconds(h_s));
     const Twist twist = path.twist_at(time);
-    // The error of central differences is h²/6 of the third derivative: |x‴| ≤ 60/T³·|Δ| < 2 here.
+    // A central difference has an error of h²/6 times the third derivative. Here |x‴| ≤ 60/T³·|Δ| < 2.
     EXPECT_LT((twist.v - (after.p - before.p) / (2 * h_s)).norm(), h_s * h_s) << i;
     EXPECT_LT((twist.w - rotation_vector(after.q * before.q.conjugate()) / (2 * h_s)).norm(), 10 * h_s * h_s) << i;
   }
@@ -69,7 +69,7 @@ TEST(HandPath, ReadsWhatAFileSaysAndKeepsWhatItLeavesOut) {
       {"t_s": 3, "buttons": [], "phase": "approach"}]})",
                                         "file.json");
   EXPECT_EQ(path.pose_at(seconds(1)).p, Vec3(1, 2, 3));
-  // Rotation about fixed x first, then about fixed z: y → z → z, and x → x → y.
+  // The first rotation is about the fixed x axis, the second about the fixed z axis: y → z → z, and x → x → y.
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-12);
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
   EXPECT_EQ(path.pose_at(seconds(2)).p, Vec3(4, 5, 6));
@@ -169,7 +169,8 @@ SineComponent sine(const Vec3& axis, double frequency_hz, double amplitude_m, do
   return {axis, frequency_hz, amplitude_m, phase_rad};
 }
 
-/// Two way points with a multisine from 4 s to 10 s: a circle of 10 mm and a sine of 5 Hz, each with fades of 0.5 s.
+/// A path with two way points and a multisine from 4 s to 10 s. The multisine has a circle of 10 mm and a sine of 5 Hz,
+/// both faded in and out within 0.5 s.
 HandPath shaken_move() {
   std::vector<WayPoint> points(2);
   points[1].at = seconds(12);
@@ -211,7 +212,8 @@ TEST(Multisine, TwistIsTheDerivativeOfThePoseAlsoInTheFades) {
     const Duration time = milliseconds(50) * i;
     const Vec3 slope =
         (path.pose_at(time + from_seconds(h_s)).p - path.pose_at(time - from_seconds(h_s)).p) / (2 * h_s);
-    // Bound h²/6 of the third derivative: the sine of 5 Hz has 0.002 (2π 5)³ = 62 m/s³, its fade 0.002 · 60/0.5³ = 1.
+    // The bound is h²/6 times the third derivative. The sine of 5 Hz has 0.002 (2π 5)³ = 62 m/s³, its fade 0.002 ·
+    // 60/0.5³ = 1 m/s³.
     EXPECT_LT((path.twist_at(time).v - slope).norm(), 20 * h_s * h_s) << to_seconds(time);
   }
 }
@@ -223,7 +225,8 @@ TEST(Multisine, IsNotThereBeforeAndAfter) {
     EXPECT_EQ(path.pose_at(time).p, alone.pose_at(time).p);
     EXPECT_EQ(path.twist_at(time).v, alone.twist_at(time).v);
   }
-  // The multisine starts and ends without a jump: 1 ns inside its interval, position and speed equal those outside.
+  // The multisine starts and ends without a jump. At 1 ns inside its interval, position and velocity equal those
+  // outside.
   for (const Duration time : {Duration(seconds(4)) + Duration(1), Duration(seconds(10)) - Duration(1)}) {
     EXPECT_LT((path.pose_at(time).p - alone.pose_at(time).p).norm(), 1e-15);
     EXPECT_LT((path.twist_at(time).v - alone.twist_at(time).v).norm(), 1e-12);
@@ -239,7 +242,8 @@ TEST(Multisine, IsReadFromAFileAndLengthensThePath) {
   EXPECT_EQ(path.length(), seconds(5));
   ASSERT_EQ(path.multisine().components.size(), 2U);
   EXPECT_EQ(path.multisine().components[1].axis, Vec3(Vec3::UnitX()));
-  // After 2 s: half a turn of the first component and six of the second, 0.02 sin(π + 1.5) along −z.
+  // After 2 s the first component has made half a period and the second one six. The result is 0.02 sin(π + 1.5) along
+  // −z.
   const Vec3 p = path.pose_at(seconds(3)).p;
   EXPECT_NEAR(p.z(), 0.02 * std::sin(1.5), 1e-15);
   EXPECT_NEAR(p.x(), 0, 1e-15);
@@ -296,7 +300,7 @@ TEST(NamedPaths, ShakeHasSinesFromHalfToFiveHertzOverTwoWholePeriods) {
   }
   EXPECT_EQ(lowest, 0.5);
   EXPECT_EQ(highest, 5);
-  // The button stays pressed during the multisine, and the phase afterwards is "hold".
+  // The button stays pressed during the multisine. After the path, the phase is "hold".
   for (Duration time = shaking.from; time <= shaking.to; time += milliseconds(10)) {
     EXPECT_EQ(path.buttons_at(time), 1U);
   }

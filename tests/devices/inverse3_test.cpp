@@ -1,4 +1,5 @@
-// The Inverse3 driver against a fake service with the protocol of the manufacturer's, over a real local WebSocket.
+// Tests the Inverse3 driver over a real local WebSocket, with a simulated service that has the protocol of the
+// manufacturer's service.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/types.h>
@@ -33,7 +34,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
-/// Answers each command with a state and sends nothing else.
+/// A service that answers each command with a state and sends nothing else.
 class FakeService {
  public:
   explicit FakeService(std::uint16_t port = 0) : acceptor_(io_, {asio::ip::address_v4::loopback(), port}) {
@@ -62,7 +63,7 @@ class FakeService {
   std::atomic<int> connections{0};
   std::atomic<int> delay_ms{0};
   std::atomic<bool> is_mute{false};
-  std::atomic<bool> hangs_up{false};  ///< at the next command
+  std::atomic<bool> hangs_up{false};  ///< closes the connection at the next command
 
  private:
   struct Connection {
@@ -136,7 +137,7 @@ std::string moved_state(double x_m) {
 struct Rig {
   explicit Rig(tcp::endpoint service) : driver(DeviceSpec{}, std::move(service)) {}
   DeviceSample step(const Wrench& wrench = {}) { return driver.step(clock.now(), wrench); }
-  /// Steps until the device is in `state`, at most for 20 s.
+  /// Steps until the device is in `state`, for at most 20 s. Returns the last sample.
   DeviceSample until(DeviceState state, const Wrench& wrench = {}) {
     const LocalTime give_up = clock.now() + seconds(20);
     DeviceSample sample = step(wrench);
@@ -218,7 +219,7 @@ TEST(Inverse3, ZeroWaitsForNoStateOfAServiceThatHasFallenSilent) {
   FakeService service;
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
-  const LocalTime give_up = rig.clock.now() + seconds(1);  // well before the silence counts as a fault
+  const LocalTime give_up = rig.clock.now() + seconds(1);  // well before the missing states count as a fault
   const auto is_shown = [&service](const char* z) { return service.last_command().find(z) != std::string::npos; };
   while (!is_shown(R"("z":1.5E0)") && rig.clock.now() < give_up) rig.step({Vec3(0, 0, 1.5), Vec3::Zero()});
   service.is_mute = true;
@@ -262,7 +263,7 @@ TEST(Inverse3, AConnectionThatIsCutIsMadeAnew) {
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
   service.hangs_up = true;
-  std::this_thread::sleep_for(seconds(1));  // the device has been connected for long
+  std::this_thread::sleep_for(seconds(1));  // the device was connected for a long time
   rig.until(DeviceState::kLost, {Vec3(1, 0, 0), Vec3::Zero()});
   const LocalTime lost = rig.clock.now();
   rig.until(DeviceState::kReady);

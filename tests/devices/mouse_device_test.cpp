@@ -1,4 +1,4 @@
-// A mouse pointer jumps; the simulated hand that follows it does not. The hand yields to forces and respects its
+// If the mouse pointer jumps, the simulated hand must follow smoothly. The hand must yield to forces and respect its
 // limits.
 #include "devices/mouse/mouse_device.hpp"
 

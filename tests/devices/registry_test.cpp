@@ -1,4 +1,4 @@
-// Each listed device can be opened and reports its name. An error message lists the valid choices.
+// Each listed device can be opened and reports its name. Error messages list the valid choices.
 #include "devices/registry.hpp"
 
 #include <gmock/gmock.h>

@@ -28,7 +28,7 @@ Wrench force_x(double newtons) {
   return command;
 }
 
-// Frequency and decay from zero crossings and peaks of x, after a release at rest from `start_m`.
+// Frequency and decay rate from the zero crossings and peaks of x, after a release at rest from `start_m`.
 struct Ringing {
   double frequency_hz;
   double decay_per_s;
@@ -49,13 +49,13 @@ Ringing ringing_of(const std::vector<double>& x, double period_s) {
 
 TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
   HandParameters hand;
-  hand.damping_n_s_per_m = 0.6;  // lightly damped, so that several periods can be counted
+  hand.damping_n_s_per_m = 0.6;  // the damping is low, so that several periods can be counted
   SimDevice device = resting_hand(hand);
   device.read(LocalTime{});
   device.write(LocalTime{}, force_x(2));
   device.read(LocalTime(seconds(10)));
   LocalTime now(seconds(10));
-  for (; now < LocalTime(seconds(30)); now += seconds(1)) device.read(now);  // settled at 2 N / 200 N/m
+  for (; now < LocalTime(seconds(30)); now += seconds(1)) device.read(now);  // at rest at 2 N / 200 N/m
   device.write(now, force_x(0));
   std::vector<double> x;
   for (int i = 0; i < 3000; ++i) {
@@ -65,8 +65,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
   const Ringing ringing = ringing_of(x, 1e-3);
   const double omega = std::sqrt(200 / 0.3);
   const double decay = 0.6 / (2 * 0.3);
-  // The frequency of semi-implicit Euler errs by (ωh)²/24, its damping by h·B/2m. Together with the 1 ms grid of the
-  // peaks the error is < 1e-3.
+  // Semi-implicit Euler integration has a relative frequency error of (ωh)²/24 and a damping error of h·B/2m. With the
+  // 1 ms grid of the peaks, the total error is below 1e-3.
   EXPECT_NEAR(ringing.frequency_hz, std::sqrt(omega * omega - decay * decay) / (2 * kPi), 1e-3 * omega / (2 * kPi));
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
@@ -95,8 +95,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
 }
 
 TEST(SimDevice, ComesToRestWithoutASwingWhateverItsDamping) {
-  // The lightest hand with the highest damping that the command line allows: B h/m = 10 per sub-step; likewise for the
-  // rotation.
+  // Mass and damping are the extremes that the command line allows. They give B h/m = 10 per sub-step, and the same for
+  // the rotation.
   HandParameters hand;
   hand.mass_kg = 0.01;
   hand.damping_n_s_per_m = 1000;
@@ -166,7 +166,8 @@ TEST(SimDevice, ARelaxedHandGivesWayAndKeepsItsDamping) {
   for (LocalTime now{}; now <= LocalTime(milliseconds(100)); now += milliseconds(1)) device.read(now);
   LocalTime now(milliseconds(100));
   for (int i = 0; i < 1000; ++i) device.read(now += milliseconds(1));
-  // Terminal velocity with a damper alone: F/B and τ/B, after twenty and fifty time constants.
+  // With a damper alone the terminal velocities are F/B and τ/B. They are reached after twenty and fifty time
+  // constants.
   EXPECT_NEAR(device.hand_twist().v.x(), 0.2 / 5.8, 1e-9);
   EXPECT_NEAR(device.hand_twist().w.z(), 0.001 / 0.02, 1e-9);
   const double before_m = device.hand_pose().p.x();
@@ -184,16 +185,16 @@ TEST(SimDevice, MovesTheSameWhateverThePeriodItIsReadAt) {
     for (LocalTime now{}; now <= LocalTime(seconds(2)); now += period) device.read(now);
     at_two_seconds.push_back(device.hand_pose().p);
   }
-  // 1 ms and 4 ms consist of the same sub-steps.
+  // With 1 ms and with 4 ms the sub-steps are the same.
   EXPECT_LT((at_two_seconds[2] - at_two_seconds[1]).norm(), 1e-12);
-  // 0.25 ms has three sub-steps of 83 µs instead of 100 µs. A first-order integrator then leads by at most that
-  // difference times the greatest speed, 15/8 · 50 mm / 1.5 s.
+  // With 0.25 ms there are three sub-steps of 83 µs instead of 100 µs. A first-order integrator then leads by at most
+  // this difference times the largest velocity, 15/8 · 50 mm / 1.5 s.
   EXPECT_LT((at_two_seconds[0] - at_two_seconds[1]).norm(), 16.7e-6 * 0.0625);
 }
 
 TEST(SimDevice, HoldsTheForceBetweenWrites) {
-  // From rest, without spring and damper, a constant force gives x = F t² / 2m. Semi-implicit Euler adds a share h/t of
-  // it.
+  // From rest, without spring and damper, a constant force gives x = F t² / 2m. Semi-implicit Euler integration adds
+  // the fraction h/t of it.
   HandParameters hand;
   hand.stiffness_n_per_m = 0;
   hand.damping_n_s_per_m = 0;
@@ -202,7 +203,7 @@ TEST(SimDevice, HoldsTheForceBetweenWrites) {
   device.write(LocalTime{}, force_x(3));
   device.read(LocalTime(milliseconds(50)));
   device.write(LocalTime(milliseconds(100)),
-               force_x(0));  // acts only from this time on, although nothing was read before
+               force_x(0));  // acts only from this time on, although there was no read before
   EXPECT_NEAR(device.hand_pose().p.x(), 3 * 0.1 * 0.1 / 2 / 0.3, 3 * 0.1 * 1e-4 / 2 / 0.3 * 1.01);
   EXPECT_NEAR(device.hand_twist().v.x(), 3 * 0.1 / 0.3, 1e-9);
 }
@@ -214,8 +215,8 @@ TEST(SimDevice, FollowsItsPathWhenNothingPushes) {
     device.read(now);
     worst_m = std::max(worst_m, (device.hand_pose().p - device.path().pose_at(device.path_time()).p).norm());
   }
-  // The tracking error is the inertial force over the stiffness, m·a/K. On this path |a| ≤ 5.78·Δ/T² = 0.13 m/s², so
-  // the error is about 0.3·0.13/200 m, up to twice that with overshoot.
+  // The tracking error is the inertial force divided by the stiffness, m·a/K. On this path |a| ≤ 5.78·Δ/T² = 0.13 m/s²,
+  // so the error is about 0.3·0.13/200 m. With overshoot it is up to twice as large.
   EXPECT_LT(worst_m, 2 * 0.3 * 0.13 / 200);
   EXPECT_GT(worst_m, 0);
 }
@@ -224,7 +225,7 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
   HandParameters hand;
   hand.tremor_rms_n = 0.2;
   hand.tremor_hz = 9;
-  // A free mass with a weak spring: x ≈ −F/(m ω²) at 9 Hz.
+  // At 9 Hz the hand moves like a free mass on a weak spring: x ≈ −F/(m ω²).
   SimDevice device = resting_hand(hand, 7);
   double force_square_sum = 0;
   std::vector<double> x;
@@ -239,8 +240,8 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
     if (i > 0) force_square_sum += force.squaredNorm();
     x.push_back(force.x());
   }
-  // 120 s of a band of width 2ζω with correlation time 1/(ζω) = 0.18 s give 3·670 independent values of the square. The
-  // standard error of the mean square is 3 %, that of the root half as much.
+  // The band has the width 2ζω and the correlation time 1/(ζω) = 0.18 s. So 120 s give 3·670 independent values of the
+  // square. The standard error of the mean square is 3 %, and that of its root half as much.
   EXPECT_NEAR(std::sqrt(force_square_sum / kTicks), 0.2, 0.2 * 5 * 0.016);
   double crossings = 0;
   for (std::size_t i = 1; i < x.size(); ++i) crossings += x[i - 1] < 0 && x[i] >= 0;
@@ -300,9 +301,9 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
     worst_turning = std::max(worst_turning, (sample.V_DH.w - device.hand_twist().w).norm());
     fastest = std::max(fastest, device.hand_twist().v.norm());
   }
-  // A difference over one period would jump by 30 mm/s and 1 rad/s between whole encoder steps. The estimate lags by
-  // half a window, at most √(12 step / a), with a up to 2 N / 0.3 kg. Error: √(3 step a) = 25 mm/s plus the change in
-  // half a period, 3 mm/s. Rotation, with 0.05 N·m / 4e-4 kg·m²: 0.6 rad/s plus 0.06 rad/s.
+  // A difference over one period would jump by 30 mm/s and 1 rad/s between encoder steps. The estimate lags by half a
+  // window, at most √(12 step / a), with a up to 2 N / 0.3 kg. Its error is √(3 step a) = 25 mm/s plus the change in
+  // half a period, 3 mm/s. For the rotation with 0.05 N·m / 4e-4 kg·m² these are 0.6 rad/s and 0.06 rad/s.
   EXPECT_GT(fastest, 0.05);
   EXPECT_LT(worst, 0.028);
   EXPECT_LT(worst_turning, 0.66);
@@ -310,7 +311,7 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
 
 TEST(SimDevice, GivesTheButtonsOfThePath) {
   SimDevice device(SimDevice::default_spec(), {}, named_hand_path("grab-and-lift"), 1);
-  EXPECT_EQ(device.read(LocalTime(seconds(50))).buttons, 0U);  // path time starts at this read
+  EXPECT_EQ(device.read(LocalTime(seconds(50))).buttons, 0U);  // the path starts at this read
   EXPECT_EQ(device.read(LocalTime(seconds(52))).buttons, 1U);
 }
 

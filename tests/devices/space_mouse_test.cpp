@@ -1,4 +1,4 @@
-// A SpaceMouse, from the bytes of its reports to the pose of the handle, with a scripted device behind the port.
+// Tests a SpaceMouse, from the bytes of its reports to the pose of the handle, with a scripted device behind the port.
 #include "devices/spacemouse/space_mouse.hpp"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 using Kind = SpaceMouseReports::Kind;
 
-/// Scripted device: its next reports, and the bytes it received.
+/// A scripted device: the reports that it sends next, and the bytes that it received.
 struct Table {
   std::deque<Bytes> reports;
   std::vector<Bytes> writes;
@@ -65,7 +65,7 @@ struct Rig {
       : driver(control, opener(table), std::make_unique<TablePort>(table)) {}
 
   DeviceSample step() { return driver.step(now += milliseconds(1), {}); }
-  /// Sends one pair of reports each 16 ms, like a SpaceNavigator.
+  /// Sends one pair of reports every 16 ms, like a SpaceNavigator. Returns the last sample.
   DeviceSample hold(const Bytes& translation, const Bytes& rotation, int steps) {
     DeviceSample sample;
     for (int i = 0; i < steps; ++i) {

@@ -1,4 +1,4 @@
-// A driver on its own thread: the forces it receives, and the handling of the samples it returns.
+// Tests a driver on a separate thread: the forces that it receives, and the handling of the samples that it returns.
 #include "devices/threaded_device.hpp"
 
 #include <fcntl.h>
@@ -27,7 +27,7 @@ struct Seen {
   std::atomic<double> most_n{0};
   std::atomic<bool> throws{false};
   std::atomic<bool> hangs{false};
-  std::atomic<bool> sends_nothing{false};  ///< but still reads states
+  std::atomic<bool> sends_nothing{false};  ///< the driver sends no force, but still reads states
 };
 
 class PlainDriver final : public DeviceDriver {
@@ -108,7 +108,7 @@ TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
 }
 
-/// Newest byte written to a pipe; −1 if there is none.
+/// Returns the last byte that was written to a pipe, or −1 if there is none.
 int newest_byte(int pipe) {
   std::array<std::uint8_t, 64> bytes{};
   const ssize_t count = read(pipe, bytes.data(), bytes.size());

@@ -1,4 +1,4 @@
-// A line to a device with a small buffer, and a reader that accepts whole frames only.
+// A line to a device with a small buffer, and a reader that checks that only whole frames arrive.
 #pragma once
 
 #include <arpa/inet.h>
@@ -22,7 +22,8 @@ namespace tandem::devices {
 
 inline constexpr std::size_t kFrame = 300;
 inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
-/// Frame: magic, kind, let-go count that the owner knew; all other bytes repeat the kind.
+/// A frame consists of magic number, kind, and the number of releases that the owner knew. All other bytes repeat the
+/// kind.
 inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t known_releases = 0) {
   std::vector<std::uint8_t> frame(kFrame, kind);
   frame[0] = kMagic;
@@ -74,7 +75,7 @@ class Reader {
  public:
   explicit Reader(int line) : line_(line) {}
 
-  /// Reads at most `most` bytes of those available. Returns false if there are none.
+  /// Reads up to `most` of the available bytes. Returns false if there are none.
   bool read_some(std::size_t most = 65536) {
     std::array<std::uint8_t, 65536> bytes;
     const ssize_t count = read(line_, bytes.data(), std::min(most, bytes.size()));
@@ -88,7 +89,7 @@ class Reader {
     return true;
   }
   bool is_between_frames() const { return data_.empty(); }
-  /// Reads until `is_so` is true, at most for `longest`.
+  /// Reads until `is_so` returns true, for at most `longest`. Returns the last value of `is_so`.
   template <class Is>
   bool until(Is is_so, Duration longest = std::chrono::seconds(20)) {
     const SteadyClock clock;
@@ -102,9 +103,9 @@ class Reader {
   }
 
   int zeros = 0;     ///< number of zero frames since the last force
-  int silences = 0;  ///< number of silences in which the watchdog wrote zero
+  int silences = 0;  ///< number of times that the watchdog wrote zero after a force
   int forces = 0, replies = 0;
-  std::uint8_t last = kForce;  ///< kind of the last frame that is no reply
+  std::uint8_t last = kForce;  ///< kind of the last frame that is not a reply
   std::uint32_t releases_at_last_force = 0;
   bool is_whole = true;
   bool has_ended = false;

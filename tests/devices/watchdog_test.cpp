@@ -1,6 +1,6 @@
-// The watchdog over a line that accepts no bytes for a while. An owner process fills a pipe or a TCP connection and is
-// killed, stopped or continued; then the line is read. TANDEM_WATCHDOG_TRIALS is the number of trials of each case, by
-// default 1.
+// Tests the watchdog on a line that accepts no bytes for some time. An owner process fills a pipe or a TCP connection
+// and is killed, stopped or continued. Then the test reads the line. The variable TANDEM_WATCHDOG_TRIALS sets the
+// number of trials of each case; the default is 1.
 #include "devices/watchdog.hpp"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,8 @@ int trials() {
   return given != nullptr ? std::stoi(given) : 1;
 }
 
-/// Closes all other lines in a child process: otherwise their ends would never be detected.
+/// Closes all other files in a child process. Otherwise the end of a line would never be detected, because the child
+/// still holds it open.
 void keep_only(int descriptor) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int other = 3; other < 512; ++other) {
@@ -53,14 +54,14 @@ void keep_only(int descriptor) {
 
 /// Memory shared by the test and an owner process.
 struct Shared {
-  std::atomic<bool> is_busy{false};  ///< the line accepts no more bytes
+  std::atomic<bool> is_busy{false};  ///< if true, the line accepts no more bytes
   std::atomic<std::uint32_t> releases{0};
-  std::atomic<bool> zero_requested{false};  ///< request to the owner to release the force itself
-  std::atomic<bool> is_off{false};          ///< the owner has released it
+  std::atomic<bool> zero_requested{false};  ///< requests that the owner itself releases the force
+  std::atomic<bool> is_off{false};          ///< if true, the owner has released the force
   std::atomic<bool> should_end{false};
 };
 
-/// A process that writes a force to a line.
+/// A process that writes forces to a line.
 class Owner {
  public:
   Owner(LineKind kind, int line) : kind_(kind), line_(line) {
@@ -127,8 +128,7 @@ bool wait_for(Is is_so) {
   return is_so();
 }
 
-/// A process that only waits until its own pipe accepts a byte. Reference for how soon this machine schedules a
-/// process.
+/// A process that only waits until its pipe accepts a byte. It measures how soon this machine schedules a process.
 class Peer {
  public:
   Peer() : line_(LineKind::kPipe) {
@@ -172,7 +172,7 @@ struct Case {
   int busy_ms;
 };
 
-/// One owner that is killed or stopped while its line is full.
+/// A trial in which an owner is killed or stopped while its line is full.
 struct Trial {
   explicit Trial(const Case& what) : one(what), line(what.line), owner(what.line, line.writing), reader(line.reading) {}
 
@@ -180,10 +180,10 @@ struct Trial {
     EXPECT_TRUE(wait_for([this] { return owner.shared->is_busy.load(); }));
     releases_before = owner.shared->releases;
     owner.send_signal(one.end == End::kKilled ? SIGKILL : SIGSTOP);
-    // Nothing reads the bytes in the line until open().
+    // Nothing is read from the line until open().
     ended = clock.now();
   }
-  /// Starts to read. Measures the delays until a zero arrives and until the peer acts.
+  /// Starts to read. Measures the delays until a zero arrives and until the peer responds.
   void open(Peer& peer) {
     const LocalTime opened = clock.now();
     peer.open();
@@ -256,8 +256,8 @@ std::vector<std::unique_ptr<Trial>> tried(std::vector<Case> cases) {
   return result;
 }
 
-// The scheduling latency of the machine is no property of the watchdog. A late trial is therefore repeated; it counts
-// as late only if it is late each time while the peer is in time.
+// The scheduling latency of the machine is not a property of the watchdog, so a late trial is repeated. The test fails
+// only if a trial is late each time although the peer was in time.
 TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
   std::vector<Case> cases;
   for (const LineKind line : {LineKind::kPipe, LineKind::kTcp}) {
@@ -295,7 +295,7 @@ TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
             << " tried again\n";
 }
 
-/// Reads a few bytes at a time while the owner is stopped, continued and killed at random instants.
+/// Reads a few bytes at a time while the owner is stopped, continued and killed at random times.
 TEST(WatchdogLine, NoHalfFrameStandsInTheLineWhenever) {
   const std::uint64_t seed = test::test_seed(59);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
@@ -362,7 +362,7 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   EXPECT_LE(counted, reader.silences) << "counted, and nothing was written";
 }
 
-/// Returns false if the machine stalled the owner until its watchdog wrote the zero; the trial then proves nothing.
+/// Returns false if the machine stalled the owner until its watchdog wrote the zero. The trial is then not conclusive.
 bool an_owners_zero_waits(LineKind kind) {
   TestLine line(kind);
   Owner owner(kind, line.writing);
@@ -404,7 +404,7 @@ TEST(WatchdogLine, AnOwnerThatEndsWithItsForceOnABusyLineLeavesAWatchdogThatLets
   }
 }
 
-/// Process ids of the children of this process.
+/// Returns the ids of the child processes of this process.
 std::vector<pid_t> children() {
   std::vector<pid_t> result;
   const std::string path = "/proc/self/task/" + std::to_string(getpid()) + "/children";

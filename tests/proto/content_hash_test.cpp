@@ -18,7 +18,7 @@ std::string hex_of_hash(std::string_view text) {
 }
 
 TEST(ContentHash, IsTheStandardSha256) {
-  // Source   FIPS 180-4, NIST examples: one block, and the empty message
+  // Test vectors for one block and for the empty message. Source: FIPS 180-4, NIST examples
   EXPECT_EQ(hex_of_hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(hex_of_hash(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Duration kMs = std::chrono::milliseconds(1);
 
-/// Both ends of one connection. The server's clock is 50 s ahead.
+/// Both ends of one connection. The server's clock is 50 s ahead of the client's.
 class DatagramChannelTest : public ::testing::Test {
  protected:
   explicit DatagramChannelTest(double deadband = 0, bool is_stream = false)
@@ -84,7 +84,7 @@ TEST_F(DatagramChannelTest, PassesOnlyWhatIsNewerThanAllBefore) {
 
 TEST_F(DatagramChannelTest, AnImpossibleJumpDoesNotShutOutWhatFollows) {
   Bytes far = from_client();
-  far[10] = std::byte{1};  // byte of the sequence number worth 2^48
+  far[10] = std::byte{1};  // byte of the sequence number with the value 2^48
   EXPECT_EQ(to_server(far), DropReason::kSequenceJump);
   EXPECT_EQ(to_server(from_client()), DropReason::kNone);
 }
@@ -158,7 +158,7 @@ TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
 
 TEST_F(DatagramChannelTest, ALinkThatQueuesIsPacedButNotForWhatMayNotWait) {
   const auto never_called = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
-  // Each datagram is delayed by 1 ms more than the previous one.
+  // Each datagram takes 1 ms longer than the previous one.
   for (int i = 0; i < 200; ++i) {
     now_ += kMs;
     if (!client_.admits(now_, true, never_called)) continue;

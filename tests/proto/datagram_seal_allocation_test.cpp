@@ -11,7 +11,7 @@ namespace {
 
 std::uint64_t openssl_allocations = 0;
 
-/// Counts OpenSSL's own allocations. OpenSSL accepts these functions only before its first allocation.
+/// Counts the allocations of OpenSSL. OpenSSL accepts these functions only before its first allocation.
 const bool kIsCounting = CRYPTO_set_mem_functions(
                              [](std::size_t size, const char*, int) {
                                ++openssl_allocations;

@@ -26,7 +26,7 @@ Bytes sealed_by(DatagramSeal& seal, std::uint64_t sequence, const Bytes& payload
   return datagram;
 }
 
-/// Opens a datagram. Returns its payload, or the reason of the drop.
+/// Opens a datagram. Returns its payload, or the reason why it was dropped.
 std::pair<DropReason, Bytes> opened_by(DatagramSeal& opener, const Bytes& datagram) {
   DatagramHeader header;
   if (const DropReason reason = parse_header(datagram, header); reason != DropReason::kNone) return {reason, {}};

@@ -1,5 +1,5 @@
-// The wire format is frozen: programs in the field send these bytes. A difference is a new protocol version or a
-// mistake. To accept it: TANDEM_UPDATE_GOLDEN=1 test_wire_golden, and state the reason in the commit.
+// The wire format is frozen, because programs in use send these bytes. A difference is either a new protocol version or
+// a mistake. To accept it, run TANDEM_UPDATE_GOLDEN=1 test_wire_golden and state the reason in the commit.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -50,12 +50,12 @@ std::string read_text(const std::string& path) {
   return text.str();
 }
 
-/// Bytes of a golden file.
+/// Returns the bytes of a golden file.
 Bytes golden(const std::string& name) {
   return bytes_of(read_text(path_of(name)));
 }
 
-/// Message in a golden control frame.
+/// Returns the message in a golden control frame.
 template <class Message>
 std::string control_in(const std::string& name) {
   FrameReader reader;

@@ -1,5 +1,6 @@
-// Damaged and malicious bytes: every golden message cut at every byte, with every bit flipped, and with random damage.
-// Each is either refused or read, and all values read are within their ranges. Intended mainly for the sanitizers.
+// Tests damaged and malicious bytes: every golden message is truncated at every byte, has every bit flipped, and is
+// damaged at random. The result must be refused or read, and all values that are read must be in range. The test is
+// most effective with the sanitizers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +15,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Whether a loop can compute with a rigid state. Independent of the codec's own checks.
+/// Returns true if a loop can use this rigid state. This does not depend on the checks of the codec.
 bool is_usable(const RigidState& state) {
   return is_finite(state.X) && is_finite(state.V) && std::abs(state.X.q.norm() - 1.0) < 1e-9 &&
          state.X.p.norm() <= kMaxPositionM && state.V.v.norm() <= kMaxSpeedMPerS && state.V.w.norm() <= kMaxTurnRadPerS;
@@ -37,8 +38,8 @@ bool is_usable(const ServerUpdate& update) {
   return is_good;
 }
 
-/// Checks the text form of the message, one field a line, which visits every field. The line of a string ends in a
-/// quote.
+/// Checks the text form of the message, which has one field per line, so that every field is visited. The line of a
+/// string field ends in a quotation mark.
 bool has_finite_numbers(const google::protobuf::Message& message) {
   std::istringstream text(message.DebugString());
   for (std::string line; std::getline(text, line);) {
@@ -90,7 +91,7 @@ Outcome outcome_of(Packing packing, std::span<const std::byte> bytes) {
   return Outcome::kUnusable;
 }
 
-/// Reads a copy of exact size on the heap, so that AddressSanitizer detects a read one byte past the end.
+/// Reads a copy on the heap that has exactly this size, so that AddressSanitizer detects a read beyond its end.
 Outcome outcome_of_copy(Packing packing, std::span<const std::byte> bytes) {
   const Bytes copy(bytes.begin(), bytes.end());
   return outcome_of(packing, copy);
@@ -124,7 +125,8 @@ TEST(HostileBytes, EveryTruncationIsRefusedOrRead) {
     for (std::size_t size = 0; size < message.bytes.size(); ++size) {
       const Outcome outcome = outcome_of_copy(message.packing, std::span(message.bytes).first(size));
       ASSERT_NE(outcome, Outcome::kUnusable) << message.name << " cut to " << size;
-      // A frame states its length; a datagram may be cut between two fields.
+      // A frame contains its length, so a truncated frame must be refused. A datagram may be truncated between two
+      // fields.
       if (is_frame) {
         ASSERT_EQ(outcome, Outcome::kRefused) << message.name << " cut to " << size;
       }
@@ -211,7 +213,7 @@ TEST(HostileBytes, ManyEmptyItemsAreRefusedWithoutHarm) {
 }
 
 TEST(HostileBytes, DeepNestingIsRefusedWithoutRunningOutOfStack) {
-  // Groups of an unknown field nest without a length; 200 thousand of them fit in one control message.
+  // Groups of an unknown field are nested without a length. One control message can contain 200 thousand of them.
   const Bytes payload(200'000, std::byte{0xa3});
   wire::ClientControl message;
   EXPECT_FALSE(parse_control(payload, message));

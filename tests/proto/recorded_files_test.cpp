@@ -1,4 +1,4 @@
-// A rotated recording with files that are damaged, missing, or of another recording.
+// Tests a rotated recording whose files are damaged, missing, or belong to another recording.
 #include "proto/recording/recorded_files.hpp"
 
 #include <gmock/gmock.h>
@@ -25,8 +25,8 @@ class RecordedFiles : public ::testing::Test {
   RecordedFiles() { fs::create_directories(folder_); }
   ~RecordedFiles() override { fs::remove_all(folder_); }
 
-  /// Writes three chunks of ten steps of 10 ms. Without `has_end` the file lacks its end, as after a crash of the
-  /// program.
+  /// Writes three chunks, each with ten steps of 10 ms. If `has_end` is false, the end of the file is missing, as after
+  /// a crash of the program.
   void write(const std::string& name, std::uint64_t recording, std::uint32_t part, bool has_end = true) {
     recording::McapWriter writer({channel_of("/room", wire::RecordedRoom()), channel_of("/step", wire::RecordedStep())},
                                  "test");

@@ -1,4 +1,5 @@
-// Messages shared by several tests of proto/: typical ones, which are also the golden messages, and the largest ones.
+// Messages for several tests of proto/: typical messages, which are also the golden messages, and the largest possible
+// ones.
 #pragma once
 
 #include <string>
@@ -10,7 +11,7 @@
 
 namespace tandem::proto {
 
-/// Packing of a golden message; it selects the reader.
+/// How a golden message is packed; this selects its reader.
 enum class Packing { kClientControlFrame, kServerControlFrame, kClientDatagram, kServerDatagram };
 
 /// A message as sent, with the name of its file in tests/golden/wire.
@@ -33,32 +34,33 @@ wire::ServerControl pose_progress();
 wire::ServerControl pointed();
 wire::ServerControl room_start();
 wire::ServerControl welcome();
-/// Message with a scene that has every kind of shape. Its numbers differ from the defaults.
+/// A message with a scene that has every kind of shape. Its numbers differ from the defaults.
 wire::ServerControl joined();
 wire::ServerControl error();
 wire::ServerControl goodbye();
 wire::ServerControl asset_chunk();
 wire::ServerControl room_reset();
-/// Shape of a block that is pressed in at its centre.
+/// The deformation of a block that is pressed in at its centre.
 wire::ServerControl soft_shape();
 DatagramHeader client_header();
 DatagramHeader server_header();
-/// Update with the tool of a local model.
+/// An update that contains the tool of a local model.
 ClientUpdate client_update();
 SoftContact soft_contact();
-/// Update with two bodies (one moving and held, one resting) and another user.
+/// An update with two bodies (one moving and held, one resting) and another user.
 ServerUpdate server_update();
 
 /// All messages above, packed by the project's own writers.
 std::vector<GoldenMessage> golden_messages();
 
-/// Update with every varint at its longest and every double with all its bytes, within the limits of the readers.
+/// An update in which every varint has its maximum length and every double uses all its bytes, within the limits of the
+/// readers.
 ClientUpdate largest_client_update(ClientMode mode = ClientMode::kLocalModel);
-/// Update with kMaxBodies moving bodies held by others and kMaxUsers moving users with the longest ids. All other
-/// fields have their largest size too. The reader holds the body with index `held`.
+/// An update with kMaxBodies moving bodies that others hold, and kMaxUsers moving users with the longest ids. All other
+/// fields also have their largest size. The receiving user holds the body with the index `held`.
 ServerUpdate largest_server_update(std::size_t held);
 
-/// Pose and twist without a zero or short number, different for each `index`.
+/// Pose and twist that contain no zero and no number with few digits; they differ for each `index`.
 RigidState moving_state(std::size_t index);
 RigidState resting_state(std::size_t index);
 

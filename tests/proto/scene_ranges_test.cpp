@@ -1,5 +1,5 @@
-// Every number of a scene has one range, and scene files and the wire accept the same values. Links both server and
-// client.
+// Every number in a scene has one range, and scene files and the wire format must accept the same values. This test
+// links both server and client.
 #include "proto/scene_ranges.hpp"
 
 #include <gmock/gmock.h>
@@ -31,8 +31,8 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Scene with every message that a scene can have. The other numbers allow each number to reach both ends of its range.
-/// The shapes are small, so that they build quickly.
+/// A scene with every message that a scene can have. Its numbers are chosen so that each number can be set to both ends
+/// of its range. The shapes are small, so that they are built quickly.
 std::string sample_json() {
   std::string tools;
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
@@ -56,13 +56,13 @@ std::string sample_json() {
    "soft_bodies": [{"name": "soft", "block": {"size_m": [0.001, 0.001, 0.001], "spacing_m": 100}}]})";
 }
 
-/// Message and field name of a row.
+/// Returns the message and the field name of a range.
 std::pair<std::string, std::string> names_of(const SceneRange& range) {
   const std::size_t dot = range.field.find('.');
   return {std::string(range.field.substr(0, dot)), std::string(range.field.substr(dot + 1))};
 }
 
-/// Finds the first message of `type` that is set in `message`, itself included.
+/// Returns the first message of `type` that is set in `message`, which may be `message` itself.
 Message* find_message(Message& message, const std::string& type) {
   if (message.GetDescriptor()->name() == type) return &message;
   const Reflection& values = *message.GetReflection();
@@ -80,7 +80,7 @@ Message* find_message(Message& message, const std::string& type) {
   return nullptr;
 }
 
-/// Sets the first occurrence of the row's field in the sample.
+/// Sets the first occurrence of the range's field in `root`.
 void set(Message& root, const SceneRange& range, double value) {
   const auto [type, name] = names_of(range);
   Message* message = find_message(root, type);
@@ -103,7 +103,8 @@ bool is_of_a_file(const SceneRange& range) {
   return !range.field.starts_with("MassProperties.");
 }
 
-/// Whether a range belongs to a primitive shape. Sampling the surface of such a shape of 100 m takes minutes.
+/// Returns true if a range belongs to a primitive shape. Sampling the surface of such a shape of 100 m would take
+/// minutes.
 bool is_of_a_primitive(const SceneRange& range) {
   const std::string type = names_of(range).first;
   return type == "Sphere" || type == "Box" || type == "Cylinder" || type == "Capsule";
@@ -116,7 +117,8 @@ bool is_whole(const SceneRange& range) {
   return message->FindFieldByName(name)->cpp_type() == FieldDescriptor::CPPTYPE_UINT32;
 }
 
-/// Values one ulp (for integers: one) below and above the range. No value is below an unsigned 0.
+/// Returns the values next to the range: one ulp below and above it, or one for integers. An unsigned range that starts
+/// at 0 has no value below.
 std::vector<double> just_outside(const SceneRange& range) {
   const double below = std::nextafter(range.low, -kInfinity);
   if (!is_whole(range)) return {below, std::nextafter(range.high, kInfinity)};
@@ -142,7 +144,7 @@ class SceneRanges : public ::testing::Test {
     joined_.set_role(wire::ROLE_MANIPULATOR);
     for (const auto& body : scene->world.bodies) fill(body.mass, *joined_.add_body_masses());
     for (const auto& tool : scene->world.tools) fill(tool.mass, *joined_.add_tool_masses());
-    // The first mass found is then that of a moving body.
+    // After the swap, the first mass is that of a moving body.
     joined_.mutable_body_masses()->SwapElements(0, 1);
     joined_.mutable_scene()->mutable_bodies()->SwapElements(0, 1);
     for (const server::Asset& asset : scene->assets) assets_[asset.sha256] = asset.bytes;
@@ -163,7 +165,7 @@ class SceneRanges : public ::testing::Test {
     set(scene, range, value);
     return scene;
   }
-  /// Error of reading the scene as the text of a scene file; empty if accepted.
+  /// Returns the error when the scene is read as the text of a scene file. Empty if it is accepted.
   std::string refusal_from_file(const wire::Scene& scene) const {
     google::protobuf::util::JsonPrintOptions options;
     options.preserve_proto_field_names = true;
@@ -177,7 +179,7 @@ class SceneRanges : public ::testing::Test {
     }
     return "";
   }
-  /// Error of checking the scene without its meshes, which take long; empty if accepted.
+  /// Returns the error when the scene is checked without its meshes, which would take long. Empty if it is accepted.
   static std::string refusal_of_numbers(wire::Scene scene) {
     try {
       server::complete_and_check(scene, server::SceneField("test.json"));
@@ -267,7 +269,7 @@ TEST_F(SceneRanges, WhatIsJustInsideIsAcceptedFromAFileAndFromTheWire) {
       }
       if (!is_of_a_file(range)) continue;
       const std::string refusal = refusal_of_numbers(sample_with(range, value));
-      // The values of a polynomial have a range of their own.
+      // For the coefficients of a polynomial, the resulting values also have a range.
       const bool is_polynomial = range.field.starts_with("AdaptiveFit") && range.low < 0;
       EXPECT_THAT(refusal, is_polynomial ? HasSubstr(" gives ") : HasSubstr(""));
       EXPECT_EQ(refusal.empty(), !is_polynomial) << refusal;

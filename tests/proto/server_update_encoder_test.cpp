@@ -1,4 +1,4 @@
-// The byte budget and the order of thinning, at the limits of every field.
+// Tests the byte budget and the order in which items are omitted, at the limits of every field.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Encodes many messages with one encoder and reads each of them back.
+/// Encodes messages with one encoder and decodes each of them.
 class Receiver {
  public:
   ServerUpdate receive(const ServerUpdate& update) {
@@ -27,7 +27,7 @@ class Receiver {
     return read;
   }
 
-  /// Number of times each body is in `messages` messages.
+  /// Returns how many of `messages` messages contain each body.
   std::map<BodyId, int> body_counts(const ServerUpdate& update, int messages) {
     std::map<BodyId, int> counts;
     for (int i = 0; i < messages; ++i) {
@@ -59,7 +59,7 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
       EXPECT_EQ(read.sent, update.sent);
       ASSERT_TRUE(names(read, update.held_body));
     }
-    // The largest item has 72 bytes: the encoder adds items while more than that is free.
+    // The largest item has 72 bytes. The encoder adds items while more than 72 bytes are free.
     EXPECT_GT(receiver.largest_bytes, kMaxPayloadBytes - 72);
   }
 }
@@ -109,8 +109,8 @@ TEST(ServerUpdateEncoder, NothingStarvesWhenEverythingMoves) {
 TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
   ServerUpdate update = server_update();
   update.bodies.clear();
-  // 8 bodies fit beside the largest own part of this user. A user without grasp, wave or soft contact has room for
-  // more.
+  // Eight bodies fit into a message together with the largest user-specific part. For a user without grasp, wave or
+  // soft contact more bodies fit.
   for (std::uint32_t id = 1; id <= 8; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
   for (int message = 0; message < 50; ++message) {
@@ -124,11 +124,11 @@ TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
 TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    const bool is_moving = id > kMaxBodies - 8;  // last in the list, so that the order alone would thin them
+    const bool is_moving = id > kMaxBodies - 8;  // last in the list, so that the order alone would omit them
     update.bodies.push_back(body_of(id, is_moving ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;
-  receiver.body_counts(update, 40);  // everything has been sent once
+  receiver.body_counts(update, 40);  // after these messages, everything was sent at least once
   auto counts = receiver.body_counts(update, 100);
   for (const BodyState& body : update.bodies) {
     if (body.id.value > kMaxBodies - 8) {
@@ -211,7 +211,8 @@ TEST(ServerUpdateEncoder, ABodyOutOfRangeIsLeftOutInsteadOfSpoilingTheMessage) {
   update.bodies.push_back(body_of(22, resting_state(0)));
   update.bodies[bodies].state.X.p = Vec3(0, 0, -1.0001 * kMaxPositionM);
   update.bodies[bodies + 1].state.X.p.x() = std::numeric_limits<double>::quiet_NaN();
-  update.bodies[bodies + 2].state.X.p = Vec3(-kMaxPositionM, 0, 0);  // at the limit, where rounding decides
+  update.bodies[bodies + 2].state.X.p = Vec3(-kMaxPositionM, 0, 0);  // at the limit of the range, where rounding
+                                                                     // decides
   Receiver receiver;
   EXPECT_EQ(receiver.receive(update).bodies.size(), bodies);
   EXPECT_EQ(receiver.encoder.thinned(), 3U);

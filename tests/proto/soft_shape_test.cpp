@@ -66,7 +66,7 @@ TEST(SoftShape, HostileOnesAreRefused) {
   }
 }
 
-// Each edge belongs to two triangles, once in each direction, and the enclosed volume is the whole box.
+// Each edge must belong to two triangles, once in each direction. The enclosed volume must be that of the box.
 TEST(SoftLattice, IsAClosedSurfaceSeenFromOutside) {
   std::map<std::pair<int, int>, int> edges;
   double volume = 0;

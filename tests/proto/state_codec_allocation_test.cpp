@@ -1,4 +1,4 @@
-// The codecs run at 1 kHz on io threads: they must not allocate after the first messages.
+// The codecs run at 1 kHz on io threads, so they must not allocate memory after the first messages.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -17,7 +17,7 @@ TEST(StateCodec, CodingAllocatesNothingAfterTheFirstMessages) {
   auto client_read = std::make_unique<ClientUpdate>();
   auto server_read = std::make_unique<ServerUpdate>();
   Bytes bytes;
-  bytes.reserve(kMaxDatagramBytes);  // the thinned items differ between messages, and so does the size
+  bytes.reserve(kMaxDatagramBytes);  // the set of omitted items differs between messages, and therefore the size
   const auto code_once = [&] {
     bytes.clear();
     append_client_update(client, bytes);

@@ -1,4 +1,4 @@
-// WIRE.md is normative, so it must match the code: the test reads its tables and compares them.
+// WIRE.md is normative, so it must match the code. The test reads its tables and compares them.
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-/// Cells of `| a | b |`; a bar after a backslash belongs to its cell.
+/// Returns the cells of a row `| a | b |`. A bar that follows a backslash belongs to its cell.
 Row cells_of(const std::string& line) {
   Row cells;
   std::string cell;
@@ -55,7 +55,7 @@ bool is_rule(const Row& row) {
   return !row.empty() && row[0].starts_with("---");
 }
 
-/// All tables of WIRE.md under a heading, in order.
+/// Returns all tables of WIRE.md under a heading, in order.
 std::vector<Table> tables_under(const std::string& heading) {
   std::ifstream file(test::source_path("proto/WIRE.md"));
   EXPECT_TRUE(file.good()) << test::source_path("proto/WIRE.md") << " cannot be read";
@@ -85,14 +85,14 @@ Table table_under(const std::string& heading, std::size_t index = 0) {
   return tables[index];
 }
 
-/// Maps the first column to the second.
+/// Returns a map from the first column to the second.
 std::map<std::string, double> numbers_in(const Table& table) {
   std::map<std::string, double> numbers;
   for (const Row& row : table) numbers[row.at(0)] = std::stod(row.at(1));
   return numbers;
 }
 
-/// First `columns` cells of each row.
+/// Returns the first `columns` cells of each row.
 std::vector<Row> columns_of(const Table& table, std::size_t columns) {
   std::vector<Row> rows;
   for (const Row& row : table) rows.emplace_back(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(columns));
@@ -166,7 +166,7 @@ TEST(WireDocument, ThinningConstantsAreThoseOfTheCode) {
   EXPECT_EQ(numbers_in(table_under("Thinning of a ServerUpdate")), expected);
 }
 
-/// Offset and length of the nonzero bytes of a header, without its first byte.
+/// Returns offset and length of the nonzero bytes of a header; its first byte is ignored.
 std::pair<std::size_t, std::size_t> extent_in(const Bytes& header) {
   std::size_t first = 1;
   while (first < header.size() && header[first] == std::byte{0}) ++first;
@@ -190,7 +190,7 @@ TEST(WireDocument, HeaderLayoutIsThatOfTheCode) {
   Bytes with_sequence;
   append_header({.connection = {}, .sequence = ~0ULL}, with_sequence);
   EXPECT_EQ(documented["sequence"], extent_in(with_sequence));
-  // The tag is the rest of the header. Its refusal by kTag is tested bit by bit in hostile_bytes_test.cpp.
+  // The tag is the rest of the header. hostile_bytes_test.cpp changes each of its bits and expects kTag.
   EXPECT_EQ(documented["tag"], std::pair(kTagOffset, kTagBytes));
   EXPECT_EQ(documented["payload"].first, kDatagramHeaderBytes);
 }
@@ -222,7 +222,7 @@ TEST(WireDocument, ChecksOnReceiveNameOnlyDropReasons) {
   }
 }
 
-/// A datagram that fails the header checks from number `first` on.
+/// Returns a datagram that fails the header checks with the number `first` and higher.
 Bytes failing_from(int first) {
   if (first == 1) return Bytes(kDatagramHeaderBytes - 1);
   Bytes bytes(first == 2 ? kMaxDatagramBytes + 1 : kDatagramHeaderBytes);
@@ -262,7 +262,7 @@ TEST(WireDocument, BodyIdsAreThoseOfTheCode) {
   }
 }
 
-/// Adds the fields of `file` with an id of a body or user, recognised by their names.
+/// Adds the fields of `file` that contain the id of a body or user. They are recognised by their names.
 void add_id_fields(const FileDescriptor& file, std::set<std::string>& names) {
   const std::set<std::string> of_ids{"id", "body", "user", "held_body", "holds_body", "held_by_user"};
   for (const Row& field : fields_of(file)) {

@@ -1,4 +1,5 @@
-// Shapes that a scene defines by a few numbers: equal numbers give the same shape object while it is in use.
+// Tests shapes that a scene defines by a few numbers. For equal numbers the same shape object must be used while it
+// exists.
 #include "proto/world_from_wire.hpp"
 
 #include <gtest/gtest.h>

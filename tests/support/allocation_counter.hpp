@@ -1,14 +1,14 @@
-// Counts heap allocations of the calling thread, so that "allocates and frees nothing here" is a test. Link
-// allocation_counter.cpp into the test program: it replaces the global operator new.
+// Counts heap allocations of the calling thread, so that tests can check that code does not allocate or free memory. A
+// test program must link allocation_counter.cpp, which replaces the global operator new.
 #pragma once
 
 #include <cstdint>
 
 namespace tandem::test {
 
-/// Calls of operator new by this thread since it started.
+/// Number of calls of operator new by this thread since it started.
 std::uint64_t allocation_count() noexcept;
-/// Calls of operator delete by this thread since it started, without those for a null pointer.
+/// Number of calls of operator delete by this thread since it started, except those with a null pointer.
 std::uint64_t free_count() noexcept;
 
 }  // namespace tandem::test

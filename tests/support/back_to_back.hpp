@@ -1,5 +1,5 @@
-// Real session hub, rooms and client sessions in one process under a virtual clock. Messages arrive after a fixed
-// delay. No socket, no thread.
+// A session hub, rooms and client sessions of the product in one process under a virtual clock. Messages arrive after a
+// fixed delay. There are no sockets and no threads.
 #pragma once
 
 #include <deque>
@@ -16,7 +16,7 @@ namespace tandem::test {
 
 class BackToBack;
 
-/// One client with its link to the server. Its clock runs `clock_lead` ahead of the server's.
+/// One client with its link to the server. Its clock is `clock_lead` ahead of the server's clock.
 class WiredClient final : public client::ClientTransport {
  public:
   WiredClient(BackToBack& net, client::SessionSettings settings, Duration clock_lead)
@@ -24,7 +24,7 @@ class WiredClient final : public client::ClientTransport {
 
   LocalTime own_time() const;
   void run();
-  /// Publishes the haptic thread's update with a handle at `X_WH`.
+  /// Publishes an update of the haptic thread with the handle at `X_WH`.
   void publish_handle(const Pose& X_WH, std::uint32_t buttons = 0, const Twist& V_WH = {}) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++tick};
@@ -33,12 +33,12 @@ class WiredClient final : public client::ClientTransport {
     update.buttons = buttons;
     mailboxes.outbox.publish(update);
   }
-  /// Newest update received, or null.
+  /// Returns the newest received update, or null.
   const proto::ServerUpdate* newest() {
     has_newest_ |= mailboxes.inbox.poll();
     return has_newest_ ? &mailboxes.inbox.front().update : nullptr;
   }
-  /// Drops the connection at both ends without a message.
+  /// Closes the connection at both ends without a message.
   void cut();
 
   void connect(LocalTime now) override;
@@ -60,16 +60,17 @@ class WiredClient final : public client::ClientTransport {
 
   BackToBack& net_;
   Duration clock_lead_;
-  server::ConnectionHandle handle_ = 0;  ///< 0: not connected
+  server::ConnectionHandle handle_ = 0;  ///< 0 if not connected
   bool is_connect_requested_ = false;
-  bool ends_after_queue_ = false;  ///< the server closed: the stream ends after the packets in flight
+  bool ends_after_queue_ = false;  ///< the server has closed the connection: the stream ends after the packets in
+                                   // transit
   bool has_newest_ = false;
   std::deque<Packet> up_;
   std::deque<Packet> down_;
 
  public:
   client::ClientMailboxes mailboxes;
-  client::ClientSession session;  // last: it calls the members above
+  client::ClientSession session;  // declared last, because it uses the members above
   std::uint64_t tick = 0;
 };
 
@@ -86,7 +87,7 @@ class BackToBack final : public server::ServerTransport {
     settings.connection_ids = [ids = Random(++servers_started_)]() mutable { return ids.next_u64(); };
     hub = std::make_unique<server::SessionHub>(settings, std::vector<server::Room*>{room.get()}, *this);
   }
-  /// Like kill −9: every connection ends without a message.
+  /// Ends every connection without a message, as kill −9 does.
   void kill_server() {
     hub.reset();
     for (const auto& client : clients) client->cut();
@@ -98,7 +99,7 @@ class BackToBack final : public server::ServerTransport {
     return *clients.back();
   }
 
-  /// Runs for some milliseconds: in each, the room steps, and the hub and the sessions poll.
+  /// Runs for some milliseconds. In each of them the room steps, then the hub and the sessions poll.
   void run(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i) {
       now += std::chrono::milliseconds(1);
@@ -125,7 +126,7 @@ class BackToBack final : public server::ServerTransport {
   LocalTime now{std::chrono::seconds(1000)};
   Duration one_way;
   bool delivers_datagrams = true;
-  /// Changes bytes in transit, in both directions. Called with the bytes that are about to be delivered.
+  /// If set, called with the bytes that are about to be delivered in either direction; may change them.
   std::function<void(proto::Bytes&)> damage;
   std::unique_ptr<server::Room> room;
   std::unique_ptr<server::SessionHub> hub;
@@ -169,7 +170,7 @@ inline bool WiredClient::send_datagram(std::span<const std::byte> datagram) {
 }
 
 inline void WiredClient::close() {
-  // Messages sent before closing still arrive, such as a leave message.
+  // Messages that were sent before the connection was closed still arrive, for example a leave message.
   for (const Packet& packet : std::exchange(up_, {})) deliver_up(packet);
   const server::ConnectionHandle old = std::exchange(handle_, 0);
   if (old != 0 && net_.hub != nullptr) net_.hub->on_disconnected(old, net_.now);

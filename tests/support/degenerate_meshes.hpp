@@ -11,8 +11,8 @@
 
 namespace tandem::test {
 
-/// Random mesh of 0 to 3 dimensions: a point, a line, a plane or a cloud. The unit is from 1e-308 to 1e308, and the
-/// mesh may be far from the origin. A coordinate may be infinite or NaN.
+/// A random mesh of 0 to 3 dimensions: a point, a line, a plane or a cloud. Its unit is between 1e-308 and 1e308, and
+/// it may be far from the origin. Coordinates may be infinite or NaN.
 inline geometry::TriangleMesh degenerate_mesh(Random& random) {
   const auto below = [&random](std::size_t count) { return static_cast<std::size_t>(random.next_u32() % count); };
   const auto direction = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };

@@ -1,4 +1,4 @@
-// A session hub with its rooms under a virtual clock, and hand-made clients that send any message a test needs.
+// A session hub with its rooms under a virtual clock, and simulated clients that can send any message.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@
 
 namespace tandem::test {
 
-/// Two tools, and one graspable box that floats between them within reach of both.
+/// A scene with two tools, and one graspable box that floats between them within the reach of both.
 inline std::string two_hands_scene(const std::string& name = "bench") {
   return R"({"name": ")" + name + R"(",
     "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1,
@@ -51,7 +51,7 @@ class RecordingTransport final : public server::ServerTransport {
     if (!is_encrypted) return std::nullopt;
     return export_of(connection, label);
   }
-  /// Key material as the TLS connection would export it at both ends: different for each connection and purpose.
+  /// Key material as both ends of a TLS connection would export it. It differs for each connection and purpose.
   static secure::Exported export_of(server::ConnectionHandle connection, std::string_view label) {
     secure::Exported exported;
     exported.secret.bytes()[0] = static_cast<std::byte>(connection);
@@ -60,7 +60,7 @@ class RecordingTransport final : public server::ServerTransport {
   }
 
   const std::thread::id home = std::this_thread::get_id();
-  std::atomic<std::size_t> sent_elsewhere{0};  ///< datagrams sent by a helping thread
+  std::atomic<std::size_t> sent_elsewhere{0};  ///< number of datagrams that a helping thread sent
   std::map<server::ConnectionHandle, proto::FrameReader> readers;
   std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
   std::map<server::ConnectionHandle, std::vector<proto::Bytes>> datagrams;
@@ -70,7 +70,7 @@ class RecordingTransport final : public server::ServerTransport {
   bool is_encrypted = false;
 };
 
-/// A control message with request 42 and the fields that `fill` sets.
+/// A control message with request number 42 and the fields that `fill` sets.
 inline wire::ClientControl message_of(const std::function<void(wire::ClientControl&)>& fill) {
   wire::ClientControl message;
   message.set_request(42);
@@ -78,7 +78,7 @@ inline wire::ClientControl message_of(const std::function<void(wire::ClientContr
   return message;
 }
 
-/// One hand-made client.
+/// One simulated client.
 struct BenchClient {
   server::ConnectionHandle handle = 0;
   ConnectionId connection;
@@ -117,7 +117,7 @@ class HubBench {
     hub->on_control_bytes(client.handle, frame, now);
   }
 
-  /// Messages that the hub sent to the client since the last call.
+  /// Returns the messages that the hub has sent to the client since the last call.
   std::vector<wire::ServerControl> drain(const BenchClient& client) {
     return std::exchange(transport.messages[client.handle], {});
   }
@@ -146,7 +146,8 @@ class HubBench {
     return join;
   }
 
-  /// Connects, greets and joins; the answer is in `joined` (user 0 when refused).
+  /// Connects a client, sends its greeting and joins it. The reply is in `joined`; if the join was refused, its user is
+  /// 0.
   BenchClient join(const std::string& name, wire::Role role = wire::ROLE_MANIPULATOR,
                    const std::string& capability = "state-udp") {
     BenchClient client = connect();
@@ -158,7 +159,7 @@ class HubBench {
     return client;
   }
 
-  /// Input with the tool's start pose as the handle, so that the coupling exerts no force.
+  /// An input in which the handle is at the initial pose of the tool, so that the coupling exerts no force.
   proto::ClientUpdate resting_input(BenchClient& client) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++client.tick};
@@ -183,7 +184,7 @@ class HubBench {
     return deliver(datagram_of(client, resting_input(client)));
   }
 
-  /// Advances by one millisecond: every room steps, then the hub polls.
+  /// Advances by one millisecond: each room runs one step, then the hub polls.
   void step() {
     now += std::chrono::milliseconds(1);
     for (const auto& room : rooms) room->step(server_time_of_own_clock(now));
@@ -193,7 +194,7 @@ class HubBench {
     for (int i = 0; i < times; ++i) step();
   }
 
-  /// Last update sent to the client, or nothing.
+  /// Returns the last update that was sent to the client. Empty if there is none.
   std::optional<proto::ServerUpdate> newest_update(const BenchClient& client) {
     const std::vector<proto::Bytes>& sent = transport.datagrams[client.handle];
     proto::ServerUpdate update;
@@ -210,7 +211,7 @@ class HubBench {
   server::ConnectionHandle last_handle = 0;
 };
 
-/// Names of the messages, with the code of each error: "error ERROR_ROOM_FULL, goodbye".
+/// Returns the names of the messages, with the code of each error: "error ERROR_ROOM_FULL, goodbye".
 inline std::string described(const std::vector<wire::ServerControl>& messages) {
   std::string text;
   for (const wire::ServerControl& message : messages) {

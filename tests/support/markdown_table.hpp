@@ -23,7 +23,7 @@ inline std::vector<std::string> split_trimmed(const std::string& text, char sepa
 }
 
 /// Rows of the first table after the line `heading`, by column name.
-/// Fails   std::runtime_error when there is none: a renamed heading must not pass for an empty table
+/// Fails   std::runtime_error if there is none, because a renamed heading must not be mistaken for an empty table
 inline std::vector<TableRow> table_under(const std::string& file, const std::string& heading) {
   std::ifstream stream(file);
   std::string line;
@@ -34,7 +34,7 @@ inline std::vector<TableRow> table_under(const std::string& file, const std::str
   const auto cells = [](const std::string& row) { return split_trimmed(row.substr(1, row.rfind('|') - 1) + " ", '|'); };
   if (line.empty() || line.front() != '|') throw std::runtime_error(file + " has no table under " + heading);
   const std::vector<std::string> names = cells(line);
-  std::getline(stream, line);  // |---|
+  std::getline(stream, line);  // the line |---|
   std::vector<TableRow> rows;
   while (std::getline(stream, line) && !line.empty() && line.front() == '|') {
     const std::vector<std::string> values = cells(line);

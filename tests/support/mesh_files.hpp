@@ -1,4 +1,5 @@
-// Mesh files of every format that the project reads, written from polygons as references for the tests of the readers.
+// Writes mesh files of every format that the project reads. Tests of the readers use the polygons from which they are
+// written as reference.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 
 namespace tandem::test {
 
-/// A surface, z up; the corners of each face run counter-clockwise seen from outside.
+/// A surface with z up. The corners of each face are counter-clockwise as seen from outside.
 struct Surface {
   std::vector<Vec3> vertices;
   std::vector<std::vector<int>> faces;
@@ -26,7 +27,8 @@ struct VolumeAndArea {
   double volume = 0, area = 0;
 };
 
-/// Volume and area of triangles, taken about their first corner, so that an offset does not cost precision.
+/// Volume and area of triangles. They are computed relative to the first corner, so that an offset does not reduce the
+/// precision.
 inline VolumeAndArea volume_and_area(const std::vector<Vec3>& vertices,
                                      const std::vector<std::array<int, 3>>& triangles) {
   VolumeAndArea sum;
@@ -46,7 +48,7 @@ inline VolumeAndArea operator*(const VolumeAndArea& of, double scale) {
   return {of.volume * scale * scale * scale, of.area * scale * scale};
 }
 
-/// A prism over a polygon, whose bottom and top have many corners; `outline` is counter-clockwise.
+/// A prism whose bottom and top are polygons with many corners. `outline` is counter-clockwise.
 inline Surface prism(const std::vector<Eigen::Vector2d>& outline, double height) {
   const auto n = static_cast<int>(outline.size());
   Surface surface;
@@ -63,13 +65,14 @@ inline Surface prism(const std::vector<Eigen::Vector2d>& outline, double height)
   return surface;
 }
 
-/// The same surface turned inside out.
+/// Returns the same surface with its faces reversed.
 inline Surface reversed(Surface surface) {
   for (auto& face : surface.faces) std::reverse(face.begin(), face.end());
   return surface;
 }
 
-/// Triangle fans from the first corner of each face. They give the volume of any polygons, and the area of convex ones.
+/// Returns a fan of triangles from the first corner of each face. The fans give the correct volume for any polygons,
+/// and the correct area for convex ones.
 inline std::vector<std::array<int, 3>> fans_of(const Surface& surface) {
   std::vector<std::array<int, 3>> triangles;
   for (const auto& face : surface.faces)
@@ -160,7 +163,7 @@ inline std::string ply_text(const Surface& s) {
   return text;
 }
 
-/// PLY file, little-endian in single precision or big-endian in double precision.
+/// A PLY file: little-endian in single precision or big-endian in double precision.
 inline std::string ply_binary(const Surface& s, bool is_double) {
   std::string bytes = ply_header(s, is_double ? "binary_big_endian" : "binary_little_endian",
                                  is_double ? "double" : "float", ply_faces(s));
@@ -175,7 +178,7 @@ inline std::string ply_binary(const Surface& s, bool is_double) {
   return bytes;
 }
 
-/// Each convex face as a zigzag strip; strips are separated by -1.
+/// Returns each convex face as a zigzag strip. The strips are separated by -1.
 inline std::vector<int> strips_of(const Surface& s) {
   std::vector<int> strips;
   for (const auto& face : s.faces) {
@@ -207,12 +210,12 @@ inline std::string ply_strips(const Surface& s, bool is_binary) {
 }
 
 struct ColladaOptions {
-  std::string up_axis{};  ///< empty: not stated in the file, which means Y_UP
-  std::string unit{};     ///< "0.001"; empty: not stated in the file
-  std::string node{};     ///< transformation elements of the node
+  std::string up_axis{};  ///< empty if the file does not state it, which means Y_UP
+  std::string unit{};     ///< length unit in metres, for example "0.001"; empty if the file does not state it
+  std::string node{};     ///< XML elements of the node's transformation
 };
 
-/// COLLADA file; the surface's z axis is the up axis of the file.
+/// A COLLADA file, in which the surface's z axis is the up axis of the file.
 inline std::string dae_file(const Surface& s, const ColladaOptions& options = {}) {
   const auto in_file = [&options](const Vec3& p) {
     if (options.up_axis == "Z_UP") return p;
@@ -239,12 +242,12 @@ inline std::string dae_file(const Surface& s, const ColladaOptions& options = {}
 }
 
 struct GltfOptions {
-  bool is_binary = true;      ///< .glb; else .gltf with a file buffer.bin beside it
-  std::string required{};     ///< a required extension
+  bool is_binary = true;      ///< .glb if true, otherwise .gltf with a separate file buffer.bin
+  std::string required{};     ///< name of a required extension
   bool is_quantised = false;  ///< positions as 16-bit numbers
   std::string node = R"("mesh": 0)";
-  std::string mesh{};       ///< fields of the mesh, each followed by a comma
-  std::string primitive{};  ///< fields of its primitive, each followed by a comma
+  std::string mesh{};       ///< additional fields of the mesh, each followed by a comma
+  std::string primitive{};  ///< additional fields of its primitive, each followed by a comma
 };
 
 struct GltfFile {
@@ -269,7 +272,7 @@ inline std::string gltf_json(const Surface& s, const GltfOptions& options, std::
          std::to_string(positions + indices) + "}]}";
 }
 
-/// glTF file; the surface's z axis becomes y, the up axis of the format.
+/// A glTF file, in which the surface's z axis becomes y, the up axis of the format.
 inline GltfFile gltf_file(const Surface& s, const GltfOptions& options = {}) {
   std::string positions, indices;
   for (const Vec3& p : s.vertices) {
@@ -302,7 +305,7 @@ inline std::string chunk_3ds(std::uint16_t id, const std::string& content) {
   return bytes + content;
 }
 
-/// In      master_scale  scale of the editor, 0: not written
+/// In      master_scale  scale of the editor; 0 if it is not written
 inline std::string file_3ds(const Surface& s, float master_scale = 0) {
   std::string vertices, faces, scale;
   append(vertices, static_cast<std::uint16_t>(s.vertices.size()));

@@ -1,4 +1,4 @@
-// Molecules for tests: random ones, and files that Debian packages of parameters and structures install.
+// Molecules for tests: random ones, and files that Debian packages with parameters and structures install.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,10 @@
 
 namespace tandem::test {
 
-inline const std::filesystem::path kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";  ///< gromacs-data
-inline const std::filesystem::path k3al1File = "/usr/share/pymol/test/dat/3al1.pdb";     ///< pymol-data
+inline const std::filesystem::path kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";  ///< in the Debian package
+                                                                                         // gromacs-data
+inline const std::filesystem::path k3al1File = "/usr/share/pymol/test/dat/3al1.pdb";     ///< in the Debian package
+                                                                                         // pymol-data
 
 inline docking::Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_mol,
                                   const Vec3& position = Vec3::Zero()) {
@@ -27,7 +29,8 @@ inline docking::Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_m
   return molecule;
 }
 
-/// Atoms on a jittered 3 Å lattice in a cube, with parameters in the range of OPLS-AA. One atom in six has none.
+/// Atoms on a lattice of 3 Å with random displacements in a cube, with parameters in the range of OPLS-AA. One atom in
+/// six has no Lennard-Jones parameters.
 inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const auto edge = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(count))));
@@ -46,8 +49,8 @@ inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random
   return molecule;
 }
 
-/// Atoms in a ball about the origin, as dense as a protein. They form groups of ten atoms: one group in eight has a net
-/// charge of ±1 e, and 55 % of these charges have the sign `sign`.
+/// Atoms in a ball about the origin, with the density of a protein. They form groups of ten atoms. One group in eight
+/// has a net charge of ±1 e, and 55 % of these charges have the sign `sign`.
 inline docking::Molecule protein_like(std::size_t count, double sign, std::mt19937& random) {
   constexpr double kCellAngstrom = 2.15;
   std::uniform_real_distribution<double> uniform(0, 1);

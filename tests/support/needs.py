@@ -1,10 +1,12 @@
-"""Requirements of a test outside this tree. No test skips its claim silently: see tests/README.md."""
+"""Requirements of a test that are outside of this source tree. No test may skip its claim silently (see
+tests/README.md)."""
 
 import os
 import shutil
 import sys
 
-# Folders of Debian's data packages, and the packages of programs with another name.
+# Folders into which Debian's data packages install files, and the package of each program whose package has another
+# name.
 FOLDERS = {
     "/usr/share/gromacs/": "gromacs-data",
     "/usr/share/pymol/": "pymol-data",
@@ -20,12 +22,12 @@ OPLS = "/usr/share/gromacs/top/oplsaa.ff"
 
 
 class Missing(AssertionError):
-    """Missing package, or in continuous integration a missing capability of the machine, without which a claim is
-    untested."""
+    """A claim cannot be tested because a package is missing, or in continuous integration a capability of the
+    machine."""
 
 
 def files(*paths):
-    """Fails if one of these files or folders is missing, and names its Debian package."""
+    """Fails if one of these files or folders is missing. The message names its Debian package."""
     for path in paths:
         if not os.path.exists(path):
             package = next((name for folder, name in FOLDERS.items() if path.startswith(folder)), None)
@@ -33,7 +35,7 @@ def files(*paths):
 
 
 def programs(*names):
-    """Fails if one of these programs is missing, and names its Debian package."""
+    """Fails if one of these programs is missing. The message names its Debian package."""
     for name in names:
         if shutil.which(name) is None:
             _fail(PROGRAMS.get(name, name), f"there is no program {name}")
@@ -44,13 +46,13 @@ def _fail(package, why):
 
 
 def is_all_required():
-    """Returns whether this is continuous integration, where a missing capability of the machine is a failure."""
+    """Returns True in continuous integration. A missing capability of the machine is then a failure."""
     return os.environ.get("TANDEM_REQUIRE") == "all"
 
 
 def has_of_machine(condition, what, test=None):
-    """Returns whether the machine has something that no package installs (a permission, npm). If not, the test
-    counts as left out; it fails where everything is required."""
+    """Returns `condition`, which states that the machine has something that no package installs (a permission, npm). If
+    it is false, the test is counted as left out. If everything is required, the test fails."""
     if condition:
         return True
     why = f"this machine lacks what the test needs: {what}"
@@ -61,19 +63,19 @@ def has_of_machine(condition, what, test=None):
 
 
 def skip_unless_of_machine(test, condition, what):
-    """Skips a unittest's test, with all its claims, on the condition of has_of_machine."""
+    """Skips a test of a unittest.TestCase with all its claims, unless has_of_machine() returns True."""
     if not has_of_machine(condition, what, test.id()):
         test.skipTest(f"this machine lacks what the test needs: {what}")
 
 
 def leave_out(test, why):
-    """Skips a unittest's test whose claim cannot be tested now, e.g. on a busy machine, and counts it."""
+    """Skips and counts a test of a unittest.TestCase that cannot check its claim now, for example on a busy machine."""
     note_left_out(test.id(), why)
     test.skipTest(why)
 
 
 def note_left_out(test, why):
-    """Prints a claim that is not tested, and appends it to the file $TANDEM_LEFT_OUT, whose lines deploy/test counts."""
+    """Prints a claim that was not tested and appends it to the file $TANDEM_LEFT_OUT. deploy/test counts its lines."""
     line = f"{test}: {' '.join(why.split())}\n"
     print("left out: " + line, end="", file=sys.stderr)
     if "TANDEM_LEFT_OUT" in os.environ:

@@ -1,4 +1,5 @@
-// Result of a test with a missing requirement: the test runs this program again with examples that lack one.
+// Tests the result of a test whose requirement is missing. The program runs itself again with examples that lack a
+// requirement.
 #include "tests/support/needs.hpp"
 
 #include <unistd.h>

@@ -1,5 +1,5 @@
-// Scenes of tests, loaded from their text. Loaded scenes are immutable, so a program loads each only once. Preparing
-// shapes for contact takes a tenth of a second, and seconds under a sanitizer.
+// Scenes of tests, loaded from their text. Loaded scenes are immutable, so each scene is loaded only once per program.
+// Preparing shapes for contact takes 0.1 s, and seconds with a sanitizer.
 #pragma once
 
 #include <map>

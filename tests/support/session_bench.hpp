@@ -1,4 +1,4 @@
-// A client session under a virtual clock, with a hand-made server that sends any message a test needs.
+// A client session under a virtual clock, with a simulated server that can send any message.
 #pragma once
 
 #include <string>
@@ -56,12 +56,13 @@ inline wire::MassProperties on_wire(const MassProperties& mass) {
   return message;
 }
 
-/// Mass properties of a ball with this radius of gyration. The default is the server's value for a small tool.
+/// Mass properties of a ball with the given radius of gyration. The default radius is the server's value for a small
+/// tool.
 inline wire::MassProperties ball_on_wire(double mass_kg, double gyration_m = 0.015) {
   return on_wire({mass_kg, {}, Vec3::Constant(mass_kg * gyration_m * gyration_m)});
 }
 
-/// A Joined message with only the fields that a client requires.
+/// A Joined message that has only the fields that a client requires.
 inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
   wire::Joined joined;
   joined.set_user(3);
@@ -122,7 +123,7 @@ class SessionBench {
     transport.messages.clear();
   }
 
-  /// The update as the server's next datagram. The session's own clock is 50 s behind the server's.
+  /// Encodes the update as the server's next datagram. The session's clock is 50 s behind the server's.
   proto::Bytes datagram_of(proto::ServerUpdate update) {
     update.sent = server_time_of_own_clock(now + std::chrono::seconds(50));
     proto::Bytes datagram;
@@ -155,15 +156,15 @@ class SessionBench {
   client::ClientMailboxes mailboxes;
   client::ClientSession session;
   std::vector<std::string> log;
-  std::string news;  ///< last news
+  std::string news;  ///< text of the last event
   std::vector<wire::ErrorCode> refused;
   std::vector<client::event::PoseAnswered> answers;
-  std::vector<client::SessionState> states;  ///< states entered
+  std::vector<client::SessionState> states;  ///< the states that the session has entered
   std::uint64_t sequence = 0;
   std::uint64_t step = 0;
 };
 
-/// Names of the messages: "hello, join".
+/// Returns the names of the messages, such as "hello, join".
 inline std::string described(const std::vector<wire::ClientControl>& messages) {
   std::string text;
   for (const wire::ClientControl& message : messages) {

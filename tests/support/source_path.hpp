@@ -1,4 +1,4 @@
-// Files of the source tree that tests read: documents, scenes, golden values.
+// Paths of files in the source tree that tests read: documents, scenes, golden values.
 #pragma once
 
 #include <filesystem>

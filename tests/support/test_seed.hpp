@@ -1,5 +1,5 @@
-// The seed of a property test. It is printed, so that a failure can be repeated, and can be set from outside to try
-// others.
+// The seed of a property test. It is printed, so that a failure can be repeated. An environment variable can set
+// another seed.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace tandem::test {
 
-/// Returns `usual`, or the value of the environment variable TANDEM_TEST_SEED. Prints it in the form in which it is
-/// set.
+/// Returns `usual`, or the value of the environment variable TANDEM_TEST_SEED. Prints the seed as an assignment of this
+/// variable.
 /// Fails   std::invalid_argument: the variable is not a number
 inline std::uint64_t test_seed(std::uint64_t usual) {
   const char* const given = std::getenv("TANDEM_TEST_SEED");

@@ -1,4 +1,4 @@
-// Output of the doctor for machines that a test describes.
+// Tests the output of the command `doctor` for machines that a test describes.
 #include "client/app/doctor.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// Command line: valid values are read with their unit. An invalid value gives one line that names the valid ones.
+// Tests of the command line: valid values are read with their unit, and an invalid value gives one line that names the
+// valid ones.
 #include "client/app/options.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// File name and messages of a recording that is started in the window.
+// Tests the file name and the messages of a recording that is started in the window.
 #include "client/app/run_recording.hpp"
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ using testing::Not;
 using testing::StartsWith;
 
 TEST(RunRecording, TheNextFileIsBesideThatOfTheCommandLineAndNamedByTheTime) {
-  // 2026-11-24 04:05:06 UTC.
+  // Time stamp of 2026-11-24 04:05:06 UTC.
   const std::chrono::system_clock::time_point at{std::chrono::seconds(1'795'493'106)};
   ClientOptions options;
   EXPECT_EQ(next_recording_file(options, at), std::filesystem::current_path() / "tandem-20261124T040506Z.mcap");
@@ -47,7 +47,7 @@ TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
   }
   EXPECT_THROW(ClientRecorder(recording_settings(options, folder / "a.mcap"), {}), std::invalid_argument)
       << "it is there already";
-  // More records at once than the ring holds.
+  // More records are added at once than the ring buffer holds.
   ClientRecorder slow(recording_settings(options, folder / "b.mcap"), [](const std::string&) {});
   for (int i = 0; i < 100'000; ++i) slow.add(TickRecord{}, 0);
   slow.finish();

@@ -1,4 +1,4 @@
-// Report of a run, made from hand-made tick records.
+// Tests the report of a run with tick records that the test creates.
 #include "client/app/run_report.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using ::testing::SizeIs;
 constexpr Duration kTick{std::chrono::milliseconds(1)};
 constexpr Duration kSilenceZero{std::chrono::milliseconds(140)};
 
-/// Feeds one record per millisecond.
+/// Adds one tick record per millisecond.
 struct Rig {
   void add(int ticks, int phase = 0) {
     for (int i = 0; i < ticks; ++i) {
@@ -31,7 +31,7 @@ struct Rig {
       report.add(record, phase);
     }
   }
-  /// Nothing arrives for `ticks`; the force becomes zero `zero_after` ticks after the last arrival.
+  /// No state arrives during `ticks` ticks. The force becomes zero `zero_after` ticks after the last arrival.
   void fall_silent(int ticks, int zero_after) {
     for (int i = 1; i <= ticks; ++i) {
       record.state_age = i * kTick;

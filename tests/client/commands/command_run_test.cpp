@@ -1,5 +1,5 @@
-// Each line gets exactly one answer, for any content and any state of the session. The client is never started, so
-// its requests are answered only when the session ends.
+// Each command line gets exactly one answer, for any content and any state of the session. The client is never started,
+// so its requests are answered only when the session ends.
 #include "client/commands/command_run.hpp"
 
 #include <gmock/gmock.h>
@@ -56,7 +56,7 @@ class CommandRunTest : public ::testing::Test {
       text_.append(buffer.data(), static_cast<std::size_t>(count));
     }
   }
-  /// Returns all answers after the end of the lines; `each` runs before each poll.
+  /// Sends the lines and returns all answers; `each` is called before each poll.
   std::vector<boost::json::object> answers_to(const std::string& lines, const std::function<void(int)>& each = {}) {
     std::thread writer([&] {
       for (std::size_t at = 0; at < lines.size();) {
@@ -68,7 +68,7 @@ class CommandRunTest : public ::testing::Test {
     });
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(120);
     for (int i = 0; !run_->is_over() && std::chrono::steady_clock::now() < end; ++i) {
-      now_ += std::chrono::seconds(1);  // virtual: delays and time-outs elapse at once
+      now_ += std::chrono::seconds(1);  // virtual time, so that delays and time-outs elapse at once
       if (each) each(i);
       run_->poll(io_, &view_, now_);
       std::this_thread::yield();
@@ -103,7 +103,7 @@ std::string error_in(const boost::json::object& answer) {
   return answer.at("ok").as_bool() ? "ok" : std::string(answer.at("error").as_string());
 }
 
-/// A line of a hostile user: a command with right fields, wrong ones, or bytes.
+/// A line that a hostile user could send: a command with valid or invalid fields, or random bytes.
 std::string generated_line(std::mt19937_64& random) {
   static const auto usages = command_usages();
   const auto any = [&random](std::size_t count) { return static_cast<std::size_t>(random() % count); };
@@ -117,7 +117,7 @@ std::string generated_line(std::mt19937_64& random) {
     std::erase(line, '\n');
     return line;
   }
-  // The command "quit" would end the run before the other lines.
+  // The command "quit" is excluded, because it would end the run before the remaining lines.
   do {
     line = command_word(usages[any(usages.size())].first);
   } while (line == "quit");
@@ -135,7 +135,8 @@ TEST_F(CommandRunTest, EachOfManyGeneratedLinesGetsExactlyOneAnswer) {
     words.push_back(command_word(line));
     lines += line + "\n";
   }
-  // The session ends now and then, which answers pending requests. The hand holds a body now and then.
+  // The session ends in every 20th poll, which answers the pending requests. The hand holds a body in three of seven
+  // polls.
   const auto answers = answers_to(lines, [&](int i) {
     io_.status.state = i % 20 == 19 ? SessionState::kEnded : SessionState::kActive;
     view_.record.held_body = BodyId{i % 7 < 3 ? 1U : 0U};

@@ -1,4 +1,5 @@
-// A line is either a command with all its fields in range, or an error that names the wrong field and the valid values.
+// A line is either parsed as a command whose fields are all in range, or gives an error. The error names the wrong
+// field and the valid values.
 #include "client/commands/command.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// The hand of the device "mouse" under commands: it moves to its target at its speed, and stops where a force holds it.
+// Tests the hand of the device "mouse" under commands: it moves to its target at its speed, and stops where a force
+// balances it.
 #include "client/commands/scripted_hand.hpp"
 
 #include <gtest/gtest.h>

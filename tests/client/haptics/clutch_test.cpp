@@ -1,5 +1,5 @@
-// The clutch under random motion: the handle does not jump when the clutch is pressed or released, in position or
-// rotation.
+// Tests the clutch under random motion: when it is pressed or released, the position and the rotation of the handle do
+// not jump.
 #include "client/haptics/clutch.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ double rotation_between(const Quat& a, const Quat& b) {
   return rotation_vector(a * b.conjugate()).norm();
 }
 
-/// A hand that moves with bounded random velocity.
+/// A simulated hand that moves with bounded random velocity.
 class RandomHand {
  public:
   explicit RandomHand(std::uint64_t seed) : random_(seed) {}

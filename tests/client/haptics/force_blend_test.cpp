@@ -1,4 +1,4 @@
-// The decay of a force jump compared with its closed form, and the bound on its steps.
+// Compares the decay of a force jump with its closed form, and checks the bound on its steps.
 #include "client/haptics/stages/force_blend.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ Wrench force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
-/// A blend that has displayed the force `f`.
+/// A blend whose last displayed force is `f` along x.
 ForceBlend showing(double f) {
   ForceBlend blend;
   blend.apply(force_x(f));
@@ -66,15 +66,15 @@ TEST(ForceBlend, NoStepIsLargerThanTheBoundAndItIsGoneInAHundredMilliseconds) {
     blend.advance(kForceBlendTick_s);
     const double now = blend.apply(force_x(0)).f.x();
     ASSERT_LE(now, before);
-    // |ẇ| = ω² t e^(−ωt) is largest at t = 1/ω: ω / e.
+    // The decay rate |ẇ| = ω² t e^(−ωt) has its maximum ω / e at t = 1/ω.
     ASSERT_LE(before - now, 4 * ForceBlend::kRate * kForceBlendTick_s / std::exp(1.0));
     before = now;
     EXPECT_LT(now, k < 49 ? 4.0 : k < 84 ? 0.10 * 4 : 0.01 * 4) << k;
   }
 }
 
-// A tool that is moved elsewhere and springs back. Adding the fading jump would display the opposite of a force that no
-// longer exists.
+// The target force changes because the tool is moved away, and then returns. If the fading jump were still added, it
+// would display the opposite of a force that no longer exists.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();

@@ -1,5 +1,5 @@
-// The stage of 3-DOF devices: its force in closed form, its behaviour with bodies that move, are held or are meshes,
-// and its guarantees to the hand.
+// Tests the stage of 3-DOF devices: its force in closed form, its behaviour with moving, held and triangulated bodies,
+// and the limits of its force.
 #include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
@@ -35,8 +35,8 @@ wire::Shape sphere_shape(double radius_m) {
   return shape;
 }
 
-/// Joined message of a user with a ball of 2 mm, in a scene with these shapes. Each shape is a body at the origin
-/// without friction of its own.
+/// The message to a user who joins with a ball of radius 2 mm. Each shape of the scene is a body at the origin whose
+/// friction coefficient is 0.
 wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene()->mutable_tools(0)->add_shapes() = sphere_shape(kRadius_m);
@@ -49,7 +49,7 @@ wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   return joined;
 }
 
-/// The stage in a scene, with the hand and the states set by the test.
+/// The stage in a scene. The test sets the pose of the hand and the received states.
 struct Rig {
   explicit Rig(const wire::Joined& joined, const AssetMap& assets = {}, const Vec3& tool_W = {0, 0, 0.1})
       : world(joined, assets) {
@@ -71,7 +71,7 @@ struct Rig {
     input.now += std::chrono::milliseconds(1);
     return stage->tick(input);
   }
-  /// Moves the hand to `to_W` in a straight line, at most a millimetre a tick, and stops there.
+  /// Moves the hand to `to_W` in a straight line, by at most 1 mm per tick, and stops there.
   StageOutput move_to(const Vec3& to_W) {
     const Vec3 from_W = input.handle.X.p;
     const int ticks = 1 + static_cast<int>((to_W - from_W).norm() / 1e-3);
@@ -131,7 +131,7 @@ TEST(GodObjectStage, FrictionIsTheRootOfBothCoefficients) {
   EXPECT_NEAR(-sliding.x() / sliding.z(), 0.6, 1e-6) << "√(0.9 · 0.4)";
 }
 
-/// A box as triangles, which the server would send as a surface asset.
+/// A box as a triangle mesh, which the server would send as a surface asset.
 struct MeshScene {
   explicit MeshScene(const geometry::TriangleMesh& mesh = geometry::tessellated_box(Vec3(0.03, 0.03, 0.02))) {
     const auto bytes = std::make_shared<const proto::Bytes>(geometry::surface_asset_bytes(mesh));
@@ -156,7 +156,7 @@ TEST(GodObjectStage, NeverEntersAMeshThatItIsDrawnThrough) {
     for (int i = 1; i <= 200; ++i) {
       rig.input.handle.X.p = from_W + (to_W - from_W) * i / 200;
       const Vec3 ball_W = rig.tick().tool.X.p;
-      // Corners of the asset are rounded to single precision: 1 nm at 15 mm.
+      // The vertices of the asset are rounded to single precision, which is 1 nm at 15 mm.
       ASSERT_GE(box->distance_m(ball_W), kRadius_m - haptics::GodObject::kTolerance_m - 2e-9) << ball_W.transpose();
     }
   }
@@ -278,7 +278,7 @@ TEST(GodObjectStage, StaysFiniteWhateverTheServerSaysOfItsBodies) {
   }
 }
 
-/// The whole haptic path of a 6-DOF device that presses on a plate.
+/// The whole haptic path of a 6-DOF device that is pressed against a plate.
 struct PressingRig : HapticRig {
   PressingRig() : HapticRig("god-object") {
     scene.coupling.stiffness_n_per_m = 1000;
@@ -292,7 +292,7 @@ struct PressingRig : HapticRig {
     EXPECT_TRUE(core.offer(rendering));
     run(1500);
   }
-  /// Moves down at 0.1 m/s and stops at `z_m`.
+  /// Moves the device down at 0.1 m/s and stops it at `z_m`.
   void press_to(double z_m) {
     double& z = device.sample.X_DH.p.z();
     while (z > z_m) {

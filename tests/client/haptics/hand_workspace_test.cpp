@@ -1,5 +1,5 @@
-// A small hand workspace in a large scene. The force has no steps at its border, while it is scaled, while clutched, or
-// when the user releases the device.
+// Tests a small hand workspace in a large scene. The force must have no steps at the border, while it is scaled, while
+// the clutch is pressed, or when the user releases the device.
 #include "client/haptics/hand_workspace.hpp"
 
 #include <gtest/gtest.h>
@@ -14,12 +14,13 @@
 namespace tandem::client {
 namespace {
 
-constexpr double kStep_n = 0.1;  // per millisecond
+constexpr double kStep_n = 0.1;  // largest force change per millisecond
 constexpr double kHalf_m = 0.05, kInner_m = 0.04;
 const Vec3 kWorkspace_m = Vec3::Constant(2 * kHalf_m);
 
 struct SmallRig : HapticRig {
-  /// The stage "hold" shows the server's force: zero, as for a free tool. "late-pose" shows a spring to a tool at rest.
+  /// The stage "hold" displays the server's force, which is zero for a free tool. "late-pose" displays a spring to a
+  /// tool at rest.
   explicit SmallRig(const std::string& stage = "late-pose") : HapticRig(stage, false, kWorkspace_m) {}
   /// Runs one tick that moves the hand to `p`.
   void move_to(const Vec3& p) {
@@ -58,11 +59,12 @@ TEST(HandWorkspace, BeyondTheBorderTheToolGoesOnAWallIsFeltAndNothingSteps) {
   SmallRig rig("hold");
   rig.enter_scene();
   rig.stay(700);
-  for (double x = 0; x < 0.048; x += 0.0003) rig.move_to(Vec3(x, 0, 0));  // 0.3 m/s
+  for (double x = 0; x < 0.048; x += 0.0003) rig.move_to(Vec3(x, 0, 0));  // at 0.3 m/s
   rig.move_to(Vec3(0.048, 0, 0));
   const double before_m = rig.x_W();
   rig.stay(1000);
-  // (0.8)² of a width per second.
+  // The hand is 80 % of the way from the inner to the outer border. So the workspace moves by 0.8² of its width per
+  // second.
   EXPECT_NEAR(rig.x_W() - before_m, 0.64 * 2 * kHalf_m, 0.005);
   EXPECT_NEAR(rig.force().x(), -0.8 * 2, 0.02) << "a quarter of 8 N is 2 N";
   for (double x = 0.048; x > 0; x -= 0.0003) rig.move_to(Vec3(x, 0, 0));
@@ -77,7 +79,7 @@ TEST(HandWorkspace, AtTheBorderItPressesNoHarderThanHalfTheDevice) {
   SmallRig rig;
   rig.enter_scene();
   rig.stay(700);
-  for (double x = 0; x < 0.003; x += 1e-5) rig.move_to(Vec3(x, 0, 0));  // in contact, 0.9 N
+  for (double x = 0; x < 0.003; x += 1e-5) rig.move_to(Vec3(x, 0, 0));  // the tool is in contact: 0.9 N
   rig.received.update.tool.X.p.x() = 0.049;
   for (double x = 0.003; x < 0.049; x += 1e-4) rig.move_to(Vec3(x, 0, 0));
   for (int i = 0; i < 60'000; ++i) rig.stay(1);
@@ -106,7 +108,7 @@ TEST(HandWorkspace, ADeviceLaidDownAtItsBorderStopsAfterThreeWidthsAndAHandThatC
   EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
 }
 
-/// Hands that push, tremble, rest and are clutched, on devices and in scenes of all sizes.
+/// Simulated hands push, tremble, rest or have the clutch pressed, on devices and in scenes of all sizes.
 TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) {
   const std::uint64_t seed = test::test_seed(9);
   SCOPED_TRACE("TANDEM_TEST_SEED=" + std::to_string(seed));
@@ -144,7 +146,7 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
         }
         ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
         ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
-        // For a hand at rest the rate changes only as the travel limit reduces it.
+        // While the hand rests, only the travel limit changes the rate.
         if (tremor_m == 0 && tick > 2500) {
           ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
         }
@@ -210,7 +212,7 @@ TEST(HandWorkspace, ClutchingUnderLoadAndFromTheBorderStepsNoForce) {
   EXPECT_LE(rig.steepest_n, kStep_n + 1e-9);
 }
 
-/// The user releases a device that is pushed by 5 N: only its mass remains.
+/// When the user releases a device that is pushed by 5 N, only its mass resists the force.
 TEST(HandWorkspace, ALimpHandUnderLoadIsCutAndArmedAgainByTheRamp) {
   HapticRig rig("hold");
   rig.enter_scene();
@@ -230,7 +232,7 @@ TEST(HandWorkspace, ALimpHandUnderLoadIsCutAndArmedAgainByTheRamp) {
   EXPECT_LE(ticks, 50) << "and from where it let go";
   EXPECT_LE(v.norm(), 1.5);
   EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetyTooFast);
-  v.setZero();  // the user catches the device
+  v.setZero();  // the user holds the device again
   Vec3 last = rig.force();
   for (int i = 0; i < 600; ++i) {
     rig.run(1);

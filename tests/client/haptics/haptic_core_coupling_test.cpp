@@ -1,4 +1,4 @@
-// The scene's coupling as displayed by the whole tick: law, limits, ramp, clutch.
+// Tests how the whole tick displays the scene's coupling: law, limits, ramp and clutch.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,8 @@ TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereI
   for (int i = 0; i < 600; ++i) {
     rig.run(1);
     ASSERT_NEAR(rig.sent().handle.X.p.x(), 0.001, 1e-12);
-    // 1 N over the 0.5 s of the ramp, and the coefficient's own 100 ms from 2500 N/m: at most 2.5 N over 0.5 s.
+    // The final force of 1 N is ramped up in 0.5 s, while the stiffness changes from 2500 N/m in 100 ms. So the force
+    // rises at most by 2.5 N in 0.5 s.
     ASSERT_LE(std::abs(rig.force().x()) - last_n, 2.5 / 500 + 1e-9) << i << " ms";
     last_n = std::abs(rig.force().x());
   }
@@ -48,7 +49,7 @@ TEST(HapticCore, WhatWasRefusedIsNotFeltOnTheWayToSomethingBetter) {
   rig.mailboxes.scene.publish(rig.scene);
   rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
   rig.run(50);
-  rig.scene.coupling.stiffness_n_per_m = 300;  // checked before it is displayed
+  rig.scene.coupling.stiffness_n_per_m = 300;  // must pass the check before it is displayed
   rig.mailboxes.scene.publish(rig.scene);
   rig.run(50);
   rig.scene.may_display = true;
@@ -69,8 +70,8 @@ TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
   rig.received.update.tool.X.p = Vec3(1, 0, 0);
   rig.run(700);
-  // World: the handle is 10 mm along y from the tool. 300 N/m pull it back with 3 N, and the hand feels half of that
-  // along its own −x.
+  // In world coordinates the handle is 10 mm along y from the tool. The spring of 300 N/m pulls it back with 3 N. The
+  // user feels half of that force, along −x of the device.
   EXPECT_LT((rig.core.record().handle_W.X.p - Vec3(1, 0.01, 0)).norm(), 1e-12);
   EXPECT_LT((rig.force() - Vec3(-1.5, 0, 0)).norm(), 1e-9);
 }
@@ -160,7 +161,8 @@ TEST(HapticCore, StiffnessFromTheWireIsBoundedByTheClient) {
 }
 
 TEST(HapticCore, TheBoundIsOnWhatTheDeviceFeelsWhateverTheScale) {
-  // The handle moves ten times as far as the device, and its force is scaled by five: 50 times as stiff.
+  // The handle moves ten times as far as the device, and its force is scaled by five, so the device feels 50 times the
+  // stiffness.
   HapticRig rig;
   rig.scene.workspace.position_scale = 10;
   rig.scene.workspace.force_scale = 5;
@@ -194,7 +196,8 @@ TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
   HapticRig rig;
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
-  rig.device.sample.V_DH.v = Vec3(0, 0.5, 0);  // the damper responds to it, and it is zero at once in a frozen handle
+  rig.device.sample.V_DH.v = Vec3(0, 0.5, 0);  // the damper's force follows this velocity, and vanishes at once when
+                                               // the handle is frozen
   rig.run(700);
   const double before_n = rig.force().norm();
   ASSERT_GT(rig.core.record().displayed_on_hand_D.f.dot(Vec3(0, -1, 0)), 0.5) << "the damper is felt";

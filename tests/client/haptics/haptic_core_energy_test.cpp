@@ -1,5 +1,5 @@
-// Energy at the hand's port through the whole tick: sums of the displayed and of the requested wrench, and the
-// passivity controller.
+// Tests the energy at the hand's port through the whole tick: sums of the displayed and of the requested wrench, and
+// the passivity controller.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-// Bound of the rounding error of a few thousand summed products of order 1.
+// Bound of the rounding error for the sum of a few thousand products of order 1.
 constexpr double kSumRounding = 1e-10;
 
 TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
@@ -47,8 +47,8 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
   EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
-  // The server receives the energy of the requested wrench, before the ramp, and four times as much: hand joules are
-  // world joules · s_f / s_p.
+  // The server receives the energy of the requested wrench, which is not scaled by the ramp. It is four times as large,
+  // because hand joules are world joules · s_f / s_p.
   EXPECT_GT(requested_to_hand_j, 1.02 * to_hand_j);
   EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * requested_to_hand_j, 4 * kSumRounding);
 }
@@ -118,7 +118,7 @@ TEST(HapticCore, AnAbsurdWrenchDoesNotMakeAnAbsurdSum) {
   EXPECT_LE(rig.sent().energy_from_hand_j, 1.01);
 }
 
-/// Energy that a hand gains from a server force that answers its motion 100 ms late.
+/// Returns the energy that a hand gains from a server force that responds to its motion with a delay of 100 ms.
 double energy_taken_j(bool is_passivity_controlled) {
   ScriptedDevice device;
   ClientMailboxes mailboxes;
@@ -142,7 +142,7 @@ double energy_taken_j(bool is_passivity_controlled) {
     device.sample.V_DH.v.x() = v;
     device.sample.taken = now;
     core.tick(now);
-    // A hand of 0.3 kg with a weak grip of 20 N/m.
+    // The simulated hand has 0.3 kg and a weak grip of 20 N/m.
     v += (core.record().displayed_on_hand_D.f.x() + 20 * (0.005 - x)) / 0.3 * 0.001;
     x += v * 0.001;
   }
@@ -151,12 +151,13 @@ double energy_taken_j(bool is_passivity_controlled) {
 
 TEST(HapticCore, WithThePassivityControllerALateForceGivesTheHandNoEnergy) {
   EXPECT_GT(energy_taken_j(false), 30e-3);
-  // Bound: 1 mJ for the initial credit and the energy that the start ramp left out, and the leak of six seconds.
+  // The bound is 1 mJ plus the leak in six seconds. The 1 mJ covers the initial credit and the energy that the start
+  // ramp left out.
   EXPECT_LT(energy_taken_j(true), 1e-3 + 6 * haptics::HandPassivityController::kLeakRate_w);
 }
 
-/// A hand of 0.3 kg on 200 N/m. It presses a wall of 5 kN/m through a massless tool of a server, with `delay` each way,
-/// and leaves it, four times.
+/// A hand of 0.3 kg with a stiffness of 200 N/m. Four times it presses a wall of 5 kN/m and leaves it, through the
+/// massless tool of a server with a one-way delay of `delay` ticks.
 struct PressedWall {
   void run(int ticks) {
     scene.generation = 1;
@@ -241,7 +242,7 @@ TEST(HapticCore, WhatThePassivityControllerWithheldIsRecordedAndCounted) {
     now += kTick;
     received.received = now;
     mailboxes.inbox.publish(received);
-    device.sample.X_DH.p.x() += 1e-4;  // along the force
+    device.sample.X_DH.p.x() += 1e-4;  // the hand moves along the force
     core.tick(now);
   }
   EXPECT_EQ(core.record().stage_wrench_on_hand_D.f.x(), 3) << "before the passivity controller";

@@ -1,4 +1,4 @@
-// The live loop. The claims about order and counts hold on a machine of any speed.
+// Tests the loop on its real-time thread. The tests of order and counts do not depend on the speed of the machine.
 #include "client/haptics/haptic_loop.hpp"
 
 #include <gtest/gtest.h>
@@ -31,10 +31,10 @@ struct Rig {
     mailboxes.scene.publish(scene);
     ReceivedUpdate state;
     state.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
-    // Received an hour in the future, so that the server never falls silent in these tests.
+    // The reception time is an hour in the future, so that the server never times out in these tests.
     state.received = SteadyClock().now() + std::chrono::hours(1);
     loop.start();
-    wait_for_ticks(5);  // the loop adopts the scene; only then can a state belong to it
+    wait_for_ticks(5);  // a state is accepted only after the loop has adopted the scene
     mailboxes.inbox.publish(state);
   }
 
@@ -149,7 +149,7 @@ TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceTakesIt) {
 
 TEST(HapticLoop, SaysThatItDidNotBecomeQuietWhenTheDeviceTakesNoZero) {
   Rig rig;
-  // A refusal from a fixed tick on could leave a zero force as the last one.
+  // If the device refused from a fixed tick on, its last accepted force could be zero.
   rig.device.keeps_force = true;
   rig.start_with_force();
   while (rig.device.refused == 0) std::this_thread::yield();

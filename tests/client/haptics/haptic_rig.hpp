@@ -1,4 +1,4 @@
-// The haptic core under a virtual clock, with a scripted device and hand-made server states.
+// The haptic core under a virtual clock, with a scripted device and server states from the test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,12 +13,12 @@
 namespace tandem::client {
 
 inline constexpr Duration kTick{std::chrono::milliseconds(1)};
-/// Index of the coupling law with this name.
+/// Returns the index of the coupling law with this name.
 inline std::size_t law_index(std::string_view name) {
   return static_cast<std::size_t>(haptics::find_coupling_law(name) - haptics::coupling_laws().data());
 }
 
-/// Core, device and mailboxes. Server states arrive when the test publishes them.
+/// The haptic core with its device and mailboxes. A server state arrives when the test publishes it.
 struct HapticRig {
   explicit HapticRig(const std::string& stage = "late-pose", bool feeds_view = false,
                      const Vec3& workspace_m = Vec3::Zero())
@@ -41,7 +41,7 @@ struct HapticRig {
     now += kTick;
     core.tick(now);
   }
-  /// Runs ticks with a new state each.
+  /// Runs `ticks` ticks and receives a new state before each.
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
       receive();

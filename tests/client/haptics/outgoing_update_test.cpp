@@ -1,4 +1,4 @@
-// The update that a tick sends to the server.
+// Tests the update that a tick sends to the server.
 #include "client/haptics/outgoing_update.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// One tick per millisecond, with a hand that may act on the scene.
+/// Writes one update per millisecond, for a hand that may act on the scene.
 struct Sender {
   const proto::ClientUpdate& write(bool is_driving = true) {
     ++record.tick.value;

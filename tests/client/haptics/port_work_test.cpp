@@ -1,4 +1,4 @@
-// Sums of work at the hand's port.
+// Tests the sums of work at the hand's port.
 #include "client/haptics/port_work.hpp"
 
 #include <gtest/gtest.h>

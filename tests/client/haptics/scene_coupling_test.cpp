@@ -1,4 +1,4 @@
-// Law and coefficients of a scene, from the scene message to the hand.
+// Tests how the coupling law and coefficients of a scene message reach the hand.
 #include "client/haptics/scene_coupling.hpp"
 
 #include <gtest/gtest.h>

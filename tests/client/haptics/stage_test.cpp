@@ -1,4 +1,4 @@
-// The stages compared with closed forms and with Newton's third law.
+// Compares the stages with closed forms and with Newton's third law.
 #include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
@@ -27,7 +27,7 @@ haptics::CouplingParameters unlimited() {
   return parameters;
 }
 
-/// A stage input with its own coupling and server state.
+/// A stage input together with the coupling and the server state to which it refers.
 struct StageRig {
   StageRig() {
     input.newest = &received;
@@ -51,7 +51,7 @@ TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
   rig.newest.tool.V.v = Vec3(0, 0, 0.2);
   const auto stage = make_stage({.name = "late-pose"});
   const Wrench on_hand = stage->tick(rig.input).wrench_on_hand_W;
-  // The handle rotates at 1 rad/s, so its point at the tool, 0.01 m behind, moves at 0.1 − 0.01 m/s.
+  // The handle rotates at 1 rad/s. Its point at the tool, 0.01 m behind it, therefore moves at 0.1 − 0.01 m/s.
   EXPECT_LT((on_hand.f - Vec3(-5.0, -0.18, 0.4)).norm(), 1e-12) << "−(500 d + 2 Δv)";
   const Vec3 lever = Vec3(0.01, 0, 0).cross(-on_hand.f);
   EXPECT_LT((on_hand.t - lever - Vec3(0, 0, -(0.4 * 0.2 + 0.01 * 1))).norm(), 1e-12);
@@ -115,7 +115,8 @@ TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {
   EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
 }
 
-/// Server states at 200 Hz with a force along x. They arrive at `age`; the server's clock is an hour ahead.
+/// Provides server states at 200 Hz with a force along x. Each arrives with the age `age`. The server's clock is one
+/// hour ahead.
 struct LateForce {
   explicit LateForce(const char* name) : stage(make_stage({.name = name})) { rig.received.clock_offset = kOffset; }
 
@@ -172,7 +173,8 @@ TEST(ForceStreamStage, FollowsTheNewestWrenchWhateverTheClockOffsetSaysAtFirst) 
   for (const char* const name : {"linear", "ar", "ar-spline"}) {
     for (int trial = 0; trial < 100; ++trial) {
       LateForce late(name);
-      // The offset is wrong by up to a year for ten states, as after a wrong exchange or before the first one over TCP.
+      // While ten states are received, the clock offset is wrong by up to one year. This can happen after an erroneous
+      // time-stamp exchange, or before the first exchange over TCP.
       const double off_s = std::exp(random.uniform(std::log(1e-3), std::log(3.15e7)));
       late.rig.received.clock_offset += from_seconds(random.uniform() < 0.5 ? off_s : -off_s);
       for (int k = 0; k < 50; ++k) late.tick([](double) { return 1.0; });

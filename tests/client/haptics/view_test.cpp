@@ -1,4 +1,4 @@
-// Data for a window: complete, newest, and with the values filled in that the wire left out.
+// The data for a window must be complete and up to date; values that the wire omits are filled in.
 #include "client/haptics/view.hpp"
 
 #include <gtest/gtest.h>

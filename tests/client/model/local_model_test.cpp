@@ -1,5 +1,5 @@
-// The local model against a server's world, with the delay as a queue. Where no other user is involved, the hand must
-// feel the same force as without a delay.
+// Tests the local model against a server's world; a queue represents the delay. Where no other user is involved, the
+// hand must feel the same force as without a delay.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
   return mass;
 }
 
-/// A table with its top at z = 0, a block of 0.5 kg, a ball-tipped tool in front of it and a second tool behind it.
+/// A table with its top at z = 0 and a block of 0.5 kg on it. On each side of the block is a tool with a spherical tip.
 std::shared_ptr<physics::WorldDescription> scene() {
   auto world = std::make_shared<physics::WorldDescription>();
   physics::BodyDescription table;
@@ -71,7 +71,7 @@ RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
-/// A server's world and one client's model of it, a fixed delay apart.
+/// A server's world and one client's local model of it, with a fixed delay in each direction.
 class Across {
  public:
   Across(const std::shared_ptr<const physics::WorldDescription>& world, int one_way_ticks,
@@ -84,7 +84,7 @@ class Across {
     server.activate_tool(0);
   }
 
-  /// Another user takes tool 1 and receives the force of the server's coupling there.
+  /// Another user joins with tool 1. Their hand receives the force of the server's coupling.
   void join_partner(const RigidState& handle) {
     server.activate_tool(1);
     server.set_tool(1, handle);
@@ -93,14 +93,15 @@ class Across {
   void move_partner(const RigidState& handle) { partner_ = handle; }
   /// Stops or restarts the partner's updates.
   void silence_partner(bool is_silent) { partner_is_silent_ = is_silent; }
-  /// Stops or restarts the inputs. During a gap the server extrapolates the hand and answers the ticks that are due.
+  /// Starts or ends a gap in which no input arrives. During the gap the server extrapolates the pose of the hand and
+  /// confirms the ticks that are due.
   void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
   void lose_partner() {
     server.deactivate_tool(1);
     partner_.reset();
   }
 
-  /// Runs one tick of both. Returns the wrench on the client's hand.
+  /// Runs one tick of the client and of the server. Returns the wrench on the client's hand.
   Wrench tick(const RigidState& handle, std::uint32_t buttons = 0) {
     ++tick_.value;
     up_.push_back({tick_, handle, buttons});
@@ -130,7 +131,7 @@ class Across {
     input.scene = &scene_;
     return (next_ ? *next_ : model).step(input);
   }
-  /// From now on another model of the same scene continues from the state of this one.
+  /// Replaces the local model by another model of the same scene, which continues from the state of the old one.
   void switch_world(const std::shared_ptr<const physics::WorldDescription>& world) {
     next_.emplace(world, 0, LocalModelSettings{});
     next_->continue_from(model, scene_);
@@ -191,7 +192,7 @@ class Across {
   std::deque<Input> up_;
   std::deque<proto::ServerUpdate> down_;
   Input input_;
-  std::optional<RigidState> partner_;  ///< pose of the partner's hand
+  std::optional<RigidState> partner_;  ///< pose of the partner's hand; empty without a partner
   bool partner_is_silent_ = false;
   bool is_gap_ = false;
   std::uint64_t ran_on_ = 0;
@@ -200,7 +201,7 @@ class Across {
   bool was_down_ = false;
 };
 
-/// Moves from the tool's start to `end` in 1 s, and stays there for 1 s.
+/// Moves from the tool's start to `end` in 1 s, and stays there for 1 s. Returns the wrench of each tick.
 std::vector<Wrench> felt(Across& across, const Vec3& start, const Vec3& end) {
   std::vector<Wrench> wrenches;
   for (int k = 0; k < 400; ++k) across.tick(at(start));
@@ -225,7 +226,7 @@ TEST_P(LocalModelDelay, AStaticThingIsFeltAsWithoutADelay) {
   Across near(scene(), 1), far(scene(), GetParam());
   const auto without_far = felt(near, start, pressed), with = felt(far, start, pressed);
   EXPECT_GT(without_far.back().f.norm(), 3);
-  // The world receives the same inputs in the same order.
+  // Both worlds receive the same inputs in the same order.
   EXPECT_LT(largest_difference_n(without_far, with), 1e-3);
 }
 
@@ -237,7 +238,7 @@ TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
   for (const Wrench& wrench : without_far) most = std::max(most, wrench.f.norm());
   EXPECT_GT(most, 0.4);
   EXPECT_LT(largest_difference_n(without_far, with), 0.05);
-  // Model and server agree once the block is at rest and the answers have arrived.
+  // Model and server agree once the block is at rest and the server's updates have arrived.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
 }
 
@@ -279,7 +280,8 @@ TEST_P(LocalModelDelay, AReleaseThatAGapKeepsFromTheServerIsNotTakenBack) {
   for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
   for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
   ASSERT_EQ(far.server.tool(0).held, kBlock);
-  // Inputs still in flight are lost, including the release. The server keeps the body held all the time.
+  // The inputs that are still in transit are lost, among them the release of the button. The server therefore continues
+  // to hold the body.
   far.lose_inputs(true);
   for (int k = 0; k < 2 * GetParam() + 60; ++k) {
     ASSERT_EQ(far.server.tool(0).held, kBlock);
@@ -302,7 +304,8 @@ TEST(LocalModel, FollowsABodyThatOthersMove) {
     far.server.set_body(kBlock, at({0.1e-3 * k, 0, 0.02}, {0.1, 0, 0}));
     far.tick(at(start));
   }
-  // The body is extrapolated to the present by its velocity. Otherwise it would be 5 mm behind.
+  // The velocity of the body is used to extrapolate its pose to the current time. Without that the model would lag by 5
+  // mm.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
 }
 
@@ -313,7 +316,7 @@ TEST(LocalModel, WhatAPartnerPressesFromTheOtherSideDoesNotGiveWay) {
     far.join_partner(at({0.025, 0, 0.02}));
     for (int k = 0; k < 500; ++k) far.tick(at(start));
     for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (beside - start)));
-    // The partner does not move, so half of the way goes into the user's coupling at any delay.
+    // The partner's hand does not move, so half of the displacement is taken up by the user's coupling, at any delay.
     Wrench wrench;
     double farthest_m = 0;
     for (int k = 0; k < 6000; ++k) {
@@ -350,7 +353,7 @@ TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
   }
 }
 
-// The block is no longer at the initial place that the scene defines for it at tool 1.
+// The block has left the initial pose that the scene defines for the body that tool 1 holds.
 TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
   const auto world = scene();
   world->tools[1].holds_body = 1;
@@ -393,7 +396,7 @@ TEST(LocalModel, APartnerWhoHasLeftTouchesNothing) {
   for (int k = 0; k < 500; ++k) far.tick(at({-0.04, 0, 0.02}));
   far.lose_partner();
   for (int k = 0; k < 1200; ++k) far.tick(at({-0.04, 0, 0.02}));
-  // The pushed block moves through the former place of the partner's tool.
+  // The pushed block moves through the place where the partner's tool was.
   for (int k = 0; k < 1000; ++k) far.tick(at({-0.04 + 0.06 * k / 1000, 0, 0.02}));
   EXPECT_GT(far.model.body(kBlock).X.p.x(), 0.03);
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-3);
@@ -435,7 +438,8 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
     before = force;
   }
   EXPECT_NEAR(std::abs(before), 1, 0.01);
-  // At most 1 / (e · 50 ms); the tool's mass and coupling only make it slower.
+  // The force follows a critically damped filter, so it changes by at most 1 / (e · 50 ms) for 1 N. The mass and the
+  // coupling of the tool only slow it down.
   EXPECT_LT(steepest, 0.01);
 }
 
@@ -450,7 +454,7 @@ TEST(LocalWorld, OneThatThisMachineCannotStepInTimeIsRefused) {
   }
 }
 
-/// Pushes the block for 0.4 s, then holds it.
+/// Pose of a hand that pushes the block for 0.4 s and then rests.
 RigidState pushing(int tick) {
   const double x = -0.04 + 0.05 * std::min(tick, 400) / 400.0;
   return at({x, 0, 0.02}, {tick < 400 ? 0.125 : 0.0, 0, 0});
@@ -461,7 +465,7 @@ TEST(LocalModel, GoesOnInAnotherModelOfItsSceneAsIfItWereTheSame) {
   Across one(world, 30), other(world, 30);
   double apart_n = 0, apart_m = 0, force_n = 0;
   for (int tick = 0; tick < 1200; ++tick) {
-    if (tick == 350) other.switch_world(world);  // in the middle of the push
+    if (tick == 350) other.switch_world(world);  // during the push
     const Wrench felt = one.tick(pushing(tick));
     const Wrench felt_by_other = other.tick(pushing(tick));
     apart_n = std::max(apart_n, (felt.f - felt_by_other.f).norm());

@@ -1,4 +1,4 @@
-// Construction of the world of a local model, and the parts of it that can be reused.
+// Tests how the world of a local model is made, and which parts of it can be reused.
 #include "client/model/local_world.hpp"
 
 #include <gtest/gtest.h>

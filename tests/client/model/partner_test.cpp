@@ -1,5 +1,5 @@
-// Predicted pose of another user's hand: the received pose at rest, yielding to the model's forces, and following a
-// body that both hold.
+// Tests the predicted pose of another user's hand. At rest it is the received pose; it yields to the model's forces,
+// and follows a body that both users hold.
 #include "client/model/partner.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ RigidState moving_at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
 
-/// A user whose state arrives every millisecond, 50 ms late.
+/// A partner whose state arrives every millisecond with a delay of 50 ms.
 class PartnerBench {
  public:
   RigidState tick(const RigidState& handle, const Wrench& shown_W, const PartnerSurroundings& around) {
@@ -61,11 +61,11 @@ TEST(GivingHand, ComesToRestWhereItsSpringBearsTheForceForAnyPeriod) {
   }
 }
 
-/// A hand of that mass and stiffness under a changing force, and the target of the hand.
+/// A simulated hand of the given mass and stiffness; the force and the target may change in every tick.
 class Shaken {
  public:
   Shaken(double mass_kg, double stiffness_n_per_m) { hand_.set(mass_kg, stiffness_n_per_m); }
-  /// Position after a millisecond of `force` with the target `wanted`.
+  /// Returns the position after `force` has acted for one millisecond, with the target `wanted`.
   Vec3 tick(const Vec3& force, const Vec3& wanted) {
     hand_.step({force, Vec3::Zero()}, kPeriod_s);
     return wanted + hand_.p();
@@ -147,7 +147,7 @@ TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
   around.has_common_body = true;
   around.pressing_W = Vec3::UnitX();
   for (int k = 0; k < 1000; ++k) bench.tick(moving_at({0.02, 0, 0}), {}, around);
-  // The body is 5 mm farther along and across than in the last received state.
+  // Since the last received state, the body has moved by 5 mm along the pressing direction and by 5 mm across it.
   around.body = moving_at({0.005, 0.005, 0});
   const RigidState handle = bench.tick(moving_at({0.02, 0, 0}), {}, around);
   EXPECT_NEAR(handle.X.p.x(), 0.02, 1e-6);

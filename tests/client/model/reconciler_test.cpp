@@ -1,4 +1,4 @@
-// Late corrections must be applied only once, and not in a step.
+// A late correction must be applied only once, and not in one step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@ RigidState at_x(double x_m) {
   return state;
 }
 
-/// Trajectory of a model that starts `offset_m` from the server and moves only by corrections, answered `delay` ticks
-/// late.
+/// Trajectory of a model that starts `offset_m` from the server's state and moves only by corrections. The server's
+/// response arrives `delay` ticks later.
 struct Course {
   double end_m = 0;
   double lowest_m = 0;
@@ -54,7 +54,7 @@ TEST_P(ReconcilerDelay, TakesAnOffsetOutOnceWhateverTheDelay) {
   const ReconcilerSettings settings{.time_constant_s = 0.05, .speed_limit_m_per_s = 1.0};
   const Course run = corrected(0.010, GetParam(), settings, GetParam() + 1000);
   EXPECT_NEAR(run.end_m, 0, 1e-9);
-  // A correction applied twice would overshoot below zero.
+  // If a correction were applied twice, the trajectory would overshoot below zero.
   EXPECT_GT(run.lowest_m, -1e-12);
 }
 

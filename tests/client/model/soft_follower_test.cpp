@@ -1,4 +1,5 @@
-// Between two received soft contacts, the force follows a motion of the tool at once, and changes smoothly otherwise.
+// Between two received soft contacts, the force follows a motion of the tool at once. When a new contact arrives, the
+// force changes smoothly.
 #include "client/model/soft_follower.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@ namespace {
 
 constexpr double kSoftFollowerPeriod_s = 0.001;
 
-/// Contact of a spring along z that is `depth_m` deep for a tool at `height_m`.
+/// Soft contact like a spring along z, `depth_m` deep while the tool is at `height_m`.
 SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
   SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, stiffness_n_per_m * depth_m);
@@ -44,7 +45,8 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
   follower.receive(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
     const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
-    // Bounds for one newton, critically damped with 50 ms: 1 / (e · 50 ms), 1 / (50 ms)².
+    // Bounds for a change of 1 N by a critically damped filter with τ = 50 ms. The slope is at most 1 / (e τ), and the
+    // change of slope at most 1 / τ².
     EXPECT_LT(force_n - before_n, 0.0075) << k;
     EXPECT_LT(std::abs(force_n - before_n - rise_before_n), 4.1e-4) << k;
     rise_before_n = force_n - before_n;

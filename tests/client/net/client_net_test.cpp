@@ -35,7 +35,7 @@ std::function<bool()> has_received(const ClientIo& io, std::uint64_t datagrams) 
   return [&io, datagrams] { return io.snapshot().counters.datagrams_received >= datagrams; };
 }
 
-/// A port that was free a moment ago.
+/// Returns a port that was unused a moment ago.
 std::uint16_t unused_port() {
   return server::LiveServer({.port = 0}, {}).port();
 }
@@ -105,7 +105,7 @@ TEST(ClientIo, StateGoesOverTcpWhenAsked) {
   EXPECT_TRUE(test::eventually(has_received(io, 100)));
 }
 
-/// An encrypted server, and the settings of its clients.
+/// An encrypted server, and settings for its clients.
 struct EncryptedServer {
   explicit EncryptedServer(const std::string& bind_address = "127.0.0.1", std::uint16_t port = 0,
                            const std::string& folder = "client_net_state")
@@ -262,8 +262,8 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.has_clock);
-  // The margin covers microseconds of drift between the kernel's clock, used for the stamps, and the steady clock
-  // during a read.
+  // The time stamps come from the kernel's clock. The margin covers its drift of some microseconds relative to the
+  // steady clock during a read.
   EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
   EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
@@ -273,7 +273,7 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
       << "the leave went through the link before the end";
 }
 
-/// A resolver with fixed answers. It can hang like one whose name server does not answer.
+/// A resolver that returns fixed addresses. It can also block, like a resolver whose name server does not respond.
 struct TestResolver {
   explicit TestResolver(std::vector<std::string> addresses) {
     for (const std::string& text : addresses) all.push_back(boost::asio::ip::make_address(text));
@@ -311,7 +311,7 @@ struct TestResolver {
   std::shared_ptr<State> state = std::make_shared<State>();
 };
 
-/// Settings of a client that looks up the name of `server`.
+/// Settings of a client that connects to `server` by host name.
 ClientIoSettings by_name(EncryptedServer& server, TestResolver& resolver) {
   ClientIoSettings settings = server.client();
   settings.host = "rig.example";

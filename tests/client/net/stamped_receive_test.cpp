@@ -1,4 +1,4 @@
-// The age of a datagram follows the kernel's time stamp, however late it is read.
+// The age of a datagram is computed from the kernel's time stamp, so it does not depend on when the datagram is read.
 #include "client/net/stamped_receive.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace tandem::client {
 namespace {
 
-/// Two sockets of this machine; the first is connected to the second.
+/// Two sockets on this machine; the first one is connected to the second.
 class StampedReceive : public testing::Test {
  protected:
   StampedReceive() {
@@ -44,7 +44,7 @@ class StampedReceive : public testing::Test {
 
 TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   StampedReceiver receiver(to_, clock_.now());
-  // On a system, the first socket that requests stamps receives them only after a while.
+  // The kernel starts to stamp datagrams some time after the first socket of the system has requested it.
   const auto is_stamped = [this, &receiver] {
     EXPECT_EQ(send(from_, "x", 1, 0), 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -60,7 +60,7 @@ TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
   ASSERT_TRUE(received);
   EXPECT_EQ(*received, 3U);
   EXPECT_EQ(buffer_[2], std::byte{'c'});
-  // The wall clock may be slewed slightly against the steady clock.
+  // Tolerance for a slightly different rate of the wall clock and the steady clock.
   constexpr Duration kSlack = std::chrono::milliseconds(2);
   EXPECT_GE(came_, before - kSlack);
   EXPECT_LE(came_, after + kSlack) << "and not 60 ms later, when it was read";
@@ -90,15 +90,15 @@ TEST(BelievedAge, AnOldDatagramStaysOldWhateverTheWallClockDoes) {
     return from_seconds(std::exp(random.uniform(std::log(least_s), std::log(most_s))));
   };
   for (int trial = 0; trial < 10'000; ++trial) {
-    // The datagram was in the socket for a microsecond to a day; the socket was empty shortly before.
+    // The datagram waited in the socket between 1 µs and one day. The socket was last found empty up to 1 s earlier.
     const Duration age = span(1e-6, 86400), empty_for = age + span(1e-6, 1);
     EXPECT_EQ(believed_age(age, empty_for, empty_for), age);
-    // The wall clock is set, by up to ten years, either while the datagram waits or before it arrives.
+    // The wall clock is set by up to ten years, either while the datagram waits or before it arrives.
     const Duration set_by = (random.uniform() < 0.5 ? 1 : -1) * span(1e-6, 3e8);
     const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
     const Duration believed = believed_age(waited, empty_for, empty_for + set_by);
     EXPECT_LE(believed, empty_for) << "nothing is older than the socket was empty";
-    // Tolerance for slewing: 5 ms and a thousandth.
+    // The tolerance for slewing of the wall clock is 5 ms and 0.1 % of the time since the socket was empty.
     EXPECT_GE(believed, age - std::chrono::milliseconds(5) - empty_for / 1000)
         << "set by " << to_seconds(set_by) << " s";
   }
@@ -121,7 +121,7 @@ TEST_F(StampedReceive, IsNoOlderThanTheSocketWasEmptyByTheOwnClock) {
   const LocalTime empty = clock.now();
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  // One millisecond has passed on the program's own clock: the wall clock was set.
+  // Only one millisecond has passed on the steady clock, so the wall clock must have been set.
   clock.advance_to(empty + std::chrono::milliseconds(1));
   ASSERT_TRUE(receiver.receive(buffer_, clock, came_));
   EXPECT_EQ(came_, empty);

@@ -1,4 +1,5 @@
-// Assets of a scene: fetched in chunks, stored by hash, and looked up in the store before the server is queried.
+// Assets of a scene are fetched in chunks and stored by hash. They are looked up in the store before the server is
+// queried.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -118,7 +119,7 @@ TEST(SessionAssets, ADamagedDrawingHoldsUpNothingThatIsFelt) {
   EXPECT_EQ(bench.session.assets().size(), 1U);
 }
 
-/// One asset of 150,000 bytes, and a coarse one of 2,000 bytes in its place.
+/// An asset of 150,000 bytes, and a coarse substitute of 2,000 bytes.
 struct CoarseAndFine {
   CoarseAndFine() : joined(joined_with_asset(fine)) {
     *joined.add_assets() = joined_with_asset(coarse).assets(0);
@@ -231,8 +232,7 @@ TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
     serve_assets(bench.bench, {assets.fine, assets.coarse});
     EXPECT_EQ(levels, std::vector{AssetLevel::kFull});
   }
-  // Two assets that each name the other as coarse, and one that names itself: each required asset is fetched once, and
-  // none in its place.
+  // Each of two assets names the other as its original. Each is still fetched exactly once.
   CoarseAndFine cycle;
   cycle.joined.mutable_assets(0)->set_coarse_of(cycle.joined.assets(1).sha256());
   StoreBench bench(nullptr, cycle.joined);

@@ -1,4 +1,4 @@
-// Messages of the room on the control channel: soft bodies, the common start, saved poses, pointed places.
+// Messages of the room on the control channel: soft bodies, common start, saved poses, and places to which users point.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -116,7 +116,7 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   EXPECT_EQ(bench.state(), "active");
 }
 
-/// Performs `act`. Returns the answers to requests about poses, with their tags, by the names of the requests.
+/// Calls `act`. Returns the answers to requests about poses as one text: the name of each request with its tag.
 std::string answers_after(test::SessionBench& bench, const std::function<void()>& act) {
   bench.answers.clear();
   act();

@@ -1,4 +1,4 @@
-// The state half of a session: updates that it sends from the haptic thread and accepts from the server.
+// Tests the state stream of a session: it sends updates from the haptic thread and accepts updates from the server.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -159,7 +159,8 @@ TEST(StateStream, SkipsStateOverTcpWhileControlBytesWait) {
   EXPECT_EQ(bench.session.counters().sent_drops.count(proto::DropReason::kOverwritten), 1U);
 }
 
-/// Number of datagrams sent while the haptic thread publishes `handle_at(ms)` for a second, at 1 kHz.
+/// Returns the number of datagrams that are sent within one second. In each millisecond the haptic thread publishes the
+/// pose `handle_at(ms)`.
 std::size_t datagrams_in_a_second(
     double deadband, const std::function<RigidState(int)>& handle_at,
     const std::function<std::uint32_t(int)>& buttons_at = [](int) { return 0U; }) {
@@ -201,11 +202,11 @@ TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   const auto resting = [](int) { return RigidState{}; };
   const auto jerky = [](int ms) {
     RigidState state;
-    state.X.p.x() = 0.001 * (ms % 2);  // 0.3 N of 300 N/m
+    state.X.p.x() = 0.001 * (ms % 2);  // a step of 1 mm changes the force of 300 N/m by 0.3 N
     return state;
   };
   EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
-  // Pressed and released, each between two datagrams of the floor rate: two more datagrams.
+  // A button is pressed and released, each between two datagrams of the minimum rate. This causes two more datagrams.
   const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
   const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
   EXPECT_GT(sent, 100U);

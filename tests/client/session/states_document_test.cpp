@@ -1,4 +1,4 @@
-// Compares the client's tables in proto/STATES.md with ClientSession: each row is produced and compared.
+// Compares ClientSession with the client's tables in proto/STATES.md: each row of a table is reproduced.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -13,7 +13,7 @@ namespace {
 
 const std::string kDocument = test::source_path("proto/STATES.md").string();
 
-/// Brings the session into `state`, after a join if `has_joined`.
+/// Brings the session into `state`; if `has_joined`, it joins a room first.
 void bring_to(test::SessionBench& bench, const std::string& state, bool has_joined) {
   if (has_joined && state != "active") {
     bench.join();
@@ -117,7 +117,7 @@ TEST(StatesDocument, EveryTransitionOfTheClientHappensAsWritten) {
       bench.transport.messages.clear();
       const int connects = bench.transport.connects;
       cause(bench, row.at("event"));
-      // While the session is active it also sends states, which are not control messages.
+      // While the session is active, it also sends state datagrams. They are not control messages.
       EXPECT_EQ(test::described(bench.transport.messages), row.at("sent"));
       EXPECT_EQ(outcome(bench), next);
       EXPECT_EQ(bench.transport.connects - connects, next == "connecting" ? 1 : 0);

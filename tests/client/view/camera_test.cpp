@@ -5,7 +5,8 @@
 namespace tandem::client {
 namespace {
 
-/// Position in the window from its middle, x to the right, y up, each −1 to 1, and the distance.
+/// Returns the position in the window and the distance from the camera. The position is relative to the centre, with x
+/// to the right and y up, and scaled to −1 … 1.
 Vec3 seen(const Camera& camera, const Vec3& point_W) {
   const Eigen::Vector4f at = camera.projection_of_world(1) * point_W.cast<float>().homogeneous();
   return {at.x() / at.w(), at.y() / at.w(), at.w()};

@@ -1,4 +1,4 @@
-// The drawing of a scene, tested without a window.
+// Tests the drawing of a scene without a window.
 #include "client/view/drawn_scene.hpp"
 
 #include <gmock/gmock.h>
@@ -40,7 +40,7 @@ std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
 }
 
-/// Offers the drawing of a mesh as an asset. Returns the hash that its surface would have.
+/// Adds the drawing of a mesh as an asset. Returns the hash that the surface asset of the mesh would have.
 std::string add_drawing(wire::Joined& joined, AssetMap& assets, const geometry::TriangleMesh& mesh) {
   const std::string surface(32, 's');
   wire::AssetInfo& info = *joined.add_assets();
@@ -245,7 +245,8 @@ TEST(DrawnScene, ASoftMeshGoesWithTheNodesThatAreToldOf) {
   const DrawnScene scene = make_drawn_scene(joined, assets);
   EXPECT_THAT(scene.missing, SizeIs(0));
   ASSERT_THAT(scene.soft_bodies[0].mesh, SizeIs(3 * ball.triangles.size()));
-  // Each node moves along the world's x by a tenth of its height, as the server would measure on a sheared body.
+  // Each node is displaced along the world's x axis by a tenth of its height. The server would send such offsets for a
+  // sheared body.
   std::vector<Vec3> offsets;
   for (const proto::NearPlaces& nodes : proto::soft_lattice_nodes(ball.vertices)) {
     Vec3 offset = Vec3::Zero();
@@ -262,7 +263,8 @@ TEST(DrawnScene, ASoftMeshGoesWithTheNodesThatAreToldOf) {
 
 TEST(DrawnMesh, SticksAreWhereAtomsAreBonded) {
   docking::Molecule molecule;
-  // Two bonded carbons, one hydrogen on the first, one far away, and two hydrogens that are close but not bonded.
+  // The first two atoms are bonded carbons. Two hydrogens are bonded to the first carbon, and close to each other
+  // without a bond. The third hydrogen is far away.
   molecule.positions_angstrom = {{0, 0, 0}, {1.54, 0, 0}, {0, 1.09, 0}, {9, 0, 0}, {-0.2, -1.07, 0}};
   molecule.mass_u = {12.011, 12.011, 1.008, 1.008, 1.008};
   DrawnMesh bonded, alone;
@@ -302,7 +304,7 @@ TEST(DrawnMesh, OfAMillionAtomsABallStandsForSomeAndThereAreNoSticks) {
   EXPECT_EQ(sticks.size(), balls.size());
 }
 
-/// A hostile server may send this: the number of tested pairs must stay bounded.
+/// A hostile server may send such positions, so the number of tested pairs must be bounded.
 TEST(DrawnMesh, AnAtomHasFewSticksWhereverAtomsAre) {
   docking::Molecule molecule;
   constexpr unsigned kAtoms = 3000;

@@ -1,4 +1,4 @@
-// Surfaces of molecules, tested without a window: their position, and that they are closed.
+// Tests surfaces of molecules without a window: their position, and that they are closed.
 #include "client/view/molecular_surface.hpp"
 
 #include <gtest/gtest.h>
@@ -31,14 +31,14 @@ docking::Molecule carbons(const std::vector<Vec3>& at) {
   return molecule;
 }
 
-/// Surface in Å.
+/// Returns the surface with coordinates in Å.
 DrawnMesh surface_of(const docking::Molecule& molecule, std::size_t max_triangles = kMaxSurfaceTriangles) {
   DrawnMesh out;
   append_surface(out, molecule, 1, atom_colors(molecule, MoleculeStyle::kByElement, kYellow), max_triangles);
   return out;
 }
 
-/// Mesh with one vertex for all corners at the same place.
+/// A copy of the mesh in which coincident corners are one vertex.
 struct Welded {
   explicit Welded(const DrawnMesh& mesh) {
     std::map<Place, int> found;
@@ -51,14 +51,14 @@ struct Welded {
     }
   }
 
-  /// Each edge belongs to equally many triangles in both directions.
+  /// Returns true if each edge has the same number of triangles in both directions.
   bool is_closed() const {
     return std::ranges::all_of(edges, [this](const auto& edge) {
       const auto back = edges.find({edge.first.second, edge.first.first});
       return back != edges.end() && back->second == edge.second;
     });
   }
-  /// The mesh is closed, and each edge belongs to exactly two triangles.
+  /// Returns true if the mesh is closed and each edge has exactly two triangles.
   bool is_manifold() const {
     return is_closed() && std::ranges::all_of(edges, [](const auto& edge) { return edge.second == 1; });
   }
@@ -79,7 +79,7 @@ struct Welded {
   }
 
   std::vector<int> corners;
-  std::map<std::pair<int, int>, int> edges;  ///< edges of the triangles, by direction
+  std::map<std::pair<int, int>, int> edges;  ///< number of triangles of each directed edge
   int vertices = 0;
 };
 
@@ -92,7 +92,7 @@ double volume_of(const DrawnMesh& mesh) {
   return sum;
 }
 
-/// Atoms as dense as in a protein: hydrogens, carbons and oxygens, 0.1 atoms per Å³.
+/// Random atoms with the density of a protein, 0.1 atoms per Å³: hydrogens, carbons and oxygens.
 docking::Molecule crowd(std::size_t atoms, std::mt19937& random) {
   const double edge = std::cbrt(static_cast<double>(atoms) / 0.1);
   std::uniform_real_distribution<double> anywhere(-edge / 2, edge / 2);
@@ -229,7 +229,7 @@ TEST(MolecularSurface, StaysWithinItsTriangles) {
     EXPECT_GT(mesh.size() / 3, max_triangles / 10) << "coarser, and still there";
     EXPECT_TRUE(Welded(mesh).is_closed());
   }
-  // Far apart, so that each atom has a surface of its own.
+  // The atoms are so far apart that each has a separate surface.
   std::vector<Vec3> scattered;
   for (int i = 0; i < 1000; ++i) scattered.emplace_back(1000.0 * (i % 10), 1000.0 * (i / 10 % 10), 1000.0 * (i / 100));
   EXPECT_LE(surface_of(carbons(scattered), 5000).size() / 3, 5000U);

@@ -1,4 +1,4 @@
-// Colours with a meaning are distinguishable also for users who lack one type of cone.
+// Colours with a meaning must be distinguishable for all users, including those who lack one type of cone.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -27,6 +27,8 @@ Mat3 cones_of_light() {
   return cones;
 }
 
+/// Colours as seen by a viewer without L cones, and below by one without M cones.
+///
 /// Source  Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by dichromats",
 ///         Color Res. Appl. 24(4), 1999
 Vec3 seen_by_protanopes(const Vec3& light) {
@@ -40,7 +42,7 @@ Vec3 seen_by_deuteranopes(const Vec3& light) {
   return cones_of_light().inverse() * lack * cones_of_light() * light;
 }
 
-/// CIE L*a*b* colour, D65.
+/// Converts linear light to the CIE L*a*b* colour for illuminant D65.
 Vec3 lab(const Vec3& light) {
   Mat3 xyz_of_light;
   xyz_of_light << 0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505;
@@ -49,7 +51,7 @@ Vec3 lab(const Vec3& light) {
   return {116 * f(xyz.y()) - 16, 500 * (f(xyz.x()) - f(xyz.y())), 200 * (f(xyz.y()) - f(xyz.z()))};
 }
 
-/// A difference of 10 is clearly visible side by side.
+/// Checks that all pairs differ by at least 10 in L*a*b*. Such a difference is clearly visible side by side.
 void expect_apart(const std::vector<std::pair<std::string, Rgba>>& colors) {
   const std::pair<const char*, Vec3 (*)(const Vec3&)> eyes[] = {{"usual", [](const Vec3& light) { return light; }},
                                                                 {"protanope", seen_by_protanopes},

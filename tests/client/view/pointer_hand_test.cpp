@@ -1,4 +1,4 @@
-// A dragged body stays under the mouse, from any view of the scene.
+// A dragged body must stay under the mouse pointer, from any view of the scene.
 #include "client/view/pointer_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace tandem::client {
 namespace {
 
-/// Position in the window from its middle, x to the right, y up, each −1 to 1.
+/// Returns the position in the window, relative to its centre and scaled to −1 … 1 (x to the right, y up).
 Eigen::Vector2d seen(const Camera& camera, double aspect, const Vec3& point_W) {
   const Eigen::Vector4f at = camera.projection_of_world(aspect) * point_W.cast<float>().homogeneous();
   return {at.x() / at.w(), at.y() / at.w()};
@@ -61,7 +61,7 @@ TEST(PointerHand, StaysUnderTheMouseWhereverItIsLookedAtFrom) {
       const Eigen::Vector2d before = seen(camera, aspect, hand.X_WH().p);
       is_level ? hand.move_level(camera, 0.01, 0.01) : hand.move(camera, 0.01, 0.01);
       const Eigen::Vector2d moved = seen(camera, aspect, hand.X_WH().p) - before;
-      // Motion is in shares of the window's height; clip coordinates span two of them.
+      // The motion is a fraction of the window's height. In clip coordinates the height is 2.
       EXPECT_NEAR(moved.x(), 2 * 0.01 / aspect, 0.001) << above;
       if (above > -0.1 && above < 0.1) {
         EXPECT_NEAR(moved.y(), -2 * 0.01, 0.002) << above << is_level;

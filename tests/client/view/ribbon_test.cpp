@@ -1,4 +1,4 @@
-// Chains as ribbons, tested without a window: their position and width, and atoms that form no chain.
+// Tests the ribbons of chains without a window: their position and width, and atoms that form no chain.
 #include "client/view/ribbon.hpp"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ void add_atom(docking::Molecule& molecule, const std::string& name, const std::s
   molecule.segments.push_back(0);
 }
 
-/// α carbons of an ideal helix about z: 100° and 1.5 Å a residue, 2.3 Å from it; oxygens point along it.
+/// A helix about z with 100° and 1.5 Å per residue. The α carbons are 2.3 Å from z; the oxygens are displaced along z.
 docking::Molecule helix(int residues) {
   docking::Molecule molecule;
   for (int i = 0; i < residues; ++i) {
@@ -44,7 +44,7 @@ docking::Molecule helix(int residues) {
   return molecule;
 }
 
-/// A pleated strand along x: 3.3 Å a residue, alternating 0.9 Å in z, with oxygens alternating in y.
+/// A pleated strand along x with 3.3 Å per residue. The α carbons alternate by 0.9 Å in z, the oxygens in y.
 docking::Molecule strand(int residues) {
   docking::Molecule molecule;
   for (int i = 0; i < residues; ++i) {
@@ -56,14 +56,14 @@ docking::Molecule strand(int residues) {
   return molecule;
 }
 
-/// Ribbon in Å.
+/// Returns the ribbon with coordinates in Å.
 DrawnMesh ribbon_of(const docking::Molecule& molecule) {
   DrawnMesh out;
   append_ribbon(out, molecule, 1, std::vector<Rgba>(molecule.size(), kRibbonYellow));
   return out;
 }
 
-/// Half extents in y and z of the vertices within 0.5 Å of `x`.
+/// Returns the half extents in y and z of the vertices whose x is within 0.5 Å of `x`.
 Eigen::Vector2d half_size_at(const DrawnMesh& mesh, double x) {
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
   for (const Vertex& vertex : mesh) {
@@ -109,7 +109,7 @@ TEST(Ribbon, IsATubeElsewhere) {
   EXPECT_NEAR(middle.y(), 0.28, 0.02);
 }
 
-/// Each edge belongs to equally many triangles in both directions, and normals point outwards.
+/// Each edge has the same number of triangles in both directions, and normals point outwards.
 TEST(Ribbon, IsClosedAndOutwardIsOut) {
   for (const docking::Molecule& molecule : {helix(14), strand(10)}) {
     const DrawnMesh mesh = ribbon_of(molecule);
@@ -193,7 +193,7 @@ TEST(Ribbon, OfNucleicAcidsHasARodForEachBase) {
   EXPECT_NEAR(half_size_at(ribbon_of(molecule), 3).y(), 0.6, 0.05);
 }
 
-/// A hostile server may send any positions and names.
+/// A hostile server may send any positions and names of atoms.
 TEST(Ribbon, OfAtomsAtOnePlaceIsFinite) {
   docking::Molecule molecule;
   for (int i = 0; i < 6; ++i) add_atom(molecule, "CA", "C", {1, 2, 3}, i);

@@ -48,7 +48,7 @@ TEST_F(WindowMemory, KeepsEachWayToDrawMolecules) {
       EXPECT_EQ(remembered_switches(file_).molecules, switches.molecules);
     }
   }
-  // Files that earlier programs wrote, and files that no program wrote.
+  // The program must read files of earlier versions and ignore invalid files.
   write("{\"molecules\": \"sticks\"}");
   EXPECT_EQ(remembered_switches(file_).molecules.shape, MoleculeStyle::kSticks);
   write("{\"molecules\": \"ribbons\"}");

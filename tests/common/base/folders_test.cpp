@@ -1,4 +1,4 @@
-// Files are written completely or not at all.
+// A file is written completely or not at all.
 #include "common/base/folders.hpp"
 
 #include <gtest/gtest.h>

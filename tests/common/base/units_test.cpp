@@ -1,4 +1,4 @@
-// Numbers with units, and the errors for numbers without.
+// Tests the parsing of numbers with units, and the errors for numbers without a unit.
 #include "common/base/units.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The contact solver against closed forms: resting depths, contact forces and the onset of slip.
+// Compares the contact solver with closed forms: resting depths, contact forces and the onset of slip.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/touch_scene.hpp"
@@ -85,7 +85,7 @@ TEST(ContactSolver, ABoxSinksByItsLoadOverStiffnessAndArea) {
     scene.X_WB.p.z() = 0.005;
     scene.load_W.f.z() = -3;
     scene.run(1);
-    // The lowest points of the side faces are at the floor too and have their share of the area.
+    // The lowest points of the side faces also touch the floor, so they contribute to the contact area.
     double area_m2 = 0;
     for (const SurfaceSample& sample : scene.samples) area_m2 += sample.p_B.z() < -0.004999 ? sample.area_m2 : 0;
     const double expected_m = 3 / (stiffness_n_per_m3 * area_m2);
@@ -101,7 +101,7 @@ TEST(ContactSolver, WhatPressesHarderThanTheSoftLayerHoldsRestsOnTheRigidDepth) 
   scene.inertia_B = box_inertia(scene.mass_kg, size_m);
   scene.samples = box_samples(size_m, 8);
   scene.planes = {{}};
-  scene.stiffness_n_per_m3 = 1e7;  // an area of 1 cm² would yield by 1 cm
+  scene.stiffness_n_per_m3 = 1e7;  // 10 N would press an area of 1 cm² in by 1 cm
   scene.X_WB.p.z() = 0.005;
   scene.load_W.f.z() = -10;
   scene.run(0.5);
@@ -110,7 +110,7 @@ TEST(ContactSolver, WhatPressesHarderThanTheSoftLayerHoldsRestsOnTheRigidDepth) 
   EXPECT_LT(scene.speed_m_per_s(), 1e-9);
 }
 
-/// A box on a slope that rises along x; `tilt` in rad.
+/// A box on a slope that rises along x with the inclination `tilt` [rad].
 TouchScene box_on_slope(ContactSolver& solver, double tilt, double friction) {
   const Vec3 size_m(0.02, 0.02, 0.004);
   TouchScene scene(solver);
@@ -165,7 +165,7 @@ TEST(ContactSolver, APushedBoxHoldsUntilFrictionTimesLoadAndSlipsBeyond) {
   for (const double part : {0.98, 1.02}) {
     TouchScene scene = box_on_slope(solver, 0, 0.5);
     scene.gravity_m_per_s2 = 0;
-    // The force acts at the height of the floor, so that the box does not tip.
+    // The tangential force acts at the height of the floor, so that the box does not tip.
     scene.load_W = {{part * 0.5 * 4, 0, -4}, Vec3(0, 0, -0.002).cross(Vec3(part * 0.5 * 4, 0, 0))};
     scene.run(0.3);
     const double before = scene.X_WB.p.x();

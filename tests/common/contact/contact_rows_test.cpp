@@ -25,7 +25,7 @@ PatchTerms terms_of(double friction) {
   return terms;
 }
 
-/// Random contacts in all regimes: gaps, soft, and below the rigid depth.
+/// Random contacts of all kinds: with a gap, in the soft layer, and below the rigid depth.
 std::vector<ContactPoint> random_contacts(Random& random, int count) {
   std::vector<ContactPoint> contacts(static_cast<std::size_t>(count));
   for (ContactPoint& contact : contacts) {
@@ -45,7 +45,7 @@ Vec6 vector_of(const Wrench& wrench) {
 TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
-  for (const double friction : {0.0, 0.05, 0.5, 50.0}) {  // from all slipping to all sticking
+  for (const double friction : {0.0, 0.05, 0.5, 50.0}) {  // from slip at all contacts to stick at all contacts
     for (int draw = 0; draw < 50; ++draw) {
       const std::vector<ContactPoint> contacts = random_contacts(random, 1 + draw % 3);
       ContactRows rows(contacts.size(), 1);
@@ -57,7 +57,8 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
       rows.evaluate(terms, twist, FrictionLimit::kKept);
       const Mat6 derivative = rows.derivative(terms);
       for (int k = 0; k < 6; ++k) {
-        // Small against 1e-4 m/s, the width around a kink that one draw in thousands hits.
+        // Much less than 1e-4 m/s, the width of the transition at a kink of the force. Only one draw in several
+        // thousand is near a kink.
         constexpr double kDifference = 1e-7;
         const auto wrench = [&](double by) {
           Twist moved = twist;
@@ -142,7 +143,7 @@ TEST(BlockCholesky, SolvesWhatADenseSolverSolves) {
   constexpr std::size_t kBlocks = 5;
   BlockCholesky system(kBlocks);
   for (int draw = 0; draw < 20; ++draw) {
-    // Blocks (3, 1), (4, 0) and (4, 2) are coupled; the other off-diagonal blocks are empty.
+    // Blocks (3, 1), (4, 0) and (4, 2) are not zero; the other off-diagonal blocks are.
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6 * kBlocks, 6 * kBlocks);
     const auto add = [&](int row, int column) {
       for (int i = 0; i < 6; ++i) {
@@ -157,7 +158,7 @@ TEST(BlockCholesky, SolvesWhatADenseSolverSolves) {
     add(3, 1);
     add(4, 0);
     add(4, 2);
-    dense.diagonal().array() += 20;  // positive definite by Gershgorin's theorem
+    dense.diagonal().array() += 20;  // makes the matrix positive definite, by Gershgorin's theorem
     system.reset(kBlocks);
     for (const auto& [row, column] : {std::pair{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}, {3, 1}, {4, 0}, {4, 2}}) {
       system.block(std::size_t(row), std::size_t(column)) = dense.block<6, 6>(6 * row, 6 * column);

@@ -19,7 +19,7 @@ geometry::ContactMesh mesh_box(const Vec3& size_m) {
   return {geometry::tessellated_box(size_m), geometry::SurfaceKind::kSolid, {}};
 }
 
-/// Reads all data that the contact search uses of a shape. Returns a sum, so that nothing is optimised away.
+/// Reads all data of a shape that the contact search uses. Returns a sum, so that the compiler cannot remove the reads.
 double used(const ContactShape& shape, Random& random) {
   double sum = shape.rigid_depth_m;
   for (int i = 0; i < 50; ++i) {
@@ -42,7 +42,7 @@ void seal(std::vector<std::uint8_t>& bytes) {
 }
 
 TEST(ContactShape, IsRigidBeforeThePressingSideSeesTheFarSide) {
-  // Mesh and formula, for a 2 mm wall and a thinner one.
+  // Both are tested as a mesh and in closed form: a wall of 2 mm and a foil of 0.4 mm.
   const Vec3 wall(0.02, 0.02, 2e-3);
   const Vec3 foil(0.02, 0.02, 4e-4);
   EXPECT_NEAR(make_contact_box(wall)->rigid_depth_m, 4e-4, 1e-9);
@@ -63,12 +63,12 @@ TEST(ContactShape, BoundsItsPoints) {
 }
 
 TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
-  // A solid and a bent sheet; the surface of the sheet is that of the plate around it.
+  // Tests a solid and a bent sheet. The surface of a sheet is that of the plate that surrounds it.
   const geometry::ContactMesh roof{
       height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
   for (const geometry::ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
     const auto shape = make_contact_mesh(mesh);
-    // Between samples a crease is rounded by a part of a cell, which adds to the error of smooth surfaces.
+    // Between samples, a crease is rounded by a fraction of a cell. This adds to the error for smooth surfaces.
     const double tolerance_m = 1e-4;
     double sum = 0;
     for (const ShellPoint& point : shape->shells.surface.points) {
@@ -93,7 +93,7 @@ TEST(ContactShape, RefusesAMeshWhereSinglePrecisionIsTooCoarse) {
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
     return mesh;
   };
-  // At 5 m the rounding of points is up to 0.3 µm, at a spacing of 450 µm.
+  // At 5 m from the origin, points are rounded by up to 0.3 µm, far less than their spacing of 450 µm.
   EXPECT_NE(make_contact_mesh(cube_at(5)), nullptr);
   try {
     make_contact_mesh(cube_at(700));
@@ -117,8 +117,8 @@ TEST(ContactShape, ReportsProgressUpToOne) {
 class ContactAsset : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    // A small shape of 3 mm makes thousands of damaged copies quick. Without compression, a changed byte passes the
-    // unpacking.
+    // The shape has only 3 mm, so that thousands of damaged copies are tested quickly. It is not compressed, so that a
+    // changed byte does not already fail in the decompression.
     asset = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))), 0);
   }
   static inline std::vector<std::uint8_t> asset;
@@ -141,7 +141,7 @@ TEST_F(ContactAsset, IsTheSameShapeAgain) {
 TEST_F(ContactAsset, IsNotReadWhenTorn) {
   for (std::size_t size = 0; size < asset.size(); size += 1 + asset.size() / 500) {
     EXPECT_FALSE(contact_shape_from(std::span(asset).first(size))) << size;
-    // The same with a valid checksum.
+    // Tests the same truncated bytes with a valid checksum.
     std::vector<std::uint8_t> cut(asset.begin(), asset.begin() + static_cast<std::ptrdiff_t>(size));
     if (cut.size() < sizeof(std::uint64_t)) continue;
     seal(cut);
@@ -166,7 +166,7 @@ TEST_F(ContactAsset, SurvivesHostileBytes) {
     std::vector<std::uint8_t> hostile = asset;
     const std::uint32_t changes = 1 + random.next_u32() % 4;
     for (std::uint32_t k = 0; k < changes; ++k) {
-      // Half of the changes are in the headers, where the counts are.
+      // Half of the changes affect the headers, which contain the counts.
       const std::size_t range = random.uniform() < 0.5 ? 256 : hostile.size();
       hostile[random.next_u32() % range] = static_cast<std::uint8_t>(random.next_u32());
     }
@@ -188,7 +188,7 @@ TEST_F(ContactAsset, IsTheSameShapePacked) {
   EXPECT_EQ(contact_asset_bytes(*contact_shape_from(packed), 0), asset);
 }
 
-// A kilobyte that declares gigabytes of zeros, or expands to them.
+// A few kilobytes declare gigabytes of zeros, or expand to many megabytes.
 TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   const auto shape = contact_shape_from(asset);
   EXPECT_TRUE(contact_shape_from(asset, shape->memory_bytes()));
@@ -200,7 +200,7 @@ TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
   std::span<const std::uint8_t> rest(bomb);
   ByteReader reader(rest);
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
-  // A block that declares a smaller size than it unpacks to.
+  // This block declares a smaller size than its decompressed size.
   const std::uint32_t stated = 1000;
   std::memcpy(bomb.data(), &stated, sizeof(stated));
   rest = bomb;
@@ -211,7 +211,8 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
   EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
 }
 
-// The content of the origin does not matter; it only has to differ for each input of the asset.
+// The content of an origin is not prescribed. It only has to differ for any change of the inputs from which the asset
+// is made.
 TEST_F(ContactAsset, ItsOriginTellsApartAllThatItsBytesDependOn) {
   const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
   std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};

@@ -38,7 +38,7 @@ SolverBody body_at(Random& random, double mass_kg, const Vec3& p_WC) {
 
 struct Momentum {
   Vec3 linear = Vec3::Zero();
-  Vec3 angular = Vec3::Zero();  ///< about the origin of W
+  Vec3 angular = Vec3::Zero();  ///< angular momentum about the origin of W
 };
 
 Momentum momentum_of(std::span<const SolverBody> bodies) {
@@ -69,7 +69,8 @@ TEST(ContactSolver, BodiesThatTouchKeepTheirTotalMomentum) {
     if (results[0].normal_force_n > 0 && results[1].normal_force_n > 0) ++touching;
     ASSERT_LT((now.linear - old.linear).norm(), 1e-9) << "seed " << kSeed << " draw " << draw;
     ASSERT_LT((now.angular - old.angular).norm(), 1e-10) << "seed " << kSeed << " draw " << draw;
-    // The reported wrenches also account for each body's own change: the opposite of on_a acts on b.
+    // The reported wrenches must also explain the change of velocity of each body: body b receives the opposite of
+    // on_a.
     const Vec3 on_second = -kStep_s * results[0].on_a_W.f;
     ASSERT_LT((2 * (bodies[1].V_WC.v - before[1].V_WC.v) - on_second).norm(), 1e-9);
     const Vec3 about_centre = results[1].on_a_W.t - bodies[2].p_WC.cross(results[1].on_a_W.f);
@@ -98,7 +99,7 @@ TEST(ContactSolver, APatchSeenFromItsOtherBodyMovesBothAlike) {
   EXPECT_LT((of_one.on_a_W.f + of_other.on_a_W.f).norm(), 1e-5 * of_one.on_a_W.f.norm());
 }
 
-/// Four contacts at the corners of a 1 cm square.
+/// Four contacts at the corners of a square of 1 cm.
 std::vector<ContactPoint> square(double height_m, double depth_m) {
   std::vector<ContactPoint> contacts;
   for (const double x : {-0.005, 0.005}) {
@@ -111,7 +112,7 @@ std::vector<ContactPoint> square(double height_m, double depth_m) {
 
 TEST(ContactSolver, AHeavyBodyDoesNotDriveALightOneThroughTheFloor) {
   ContactSolver solver({});
-  // A body of 2 kg on one of 5 g on the floor, both one centimetre high.
+  // A body of 2 kg lies on a body of 5 g, which lies on the floor. Both are 1 cm high.
   std::vector<SolverBody> bodies(2);
   bodies[0] = {0.005, box_inertia(0.005, {0.01, 0.01, 0.01}), {0, 0, 0.005}, {}, {}};
   bodies[1] = {2, box_inertia(2, {0.01, 0.01, 0.01}), {0, 0, 0.016}, {{0, 0, -1}}, {}};
@@ -168,7 +169,7 @@ TEST(ContactSolver, ABodyThatApproachesFeelsNothingBeforeItTouches) {
 
 class WrongInput : public testing::Test {
  protected:
-  /// One step of a valid body on a floor, with the invalid input beside it.
+  /// Runs one step of a valid body on a floor together with the invalid input.
   void step_good_body() {
     step(SolverCoupling{0, law_.get(), {}, {}, {{0, 0, 0.005}, Quat::Identity()}},
          SolverPatch{0, kStaticBody, contacts_});
@@ -214,7 +215,7 @@ TEST_F(WrongInput, ABodyThatIsNotFiniteStandsStill) {
 TEST_F(WrongInput, AnInertiaThatNoBodyHasIsRefused) {
   bodies_[0].inertia_W(1, 1) = -1e-6;
   step_good_body();
-  EXPECT_EQ(report_.left_out, 3U);  // the body, its coupling, its patch
+  EXPECT_EQ(report_.left_out, 3U);  // the body, its coupling and its patch
   EXPECT_EQ(bodies_[0].V_WC.v.norm(), 0);
 }
 
@@ -316,7 +317,8 @@ TEST(ContactSolver, GivesTheSameBitsAgain) {
 
 class Prescribed : public testing::Test {
  protected:
-  /// Steps with a square of contacts between the prescribed body, which descends at `speed_m_per_s`, and the other.
+  /// Runs one step with a square of contacts between the prescribed body, which descends at `speed_m_per_s`, and the
+  /// body `other`.
   PatchResult step(std::vector<SolverBody>& bodies, int other, double depth_m, double speed_m_per_s) {
     std::vector<ContactPoint> contacts = square(0, depth_m);
     bodies[0].is_prescribed = true;

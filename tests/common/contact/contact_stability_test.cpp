@@ -1,4 +1,5 @@
-// Instabilities that a hand would feel: buzzing, spontaneous bouncing, energy drift, falling through.
+// Tests for instabilities that a user would feel: vibration, spontaneous bouncing, energy gain, and falling through a
+// surface.
 #include <gtest/gtest.h>
 
 #include "common/base/random.hpp"
@@ -106,7 +107,8 @@ TEST(ContactSolver, WhatStartsInsideComesOutSlowly) {
       TouchScene scene = ball(solver, mass_kg, 1000);
       scene.stiffness_n_per_m3 = stiffness_n_per_m3;
       scene.X_WB.p.z() = 0.002;
-      // The larger of ρ / (h + τ) and the recovery speed of the floor, see ContactRows.
+      // The fastest allowed recovery is the larger of ρ / (h + τ) and 0.2 m/s, the recovery speed of the floor (see
+      // ContactRows).
       const double fastest = std::max(scene.rigid_depth_m / (kStep_s + scene.dissipation_s), 0.2);
       for (int i = 0; i < 200; ++i) {
         scene.step();
@@ -126,7 +128,8 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
       c.force_limit_n = limit_n;
       const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 500);
-      // Each face acts on the points nearer to it: past the middle the wall pushes them out at the back.
+      // Each face of the wall acts on the points that are nearer to it. If the ball passed the middle, the wall would
+      // push it out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
       scene.law = law.get();
       scene.X_WB.p.z() = 0.0052;
@@ -178,7 +181,8 @@ TEST(ContactSolver, ADroppedBallComesToRestAndNeverGainsEnergy) {
   }
   EXPECT_LT(most_j, 1e-9);
   EXPECT_LT(std::abs(scene.V_WB.v.z()), 1e-6);
-  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may roll: its points are not quite round
+  EXPECT_LT(scene.speed_m_per_s(), 1e-3);  // it may still roll, because its sample points deviate slightly from a
+                                           // sphere
 }
 
 TEST(ContactSolver, ADroppedTiltedBoxComesToRestOnAFace) {

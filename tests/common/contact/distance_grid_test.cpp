@@ -25,8 +25,10 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr std::uint64_t kSeed = 5;
-constexpr double kQuantumM = 0.25e-6;  ///< quantum of the default options: band and brick diagonal in 32767 steps
-constexpr double kCodedM = 0.94e-6;    ///< code error of the default options: 1/32 of the tolerance
+constexpr double kQuantumM = 0.25e-6;  ///< quantization step of the default options: band plus brick diagonal, in 32767
+                                       // steps
+constexpr double kCodedM = 0.94e-6;    ///< bound of the quantization error for the default options: 1/32 of the
+                                       // tolerance
 
 std::unique_ptr<DistanceGrid> grid_of(const geometry::TriangleMesh& mesh, const ContactShapeOptions& options = {},
                                       geometry::SurfaceKind kind = geometry::SurfaceKind::kSolid) {
@@ -43,7 +45,7 @@ Vec3 random_point(Random& random, double reach_m) {
   return {random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m)};
 }
 
-/// A sphere with bumps and creases, so that bricks of all levels are adjacent.
+/// A sphere with bumps and creases, so that bricks of all levels of refinement are adjacent.
 geometry::TriangleMesh bumpy_sphere() {
   geometry::TriangleMesh mesh = sphere_mesh(0.008, 5);
   for (Vec3& p : mesh.vertices) {
@@ -53,7 +55,7 @@ geometry::TriangleMesh bumpy_sphere() {
   return mesh;
 }
 
-/// A random point at most `reach_m` from the surface.
+/// Returns a random point at most `reach_m` from the surface.
 Vec3 point_near(const geometry::TriangleMesh& mesh, Random& random, double reach_m) {
   const auto& [a, b, c] = mesh.triangles[random.next_u32() % mesh.triangles.size()];
   const Vec3 at_a = mesh.vertices[static_cast<std::size_t>(a)];
@@ -86,8 +88,8 @@ TEST(DistanceGrid, IsRightToItsStatedErrorInTheWholeBand) {
 }
 
 TEST(DistanceGrid, SphereIsTheFormula) {
-  // The chords span 1/32 of a quarter circle. The middle of a triangle lies r (1 − cos(1.5 · π / 128)) below the
-  // circle.
+  // Each chord spans 1/32 of a quarter circle. The centre of a triangle lies r (1 − cos(1.5 · π / 128)) below the
+  // sphere.
   constexpr double kRadiusM = 0.02;
   constexpr double kSagM = 14e-6;
   const auto grid = grid_of(sphere_mesh(kRadiusM, 5));
@@ -106,7 +108,8 @@ TEST(DistanceGrid, FlatFacesAreRightToTheStepOfTheirCoding) {
   const auto grid = grid_of(box_mesh(size));
   Random random(kSeed);
   for (int i = 0; i < 5000; ++i) {
-    // More than a brick from the edges: an edge may refine the bricks beside it, but must not make these less accurate.
+    // The points are more than one brick away from the edges. An edge may refine neighbouring bricks, but must not make
+    // these less accurate.
     const Vec3 p(random.uniform(-0.006, 0.006), random.uniform(-0.003, 0.003), 0.005 + random.uniform(-1.5e-3, 1.5e-3));
     const DistanceSample sample = grid->sample(p);
     EXPECT_NEAR(sample.distance_m, p.z() - 0.005, kCodedM);
@@ -158,7 +161,7 @@ TEST(DistanceGrid, HasNoStepsAcrossBricksOfAnyLevel) {
       p += step;
       const double after = grid->distance_m(p);
       if (std::max(std::abs(before), std::abs(after)) < grid->band_m()) {
-        // A trilinear interpolant of distances is no steeper than √3.
+        // A trilinear interpolant of distances has a slope of at most √3.
         ASSERT_NEAR(after, before, std::sqrt(3.0) * kStepM + kQuantumM) << p.transpose();
         ++compared;
       }
@@ -195,7 +198,8 @@ TEST(DistanceGrid, LooksAheadToTheSurfaceFromAfar) {
     const Vec3 out = random_point(random, 1).normalized();
     const double height = random.uniform(0, 0.015);
     const DistanceSample sample = grid->sample((kRadiusM + height) * out);
-    // Cells of 3.2 mm at a radius of 10 mm: h² · 2/8r = 0.26 mm, and twice that at the corner of the lattice.
+    // Far from the surface the cells have h = 3.2 mm. At a radius r of 10 mm the interpolation error is 2 h² / (8 r) =
+    // 0.26 mm. At the corner of the lattice it is twice as large.
     EXPECT_NEAR(sample.distance_m, height, 6e-4);
     EXPECT_GT(sample.gradient.normalized().dot(out), std::cos(0.2)) << height;
   }
@@ -215,7 +219,8 @@ TEST(DistanceGrid, AnswersEveryFinitePointWithAFiniteDirection) {
   }
 }
 
-/// Points near the surface, deep inside, far outside, in bricks without samples, and NaN.
+/// Compares the two queries at points near the surface, deep inside, far outside, in bricks without samples, and at
+/// NaN.
 TEST(DistanceGrid, AnswersSeveralPlacesAsEachAlone) {
   const geometry::TriangleMesh mesh = bumpy_sphere();
   const auto grid = grid_of(mesh);
@@ -291,7 +296,8 @@ TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
 }
 
 TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
-  // Small and less exact than the default: the test is about the flaws of a scanned mesh, and sampling takes seconds.
+  // The mesh is small and less accurate than the default, because sampling takes seconds and only the flaws of a
+  // scanned mesh are tested.
   TANDEM_NEEDS_FILES(kBunnyFile);
   const geometry::TriangleMesh bunny = bunny_mesh(0.02);
   const geometry::TriangleTree tree(bunny);
@@ -391,7 +397,7 @@ TEST(DistanceGrid, SpoiltBytesGiveNothingOrFiniteAnswers) {
   int read = 0;
   for (int round = 0; round < 2000; ++round) {
     std::vector<std::uint8_t> spoilt = bytes;
-    // Half of the rounds hit the header, where damage has the largest effect.
+    // In half of the rounds the damage is in the header, where it has the largest effect.
     const std::size_t reach = round % 2 == 0 ? 120 : spoilt.size();
     for (int i = 0; i < 3; ++i) spoilt[random.next_u32() % reach] = static_cast<std::uint8_t>(random.next_u32());
     std::span<const std::uint8_t> rest = spoilt;
@@ -469,7 +475,8 @@ TEST(DistanceGrid, IsFarFromAPlaceThatIsNotANumber) {
   }
 }
 
-// Two boxes that cross, and a sheet beside them: this needs the union, regions, and the removal of interior points.
+// Two boxes intersect, and a sheet lies beside them. This mesh needs the union of solids, regions, and the removal of
+// interior points.
 TEST(DistanceGrid, AndPointsOfAMeshAreTheSameByAnyNumberOfThreads) {
   geometry::TriangleMesh sheet;
   sheet.vertices = {{0.02, 0, 0}, {0.03, 0, 0}, {0.02, 0.01, 0}};

@@ -1,4 +1,4 @@
-// Falling bodies come to rest and gain no energy from their contacts.
+// Falling bodies must come to rest and gain no energy from their contacts.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/test_meshes.hpp"
@@ -15,7 +15,7 @@ struct Drop {
 };
 
 struct Course {
-  double fallen_j = 0;  ///< energy lost from the start to the end
+  double fallen_j = 0;  ///< energy lost between start and end
   double risen_j = 0;   ///< largest rise of the energy above its previous minimum
   double speed_m_per_s = 0;
   double deepest_m = 0;
@@ -45,7 +45,8 @@ Course course_of(const Drop& drop, double seconds) {
   return course;
 }
 
-// Contact planes and lever arms are from the start of a step: rotation within it causes a second-order error.
+// Largest relative energy gain. Contact planes and lever arms are those at the start of a step, so rotation within the
+// step causes a second-order error.
 constexpr double kShareGained = 1e-5;
 
 TEST(Drop, ABoxComesToRestAndNeverGainsEnergy) {
@@ -67,7 +68,7 @@ TEST(Drop, ABallComesToRestAndNeverGainsEnergy) {
   for (const ShapePointer& ball : balls) {
     const Course course = course_of({ball, 0.1, sphere_inertia(0.1, 0.01), {{0, 0, 0.03}, Quat::Identity()}}, 1.5);
     EXPECT_LT(course.risen_j, kShareGained * course.fallen_j);
-    // It may roll on slowly: its points are not quite round, and packed normals err by a tenth of a degree.
+    // The ball may continue to roll slowly: its points deviate from a sphere, and packed normals have errors of 0.1°.
     EXPECT_LT(course.speed_m_per_s, 8e-3);
     EXPECT_GT(course.fallen_j, 0.01);
   }

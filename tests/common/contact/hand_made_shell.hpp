@@ -1,4 +1,4 @@
-// Shapes with explicitly given points: tests of the contact search must not depend on the sampling of surfaces.
+// Shapes with explicitly given points, because tests of the contact search must not depend on the sampling of surfaces.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ inline ContactShape hand_made_shape(std::shared_ptr<const DistanceField> field, 
   return shape;
 }
 
-/// `count` points on a sphere, evenly.
+/// Returns `count` points that are evenly distributed on a sphere.
 inline std::vector<ShellPoint> sphere_points(double radius_m, int count) {
   std::vector<ShellPoint> points;
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
@@ -39,7 +39,7 @@ inline std::vector<ShellPoint> sphere_points(double radius_m, int count) {
   return points;
 }
 
-/// Points in the middle of the squares of a lattice on each face of a box.
+/// Returns the centres of the squares of a lattice on each face of a box.
 inline std::vector<ShellPoint> box_points(const Vec3& size_m, double spacing_m) {
   std::vector<ShellPoint> points;
   for (int axis = 0; axis < 3; ++axis) {
@@ -61,7 +61,7 @@ inline std::vector<ShellPoint> box_points(const Vec3& size_m, double spacing_m) 
   return points;
 }
 
-/// Points along the twelve edges of a box.
+/// Returns points along the twelve edges of a box.
 inline std::vector<ShellPoint> box_edge_points(const Vec3& size_m, double spacing_m) {
   std::vector<ShellPoint> points;
   for (int axis = 0; axis < 3; ++axis) {
@@ -80,14 +80,14 @@ inline std::vector<ShellPoint> box_edge_points(const Vec3& size_m, double spacin
   return points;
 }
 
-/// A box with its faces and edges in points.
+/// A box with sample points on its faces and edges.
 inline ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
   return hand_made_shape(box_field(size_m),
                          PointShell::make(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
                          PointShell::make(box_edge_points(size_m, spacing_m), spacing_m));
 }
 
-/// The same shape without flat nodes: each of its points counts.
+/// Returns the same shape without flat nodes, so that each of its points is a contact.
 inline ContactShape without_flat_parts(ContactShape shape) {
   shape.shells.surface.flat_nodes.clear();
   for (ShellNode& node : shape.shells.surface.nodes) node.flat = ShellNode::kNotFlat;

@@ -1,4 +1,4 @@
-// Contacts that a search found late.
+// Tests contacts that a search found late.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace tandem::contact {
 namespace {
 
-// A box moves sideways until it overlaps another by 0.3 mm. This represents an overlap that an earlier search missed,
-// which is possible with a small contact budget.
+// A box moves sideways into another box until they overlap by 0.3 mm. This simulates an overlap that an earlier search
+// missed, which can happen with a small contact budget.
 TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
@@ -40,7 +40,7 @@ TEST(ContactPair, WhatWasNotFoundGetsDeeperLittleByLittle) {
   EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "what it moved itself counts at once";
 }
 
-// Half of a box's face is rough and has more points than the budget. The flat part must still be felt as a face.
+// Half of a box's face is rough and has more points than the budget. The flat half must still be represented as a face.
 TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   const Vec3 size_m(0.04, 0.02, 0.01);
   std::vector<ShellPoint> points = box_points(size_m, 2e-4);
@@ -66,7 +66,8 @@ TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   }
 }
 
-// Both sides of a thin wall would push a body that overlaps it.
+// A contact that was not found while it was shallow must not become deeper than the rigid depth. Otherwise both sides
+// of a thin wall would push a body that overlaps the wall.
 TEST(ContactPair, WhatWasNotFoundStopsAtTheRigidDepthAndIsNotLifted) {
   constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
   ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));

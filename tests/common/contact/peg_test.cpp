@@ -1,4 +1,4 @@
-// The benchmark task of haptic assembly: a peg in a hole with little clearance.
+// Tests the benchmark task of haptic assembly: a peg in a hole with small clearance.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/test_meshes.hpp"
@@ -7,13 +7,13 @@
 namespace tandem::contact {
 namespace {
 
-constexpr double kClearance_m = 1e-4;  // each side
+constexpr double kClearance_m = 1e-4;  // clearance on each side
 constexpr double kPeg_m = 0.02;
 constexpr double kPegLength_m = 0.06;
 constexpr double kMouth_m = 0.04;  // height of the block; the hole extends down to z = 0
 constexpr double kWall_m = 0.03;
 
-/// The walls of the hole: position and size of each.
+/// Returns position and size of each wall of the hole.
 std::vector<std::pair<Vec3, Vec3>> wall_boxes() {
   const double inner = kPeg_m + 2 * kClearance_m;
   const double outer = inner + 2 * kWall_m;
@@ -25,7 +25,7 @@ std::vector<std::pair<Vec3, Vec3>> wall_boxes() {
           {{0, off, z}, {inner, kWall_m, kMouth_m}}};
 }
 
-/// One solid with a square hole through it.
+/// One solid block with a square through hole.
 geometry::TriangleMesh block_mesh() {
   const double hole_m = kPeg_m + 2 * kClearance_m;
   return block_with_hole_mesh(hole_m, hole_m + 2 * kWall_m, kMouth_m);
@@ -52,7 +52,7 @@ class Peg {
   }
 
   double bottom_m() const { return rig.X_WB.p.z() - kPegLength_m / 2; }
-  /// Moves the handle to this height at 40 mm/s. Returns the largest upward force on the peg.
+  /// Moves the handle to the height `z_m` at 40 mm/s. Returns the largest upward force on the peg.
   double lead_to(double z_m) {
     double pull_n = 0;
     const double step = 0.04 * kStep_s * (z_m > rig.X_WH.p.z() ? 1 : -1);
@@ -81,7 +81,7 @@ class Peg {
 
 void expect_goes_in_and_out(bool is_mesh) {
   Peg peg(is_mesh);
-  // From the mouth on, the hand has an offset of three times the clearance and an angle of half a degree.
+  // From the mouth of the hole on, the handle is displaced by three times the clearance and rotated by 0.5°.
   peg.rig.X_WH.p += Vec3(3e-4, -3e-4, 0);
   peg.rig.X_WH.q = quaternion_of(Vec3(1, 1, 0.3).normalized() * 0.5 * std::numbers::pi / 180);
   peg.lead_to(kPegLength_m / 2 - 0.005);

@@ -37,7 +37,8 @@ Vec3 random_point(Random& random, double size_m) {
 }
 
 TEST(PrimitiveFields, AgreeWithTheDistanceToTheirTessellation) {
-  // The chords of the tessellation lie this far inside the arc: R (1 − cos(π/96)) around, and once more along an arc.
+  // Largest distance of the tessellation from the arc: R (1 − cos(π/96)) around the axis, and as much again along an
+  // arc.
   const double chord = 2 * kRadius * 5.4e-4;
   for (const Primitive& primitive : primitives()) {
     const geometry::TriangleTree tree(primitive.outline);
@@ -66,10 +67,11 @@ TEST(PrimitiveFields, HaveTheGradientOfTheirDistance) {
         difference[axis] =
             (primitive.field->distance_m(p + offset) - primitive.field->distance_m(p - offset)) / (2 * step);
       }
-      // On interior creases two sides are equally near, and the difference quotient has a length below 1.
+      // On creases inside the shape two sides are equally near, so the length of the difference quotient is below 1.
       if (difference.norm() < 1 - 1e-4) continue;
       ++checked;
-      // The second derivative is at most 1 over the distance to the axis or edge, the third its square.
+      // The second derivative is at most 1 / r, with r the distance to the axis or edge. The third derivative is at
+      // most 1 / r².
       EXPECT_LT((sample.gradient - difference).norm(), 1e-4) << primitive.name << " at " << p.transpose();
     }
     EXPECT_GT(checked, 4900) << primitive.name;

@@ -1,4 +1,4 @@
-// A search keeps data between steps: it must also release that data.
+// A search stores data between steps. It must also release them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kShellCutBand_m = 1e-4;
 
-/// A table whose field reports no planes in a strip of 6 mm across it at x = 0.
+/// A table whose distance field reports no planes in a strip of 6 mm around x = 0.
 class LinedTable final : public DistanceField {
  public:
   explicit LinedTable(const Vec3& size_m) : table_(box_field(size_m)) {}
@@ -42,7 +42,7 @@ TEST(ShellCut, AFaceIsOneAgainWhereALineWasPassed) {
   const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.02));
   ContactShape table = box_shape(table_m, 4e-3);
   table.field = std::make_shared<LinedTable>(table_m);
-  // On a face that lies flat, eight points share one contact; on a tilted face, each point is a contact.
+  // If a face lies flat, eight points share one contact. If it is tilted, each point is a contact.
   for (const double tilt_rad : {0.0, 2e-3}) {
     const auto at = [&](double x_m) { return Pose{Vec3(x_m, 0, 0.02 - 2e-5), quaternion_of(Vec3(tilt_rad, 0, 0))}; };
     ContactPair pair(2048);
@@ -96,7 +96,8 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
-// Squares of different planes across the edge of a table: each is above two planes and has room for one of them.
+// Squares lie across the edge of a table, each in a different plane. Each square is above two planes, but per square
+// the budget has room for the contacts of only one.
 TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   constexpr int kSquares = 24;
   const Vec3 table_m(0.02, 0.4, 0.02);
@@ -142,14 +143,15 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 }
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
-  // The search queries only some points of large nodes. When most have left, each point counts again.
+  // The search queries only some points of a large node. When most of them have left the contact, each point counts
+  // again.
   const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);
   pair.bind(&block, &table);
   all.bind(&block, &table);
   for (int i = 0; i < 40; ++i) pair.find({Vec3(0, 0, 0.03 - 1e-4), Quat::Identity()}, {}, 5e-4);
-  // Lifted onto one of its corners.
+  // The block is tilted onto one of its corners.
   const Quat q = quaternion_of(Vec3(0.35, -0.25, 0));
   double lowest_m = 0;
   for (const ShellPoint& point : block.shells.surface.points) {

@@ -1,4 +1,5 @@
-// From foam to steel, from a needle to a hammer: a pressed tool is stable, and the hand feels the surface's force.
+// Tests stiffnesses from foam to steel, and tools from a needle to a hammer. A pressed tool must be stable, and the
+// user must feel the force of the surface.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/touch_rig.hpp"
@@ -6,7 +7,7 @@
 namespace tandem::contact {
 namespace {
 
-/// A tool whose coupling presses it 2 mm below the surface.
+/// A tool that is pressed by a coupling whose handle is 2 mm below the surface.
 struct Press {
   const char* name;
   ShapePointer shape;

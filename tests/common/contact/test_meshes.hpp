@@ -16,7 +16,7 @@
 
 namespace tandem::contact {
 
-/// Splits every triangle into four, `times` times; the shape does not change.
+/// Splits every triangle into four and repeats this `times` times. The shape does not change.
 inline geometry::TriangleMesh subdivided(geometry::TriangleMesh mesh, int times = 1) {
   for (; times > 0; --times) {
     std::map<std::pair<int, int>, int> middles;
@@ -55,7 +55,8 @@ inline geometry::TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S 
   return mesh;
 }
 
-/// A square block from z = 0 upwards, centred at `middle`, with a square through hole centred at x = y = 0.
+/// A square block that extends from z = 0 upwards and is centred at `middle`. A square through hole is centred at x = y
+/// = 0.
 inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m, double height_m,
                                                    const Vec3& middle = Vec3::Zero()) {
   geometry::TriangleMesh mesh;
@@ -66,7 +67,8 @@ inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m
       }
     }
   }
-  // Rings of four corners: 0 inner low, 4 inner high, 8 outer low, 12 outer high; each face joins two rings.
+  // There are four rings of four corners: inner low from 0, inner high from 4, outer low from 8, outer high from 12.
+  // Each face joins two rings.
   for (int i = 0; i < 4; ++i) {
     const int next = (i + 1) % 4;
     for (const auto& [from, to] : {std::pair(8, 12), std::pair(12, 4), std::pair(4, 0), std::pair(0, 8)}) {
@@ -77,7 +79,8 @@ inline geometry::TriangleMesh block_with_hole_mesh(double hole_m, double outer_m
   return mesh;
 }
 
-/// A subdivided octahedron with its vertices on the sphere: 8 · 4^`times` triangles.
+/// An octahedron whose faces are subdivided `times` times, with its vertices on the sphere. It has 8 · 4^`times`
+/// triangles.
 inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
   geometry::TriangleMesh mesh;
   for (int i = 0; i < 6; ++i) mesh.vertices.emplace_back(Vec3::Unit(i / 2) * (i % 2 == 0 ? radius_m : -radius_m));
@@ -89,9 +92,10 @@ inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
   return mesh;
 }
 
-inline const std::filesystem::path kBunnyFile = "/usr/share/glmark2/models/bunny.obj";  ///< glmark2-data
+inline const std::filesystem::path kBunnyFile = "/usr/share/glmark2/models/bunny.obj";  ///< in the Debian package
+                                                                                        // glmark2-data
 
-/// The Stanford bunny, welded, its longest side `size_m`.
+/// The Stanford bunny with merged vertices; its longest side is `size_m`.
 inline geometry::TriangleMesh bunny_mesh(double size_m) {
   std::ifstream file(kBunnyFile);
   geometry::TriangleMesh mesh;
@@ -131,7 +135,7 @@ inline geometry::TriangleMesh bunny_mesh(double size_m) {
   return mesh;
 }
 
-/// A regular prism from z = 0 upwards.
+/// A regular prism that extends from z = 0 upwards.
 inline geometry::TriangleMesh prism_mesh(int sides, double radius_m, double height_m) {
   geometry::TriangleMesh mesh;
   for (const double z : {0.0, height_m}) {

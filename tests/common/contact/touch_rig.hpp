@@ -1,5 +1,5 @@
-// One body of real shapes among fixed obstacles. Search and solver run as in the server, so all of common/contact takes
-// part.
+// One body made of real shapes among fixed obstacles. Search and solver run as in the server, so the whole of
+// common/contact is tested.
 #pragma once
 
 #include <deque>
@@ -18,7 +18,7 @@ inline ShapePointer solid_of(const geometry::TriangleMesh& mesh) {
   return make_contact_mesh(geometry::repaired(mesh));
 }
 
-/// A coupling with critical damping for this body, at 300 N/m by default.
+/// Returns a coupling that is critically damped for this body. The default stiffness is 300 N/m.
 inline haptics::CouplingParameters critical_coupling(double mass_kg, double inertia_kg_m2,
                                                      double stiffness_n_per_m = 300) {
   haptics::CouplingParameters c;
@@ -28,7 +28,7 @@ inline haptics::CouplingParameters critical_coupling(double mass_kg, double iner
   return c;
 }
 
-/// The body's origin is its centre of mass.
+/// A test body and its obstacles. The origin of the body is its centre of mass.
 class TouchRig {
  public:
   ShapePointer shape;
@@ -82,7 +82,7 @@ class TouchRig {
     for (int i = 0; i < static_cast<int>(std::lround(seconds / kStep_s)); ++i) step();
   }
 
-  /// Searches without a step.
+  /// Runs the search without a step of the solver.
   void find(double band_m) {
     is_coarse = false;
     for (Obstacle& obstacle : obstacles_) {
@@ -95,7 +95,7 @@ class TouchRig {
     return obstacles_[obstacle].pair.contacts();
   }
 
-  /// Kinetic and potential energy plus the elastic energy of the contacts at the current pose.
+  /// Returns the kinetic and potential energy plus the elastic energy of the contacts at the current pose.
   double energy_j() {
     find(2e-4);
     double energy = 0.5 * mass_kg * V_WB.v.squaredNorm() + 0.5 * V_WB.w.dot(inertia_W() * V_WB.w) +
@@ -108,7 +108,7 @@ class TouchRig {
     }
     return energy;
   }
-  /// Upper bound of the speed of the fastest surface point.
+  /// Returns an upper bound of the speed of the fastest surface point.
   double speed_m_per_s() const { return V_WB.v.norm() + V_WB.w.norm() * shape->radius_m(); }
 
  private:
@@ -121,7 +121,7 @@ class TouchRig {
 
   Eigen::Matrix3d inertia_W() const { return X_WB.q * inertia_B * X_WB.q.conjugate().toRotationMatrix(); }
 
-  /// Search distance, computed as in common/physics/touch/touch_stage.cpp.
+  /// Returns the search distance, computed as in common/physics/touch/touch_stage.cpp.
   double band_m() const {
     const double gained = (coupling_force_n + mass_kg * gravity_m_per_s2) / mass_kg * kStep_s;
     const double speed = V_WB.v.norm() + V_WB.w.norm() * 2 * shape->radius_m() + gained;

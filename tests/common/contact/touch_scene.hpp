@@ -1,4 +1,4 @@
-// Bodies made of sample points on planes: scenes whose contacts need no search and whose forces have a closed form.
+// Bodies made of sample points on planes. Their contacts need no search, and their forces have a closed form.
 #pragma once
 
 #include <numbers>
@@ -17,14 +17,14 @@ struct SurfaceSample {
   double area_m2 = 0;
 };
 
-/// Solid where n·p < offset.
+/// A half-space that is solid where n·p < offset.
 struct Plane {
   Vec3 normal_W = Vec3::UnitZ();
   double offset_m = 0;
-  double thickness_m = 1;  ///< points deeper than this have passed through and get no force
+  double thickness_m = 1;  ///< points deeper than this have passed through the solid and get no force
 };
 
-/// Points spread evenly by the golden angle.
+/// Returns points that are evenly distributed on a sphere by the golden angle.
 inline std::vector<SurfaceSample> sphere_samples(double radius_m, int count) {
   std::vector<SurfaceSample> samples;
   const double area_m2 = 4 * std::numbers::pi * radius_m * radius_m / count;
@@ -36,7 +36,7 @@ inline std::vector<SurfaceSample> sphere_samples(double radius_m, int count) {
   return samples;
 }
 
-/// Points of a lattice on each face, its border included. The trapezoidal rule assigns the areas.
+/// Returns the points of a lattice on each face, including its border. The trapezoidal rule assigns the areas.
 inline std::vector<SurfaceSample> box_samples(const Vec3& size_m, int across) {
   std::vector<SurfaceSample> samples;
   for (int axis = 0; axis < 3; ++axis) {
@@ -124,7 +124,7 @@ class TouchScene {
     }
     return deepest;
   }
-  /// Kinetic and potential energy plus the elastic energy of the contacts.
+  /// Returns the kinetic and potential energy plus the elastic energy of the contacts.
   double energy_j() const {
     double energy = 0.5 * mass_kg * V_WB.v.squaredNorm() + 0.5 * V_WB.w.dot(inertia_W() * V_WB.w) +
                     mass_kg * gravity_m_per_s2 * X_WB.p.z();

@@ -1,5 +1,5 @@
-// Distances to solids that overlap, intersect themselves or have unpaired edges, against a reference that sums solid
-// angles and tries all triangles.
+// Tests distances to solids that overlap, intersect themselves or have unpaired edges. The reference sums solid angles
+// and tests all triangles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,6 +35,8 @@ std::vector<Triangle> triangles_of(const TriangleMesh& mesh) {
   return triangles;
 }
 
+/// Returns the winding number of a point, the sum of the solid angles of all triangles divided by 4π.
+///
 /// Source  van Oosterom & Strackee, "The solid angle of a plane triangle", 1983
 double winding_number(const std::vector<Triangle>& surface, const Vec3& p) {
   double sum = 0;
@@ -59,8 +61,8 @@ double distance_to_triangle_m(const Triangle& triangle, const Vec3& p) {
   return std::min({distance_to_segment_m(p, a, b), distance_to_segment_m(p, b, c), distance_to_segment_m(p, c, a)});
 }
 
-/// Whether the segment from `p` to `q` crosses the triangle: its ends are on different sides of the triangle, and it
-/// passes all three edges on the same side.
+/// Returns true if the segment from `p` to `q` crosses the triangle. Then its ends are on different sides of the
+/// triangle, and it passes all three edges on the same side.
 bool pierces(const Vec3& p, const Vec3& q, const Triangle& t) {
   constexpr double kRounding = 1e-18;
   const auto volume = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -85,10 +87,10 @@ struct Range {
   double most_m = std::numeric_limits<double>::infinity();
 };
 
-/// Reference for one closed or nearly closed surface: points with a winding number above ½ are inside. Its border is
-/// the part of its triangles that does not have the inside on both sides. Crossing triangles are subdivided, so the
-/// distance to the border is a range: from the nearest piece that may contain border to the nearest piece that is
-/// border only.
+/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. The border of
+/// the solid is the part of the triangles that does not have the inside on both sides. Because crossing triangles are
+/// subdivided, the distance to the border is a range. It extends from the nearest piece that may contain border to the
+/// nearest piece that consists of border only.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {
@@ -134,7 +136,8 @@ class Judge {
     const double edge_m = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     int inner = 0, border = 0;
     if (crossing.empty()) {
-      // Samples detect triangles that lie on the surface without crossing it, and triangles beside a hole.
+      // Several sample points per triangle detect triangles that lie on the surface without crossing it, and triangles
+      // beside a hole.
       constexpr int kSamples = 3;
       for (int i = 0; i <= kSamples; ++i) {
         for (int k = 0; k <= kSamples - i && (inner == 0 || border == 0); ++k) {
@@ -160,8 +163,8 @@ class Judge {
   std::vector<Piece> pieces_;
 };
 
-/// Expected distance to a union of solids: outside the distance to the nearest one, inside the depth in the deepest
-/// one.
+/// Expected distance to a union of solids. Outside it is the distance to the nearest solid, inside it is the depth in
+/// the deepest one.
 class UnionJudge {
  public:
   explicit UnionJudge(const std::vector<TriangleMesh>& solids) {
@@ -175,14 +178,14 @@ class UnionJudge {
       const Range range = judge.to_border(p);
       outside = {std::min(outside.least_m, range.least_m), std::min(outside.most_m, range.most_m)};
       if (std::abs(judge.winding(p)) <= 0.5) continue;
-      // The tree subdivides triangles as well, so its distance to the border may differ by up to the size of one piece.
+      // The tree also subdivides triangles, so its distance to the border may differ by up to the size of one piece.
       const double piece_m = judge.is_divided() ? kDividedM : 0;
       inside = {std::min(inside.least_m, -range.most_m - piece_m), std::min(inside.most_m, -range.least_m + piece_m)};
     }
     return inside.least_m < 0 ? inside : outside;
   }
-  /// Whether the winding number is clear. Beside a hole it passes ½ without a triangle, and the tree's value is
-  /// rounded.
+  /// Returns true if the winding number is clearly above or below ½. Beside a hole it passes ½ where there is no
+  /// triangle, and the tree's value is rounded.
   bool is_sure(const Vec3& p) const {
     return std::ranges::none_of(judges_, [&](const Judge& judge) {
       return std::abs(std::abs(judge.winding(p)) - 0.5) < 2 * geometry::WindingNumber::kTolerance;
@@ -216,7 +219,7 @@ TriangleMesh without_triangles(TriangleMesh mesh, std::vector<std::ptrdiff_t> tr
   return mesh;
 }
 
-/// A box with two faces that are split at the middle of an edge, where the adjacent faces are not.
+/// A box with two faces that are divided at the midpoint of an edge, while the adjacent faces are not.
 TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   TriangleMesh mesh = box_mesh(size_m);
   for (const std::size_t triangle : {2U, 10U}) {
@@ -230,7 +233,7 @@ TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   return mesh;
 }
 
-/// A tube along a figure of eight that passes through itself in the middle.
+/// A tube along a figure of eight, which intersects itself at its centre.
 TriangleMesh eight_tube(int along, int around, double radius_m) {
   TriangleMesh mesh;
   for (int i = 0; i < along; ++i) {
@@ -265,7 +268,7 @@ TriangleMesh needle(Random& random) {
 struct Case {
   std::string name;
   TriangleMesh mesh;
-  std::vector<TriangleMesh> solids;  ///< solids whose union the mesh is
+  std::vector<TriangleMesh> solids;  ///< the solids whose union the mesh represents
 };
 
 Case together(const std::string& name, const TriangleMesh& mesh) {
@@ -300,7 +303,7 @@ std::vector<Case> whole_cases(std::uint64_t seed) {
           apart("needles", needles(seed))};
 }
 
-/// Meshes that are closed only together, have a wall or are open.
+/// Meshes of several pieces that are closed only together, meshes with an inner wall, and open meshes.
 std::vector<Case> unpaired_cases(std::uint64_t seed) {
   const TriangleMesh ball = sphere_mesh(0.01, 2);
   const TriangleMesh holed = without_triangles(ball, {100, 40, 41, 7}),
@@ -323,7 +326,7 @@ std::vector<Case> unpaired_cases(std::uint64_t seed) {
           together("needles with holes", joined(open_needles))};
 }
 
-/// Meshes that the repair makes closed.
+/// Meshes that the repair closes.
 std::vector<Case> mended_cases() {
   const TriangleMesh ball = sphere_mesh(0.01, 2);
   const TriangleMesh cube = box_mesh(Vec3::Constant(0.02)), bar = moved(box_mesh({0.01, 0.02, 0.03}), kAcross);

@@ -1,4 +1,4 @@
-// No tool passes through a thin wall, for any kind of wall, light tools and abrupt hand motion.
+// No tool may pass through a thin wall, for any kind of wall, light tools and abrupt hand motion.
 #include <gtest/gtest.h>
 
 #include "tests/common/contact/hand_made_shell.hpp"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMasses_kg[] = {0.005, 0.1, 2.0};
 
-/// A wall centred at the plane z = 0.
+/// A wall whose mid-plane is z = 0.
 struct Wall {
   const char* name;
   ShapePointer shape;
@@ -48,7 +48,7 @@ const std::vector<Tool>& tools() {
   return all;
 }
 
-/// A tool above a wall (side +1) or below it.
+/// A tool that starts above a wall (side +1) or below it (side −1).
 struct Encounter {
   const Wall& wall;
   const Tool& tool;
@@ -64,7 +64,7 @@ struct Encounter {
     made.add_obstacle(wall.shape);
     return made;
   }
-  /// Depth of the tool's lowest sample below the face that it approached.
+  /// Returns the depth of the tool's lowest sample below the face that it approached.
   double depth_m(const TouchRig& rig) const {
     double lowest = 1;
     for (const ShellPoint& p : tool.shape->shells.surface.points) {
@@ -72,8 +72,9 @@ struct Encounter {
     }
     return wall.half_thickness_m - lowest;
   }
-  /// Largest penetration of a wall: its rigid depth and 0.1 mm for each 1 m/s (ContactSolver), and as much again where
-  /// single corners hit. At any speed it is less than the thickness: measured 0.83 of it for a corner on the sheet.
+  /// Bound of the penetration of a wall: its rigid depth and 0.1 mm per 1 m/s (ContactSolver), doubled because single
+  /// corners may hit. At any speed the bound is below the thickness of the wall; a corner that hit the sheet reached
+  /// 0.83 of the thickness.
   double most_m(double speed_m_per_s) const {
     const double fast_m = 1.7 * wall.half_thickness_m;
     return std::min(fast_m, wall.shape->rigid_depth_m + 2e-4 * std::max(1.0, speed_m_per_s));
@@ -138,7 +139,7 @@ void expect_jump_is_held(const Encounter& e, double limit_n, double gap_m) {
     rig.step();
     deepest_m = std::max(deepest_m, e.depth_m(rig));
   }
-  // A gap of 2 cm suffices to reach the speed limit.
+  // A gap of 2 cm is sufficient to reach the speed limit.
   EXPECT_LT(deepest_m, e.most_m(gap_m > 0 ? 10 : 1)) << e << ", " << limit_n << " N from " << gap_m << " m";
   EXPECT_GT(deepest_m, 0) << e << " does not reach the wall";
 }
@@ -151,7 +152,8 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
   });
 }
 
-/// A plate of 0.24 mm about z = 0, between the corners of cells of 0.2 mm: a post beside it shifts the cells by a half.
+/// A plate of 0.24 mm thickness about z = 0. Its faces lie between the corners of grid cells of 0.2 mm, because a post
+/// beside it shifts the cells by half a cell.
 ShapePointer plate_between_cells() {
   return solid_of(
       geometry::joined(box_mesh({0.02, 0.02, 2.4e-4}), box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3})));

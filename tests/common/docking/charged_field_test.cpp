@@ -1,5 +1,5 @@
-// Charges and the cut-off: closed forms, gradients by finite differences, and the float kernels against the exact
-// field.
+// Tests charges and the cut-off: closed forms, gradients by finite differences, and the single-precision kernels
+// against the exact field.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ Molecule ion(double charge_e) {
   return molecule;
 }
 
-/// Atoms packed as in proteins, 11 Å³ an atom, with charges between −0.6 and 0.6.
+/// Random atoms with the density of a protein, 11 Å³ per atom, and charges between −0.6 and 0.6 e.
 Molecule charged_molecule(std::size_t count, std::mt19937& random) {
   Molecule molecule = test::random_molecule(count, random);
   std::uniform_real_distribution<double> charge(-0.6, 0.6);
@@ -118,7 +118,7 @@ TEST(Cutoff, EnergyAndForceEndThereWithoutAStep) {
     EXPECT_NEAR(at(8 - 1e-4).energy_kj_per_mol(), 0, 1e-9);
     EXPECT_NEAR(at(8 - 1e-4).force_on_b.x(), 0, 1e-6);
     EXPECT_GT(at(7.5).force_on_b.x(), 1e-3);
-    // Below the switch the force equals the one without a cut-off.
+    // Below the start of the switch, the force equals the force without a cut-off.
     const FieldResult whole = exact_field(atom, atom, {{5.9, 0, 0}, Quat::Identity()}, model_of(dielectric));
     EXPECT_NEAR(at(5.9).force_on_b.x(), whole.force_on_b.x(), 1e-12 * std::abs(whole.force_on_b.x()));
   }
@@ -140,7 +140,7 @@ TEST(Cutoff, OutOfRangeIsRefusedByName) {
   }
 }
 
-/// Each dielectric, with and without a cut-off, with both mixing rules.
+/// All combinations of dielectric, cut-off (with or without) and mixing rule.
 class Model : public testing::TestWithParam<std::tuple<Dielectric, double, bool>> {
  protected:
   static FieldModel model() { return model_of(std::get<0>(GetParam()), std::get<1>(GetParam())); }
@@ -207,7 +207,9 @@ TEST_P(Model, KernelsAgreeWithTheExactField) {
       for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
       for (const std::string_view kernel : MolecularField::available_kernels()) {
         const FieldResult result = MolecularField(pair.a, pair.b, model(), kernel).evaluate(pair.X_AB);
-        const double bound = gap < 1 ? 1e-4 : 1e-5;  // near a core, a float position errs by 1e-6 of the distance
+        // If atoms nearly overlap, a rounding error of 1e-6 in a single-precision distance causes a larger error of the
+        // force.
+        const double bound = gap < 1 ? 1e-4 : 1e-5;
         EXPECT_NEAR(result.lennard_jones_kj_per_mol, exact.lennard_jones_kj_per_mol, bound * energy_scale)
             << kernel << " " << count << " gap " << gap;
         EXPECT_NEAR(result.coulomb_kj_per_mol, exact.coulomb_kj_per_mol, bound * energy_scale)
@@ -363,7 +365,9 @@ TEST(Clusters, AgreeWithTheExactFieldWhereALeafHasMoreNeighboursThanAreHeldAtOnc
         MolecularField field(pair.a, pair.b, model, kernel);
         const FieldResult result = field.evaluate(pair.X_AB);
         EXPECT_GT(field.pair_count(), 50U * 64 * 16) << "one list held them all";
-        const double bound = gap < 0 ? 1e-4 : 1e-5;  // near a core, a float position errs by 1e-6 of the distance
+        // If atoms nearly overlap, a rounding error of 1e-6 in a single-precision distance causes a larger error of the
+        // force.
+        const double bound = gap < 0 ? 1e-4 : 1e-5;
         EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), bound * largest) << kernel << " gap " << gap;
         EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(),
                     bound * std::max(std::abs(exact.energy_kj_per_mol()), largest))

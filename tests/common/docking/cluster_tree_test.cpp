@@ -1,4 +1,4 @@
-// The search over two cluster trees against a search over all pairs of points.
+// Compares the search over two cluster trees with a search over all pairs of points.
 #include "common/docking/cluster_tree.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr unsigned kClusterTreeSeed = 20261123;
 
-using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< leaf of A, leaf of B
+using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< a leaf of A and a leaf of B
 
 std::vector<std::uint32_t> leaf_of_each_point(const ClusterTree& tree) {
   std::vector<std::uint32_t> leaves(tree.order().size());
@@ -39,7 +39,7 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
   return found;
 }
 
-/// Searches the larger molecule against the smaller one, and the reverse.
+/// If the parameter is true, the larger molecule is searched against the smaller one, otherwise the reverse.
 class NeighbourSearches : public testing::TestWithParam<bool> {};
 
 TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {

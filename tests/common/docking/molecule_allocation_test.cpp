@@ -1,4 +1,4 @@
-// Separate from molecule_test.cpp, because it counts the allocations of the whole program.
+// This test is separate from molecule_test.cpp, because it counts the allocations of the whole program.
 #include <gtest/gtest.h>
 
 #include <random>

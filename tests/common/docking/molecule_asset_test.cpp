@@ -1,4 +1,4 @@
-// A client reads a molecule as the server wrote it; any other input is refused.
+// A client must read a molecule exactly as the server wrote it, and refuse all other bytes.
 #include "common/docking/molecule_asset.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace tandem::docking {
 namespace {
 
-/// Offsets of the fields.
+/// Byte offsets of the fields.
 constexpr std::size_t kVersion = 4, kFlags = 8, kCount = 12, kFirstAtom = 16;
 
 Molecule sample(std::size_t count) {
@@ -27,7 +27,7 @@ Molecule sample(std::size_t count) {
   return molecule;
 }
 
-/// 20 atoms in four residues of five.
+/// A molecule of 20 atoms in four residues of five atoms.
 Molecule named_sample() {
   Molecule molecule = sample(20);
   for (int i = 0; i < 20; ++i) {
@@ -41,7 +41,7 @@ Molecule named_sample() {
   return molecule;
 }
 
-/// Adds a valid checksum, as an attacker would.
+/// Replaces the checksum by a valid one, as an attacker would.
 std::vector<std::byte> sealed(std::span<const std::byte> bytes) {
   const auto content = octets_of(bytes.first(bytes.size() - sizeof(std::uint64_t)));
   std::vector<std::uint8_t> octets(content.begin(), content.end());
@@ -108,7 +108,7 @@ TEST(MoleculeAsset, TextsAreShortAndPrintable) {
   EXPECT_EQ(read->residue_names[0], "??");
 }
 
-/// Residues that overlap, are empty or share a name would not be read back as written.
+/// If residues overlapped, were empty or had the same name, they would not be read back as written.
 TEST(MoleculeAsset, ResiduesThatAreNoRunsOfAllAtomsAreRefused) {
   const std::vector<std::byte> good = molecule_asset_bytes(named_sample());
   constexpr std::size_t kResidues = kFirstAtom + 20 * 56, kFirstResidue = kResidues + 4, kResidueBytes = 8 + 2 + 4 + 2;

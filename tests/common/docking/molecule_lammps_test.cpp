@@ -1,5 +1,5 @@
-// The kernels against LAMMPS results for a real pair. tests/docking_lammps wrote them (see its README.md), so this test
-// does not need LAMMPS.
+// Compares the kernels with results of LAMMPS for a real pair of molecules. The results were written by
+// tests/docking_lammps (see its README.md), so this test does not need LAMMPS.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Golden {
   std::string name;
   Pose X_AB;
   double energy_kj_per_mol = 0;
-  std::vector<Vec3> forces;  ///< on the atoms of A, then on those of B
+  std::vector<Vec3> forces;  ///< on the atoms of A, followed by those on the atoms of B
 };
 
 std::vector<Golden> read_golden(const std::filesystem::path& path) {
@@ -77,7 +77,8 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
     const FieldResult result = exact_field(a_, b_, golden.X_AB, {}, {&forces, &on_b});
     forces.insert(forces.end(), on_b.begin(), on_b.end());
     EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
-    // Below 1e-6 of the largest force, pair forces cancel, and with them the digits of the text file.
+    // If a force is below 1e-6 of the largest force, its pair forces almost cancel. The text file then has too few
+    // significant digits of it.
     const double floor = 1e-6 * largest_of(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {
       EXPECT_LE((forces[i] - golden.forces[i]).norm(), 1e-8 * std::max(golden.forces[i].norm(), floor))
@@ -118,8 +119,8 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
   return one;
 }
 
-// The kernels give the sum over B. The force on one atom is therefore evaluated with a molecule of that atom alone as
-// B.
+// The kernels return the sum over B. To get the force on one atom, B is therefore a molecule that consists of this atom
+// only.
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
     const double largest = largest_of(golden.forces);

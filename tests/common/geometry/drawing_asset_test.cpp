@@ -1,4 +1,4 @@
-// Drawings of shapes for windows: normals, decimation, and both as bytes.
+// Tests drawings of shapes for windows: normals, decimation, and their encoding as bytes.
 #include "common/geometry/drawing_asset.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@
 namespace tandem::geometry {
 namespace {
 
-/// A ball of about 4 `rings`² triangles.
+/// A ball with about 4 `rings`² triangles.
 TriangleMesh ball(int rings) {
   TriangleMesh mesh;
   for (int ring = 0; ring <= rings; ++ring) {
@@ -79,7 +79,8 @@ TEST(Decimation, KeepsTheShapeWithinACellAndTheLimit) {
     const TriangleMesh few = decimated(fine, most);
     EXPECT_LE(few.triangles.size(), most);
     EXPECT_GE(few.triangles.size(), std::min<std::size_t>(most / 4, 1500));
-    // The area of a ball of radius 50 mm is 0.0314 m², so a cell of two triangles has edges of sqrt(0.0628 / most).
+    // The ball has a radius of 50 mm and an area of 0.0314 m². If each cell has two triangles, its edge is sqrt(0.0628
+    // / most).
     const double cell_m = 1.15 * 1.15 * std::sqrt(0.0628 / static_cast<double>(most));
     for (const Vec3& vertex : few.vertices) EXPECT_NEAR(vertex.norm(), 0.05, cell_m) << most;
   }
@@ -155,7 +156,7 @@ TEST(DrawingAsset, NoByteOfItCanChangeUnseen) {
   }
 }
 
-/// Hostile bytes with a valid checksum give either nothing or a mesh whose corner indices are all valid.
+/// Hostile bytes with a valid checksum must give either nothing or a mesh in which all vertex indices are valid.
 TEST(DrawingAsset, OfHostileBytesIsNothingOrAWholeMesh) {
   const std::vector<std::byte> bytes = drawing_asset_bytes(shaded(ball(4)));
   std::mt19937_64 random(test::test_seed(7));

@@ -1,4 +1,5 @@
-// Meshes of any size, also empty ones: a division by a size is valid, or the mesh is refused with a message.
+// For meshes of any size, also empty ones, either a division by the size is valid or the mesh is refused with a
+// message.
 #include "common/geometry/repair/mesh_bounds.hpp"
 
 #include <gmock/gmock.h>
@@ -46,7 +47,7 @@ TEST(MeshBounds, SaysWhatHasNoSizeAndWhere) {
   EXPECT_THAT(size_error(far), HasSubstr("vertex 1 is at"));
 }
 
-/// The mesh scaled to a length, as by a scene or a report, and repaired if possible.
+/// Scales the mesh to a length, as a scene or a report does, and repairs it. Empty if the mesh is refused.
 std::optional<ContactMesh> made_ready(TriangleMesh mesh, double largest_size_m) {
   try {
     const Eigen::AlignedBox3d box = mesh_bounds(mesh);

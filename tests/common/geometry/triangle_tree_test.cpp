@@ -24,8 +24,8 @@ double distance_to_segment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - a - along * (b - a)).norm();
 }
 
-/// An algorithm independent of the tree's: the height over the plane if the foot is inside all three side planes,
-/// otherwise the distance to the sides.
+/// Distance by another algorithm than the tree's. If the foot of the perpendicular is inside all three sides, it is the
+/// height above the plane. Otherwise it is the distance to the nearest side.
 double distance_to_triangle_m(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a).normalized();
   const auto is_inside = [&](const Vec3& from, const Vec3& to) { return normal.cross(to - from).dot(p - from) >= 0; };
@@ -84,7 +84,7 @@ TEST(TriangleTree, FindsTheDistanceThatTryingEveryTriangleFinds) {
   }
 }
 
-// Boxes and disks are in single precision: their rounding must not hide a triangle.
+// The tree stores boxes and discs in single precision. Their rounding errors must not hide a triangle.
 TEST(TriangleTree, FindsThatFarFromTheOriginAndFromFarAwayToo) {
   Random random(kTriangleTreeSeed);
   TriangleMesh mesh = rough_sphere(random);
@@ -102,7 +102,8 @@ TEST(TriangleTree, FindsThatFarFromTheOriginAndFromFarAwayToo) {
   EXPECT_EQ(tree.closest(Vec3(1e200, 0, 0)).triangle, -1) << "no number says how far that is";
 }
 
-// Near the centre of a ball all triangles are about equally near; the differences are below single precision.
+// Near the centre of a ball all triangles have almost the same distance. The differences are below the resolution of
+// single precision.
 TEST(TriangleTree, FindsTheNearestOfManyThatAreNearlyAsNear) {
   Random random(kTriangleTreeSeed);
   for (const double radius_m : {1e-3, 0.02, 1.0}) {
@@ -137,8 +138,8 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
-/// Checks a query `query`, which fills a span and returns the number found; if the span is too short, more than its
-/// size.
+/// Checks `query`, which fills a span and returns the number of triangles found. If the span is too short, it must
+/// return more than the size of the span.
 template <class Query>
 std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Query& query) {
   const std::size_t count = query(found);
@@ -175,7 +176,7 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
   }
 }
 
-/// Whether a line crosses a triangle, computed in the plane perpendicular to the line.
+/// Returns true if a line crosses a triangle. This is computed in the plane perpendicular to the line.
 bool is_crossed(const TriangleMesh& mesh, std::size_t triangle, const Vec3& p, const Vec3& along) {
   const Vec3 right = along.unitOrthogonal(), up = along.cross(right);
   std::array<double, 3> turns{};
@@ -273,7 +274,7 @@ TEST(TriangleTree, AQueryAllocatesNothing) {
   EXPECT_EQ(test::allocation_count(), before) << sum;
 }
 
-/// An upright box; `flipped` turns it inside out.
+/// An axis-aligned box; if `flipped`, its triangles face inwards.
 void add_box(TriangleMesh& mesh, const Vec3& centre, const Vec3& size_m, bool flipped = false) {
   const TriangleMesh box = tessellated_box(size_m);
   const int first = static_cast<int>(mesh.vertices.size());
@@ -283,7 +284,7 @@ void add_box(TriangleMesh& mesh, const Vec3& centre, const Vec3& size_m, bool fl
   }
 }
 
-// A cross of two bars without a corner of one in the other, a post through both, and a separate bar.
+// A cross of two bars, where no corner of one bar is inside the other, a post through both, and a separate bar.
 TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
   const std::array<std::array<Vec3, 2>, 4> boxes{{{Vec3(0, 0, 0), Vec3(0.1, 0.02, 0.02)},
                                                   {Vec3(0.01, 0, 0.001), Vec3(0.02, 0.1, 0.014)},
@@ -307,7 +308,7 @@ TEST(TriangleTree, SolidsThatOverlapAreTheirUnion) {
   EXPECT_GT(inside, 500);
 }
 
-// A hollow box with another box in its cavity that protrudes through the wall.
+// A hollow box contains another box in its cavity, which protrudes through the wall.
 TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
   TriangleMesh mesh;
   add_box(mesh, Vec3::Zero(), Vec3::Constant(0.06));
@@ -324,7 +325,7 @@ TEST(TriangleTree, WhatIsTurnedInsideOutIsACavity) {
   }
 }
 
-/// A bar of square section along a path in the plane z = 0 with right-angled turns, closed at its ends.
+/// A bar of square section along a path in the plane z = 0 with right-angled turns. Its ends are closed.
 TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
   TriangleMesh mesh;
   const auto left = [&](std::size_t from) { return Vec3(Vec3::UnitZ().cross(way[from + 1] - way[from]).normalized()); };
@@ -348,7 +349,8 @@ TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
   return mesh;
 }
 
-// In the fine mesh, triangles that meet no others are classified by regions; in the coarse one each meets another.
+// In the fine mesh, triangles that cross no others are classified by regions. In the coarse mesh each triangle crosses
+// another.
 TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   constexpr double kHalf_m = 0.004;
   const std::vector<Vec3> way{{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.03, 0}, {0, 0.03, 0}, {0, -0.03, 0}};
@@ -363,7 +365,7 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
       const Vec3 p = random_place(random, 0.035).cwiseProduct(Vec3(1, 1, 0.3));
       double expected_m = std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k + 1 < way.size(); ++k) {
-        // Extends to the outside of a turn, but not beyond an end.
+        // The segment is extended at a turn, but not at an end of the bar.
         const Vec3 along = (way[k + 1] - way[k]).normalized();
         const Vec3 from = way[k] - (k > 0 ? kHalf_m : 0) * along;
         const Vec3 to = way[k + 1] + (k + 2 < way.size() ? kHalf_m : 0) * along;
@@ -381,8 +383,8 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   }
 }
 
-// A block with a bar through it; the middle of each side of the bar is in the block. Each part has a wall inside, so
-// that the winding number decides.
+// A bar passes through a block, and the midpoint of each side of the bar is inside the block. Each part contains a
+// wall, so it is classified by the winding number.
 TEST(TriangleTree, APartThatComesOutOfASolidIsFeltThere) {
   const Vec3 block_m(0.06, 0.04, 0.04), bar_m(0.006, 0.08, 0.01), bar_at(0.011, 0.001, 0.002);
   TriangleMesh mesh;

@@ -1,4 +1,5 @@
-// The fast winding number against the sum of solid angles, and its values for surfaces that are no simple solids.
+// Compares the fast winding number with the sum of solid angles, and checks its values for surfaces that do not enclose
+// a simple solid.
 #include "common/geometry/winding_number.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +34,7 @@ void add(TriangleMesh& mesh, const TriangleMesh& other, const Vec3& by) {
   }
 }
 
-/// A torus of 2 n² triangles; with a share of them missing, a soup with holes.
+/// A torus of 2 n² triangles. If `missing` is above 0, this fraction of the triangles is left out.
 TriangleMesh torus(int n, double missing, Random& random) {
   TriangleMesh mesh;
   for (int i = 0; i < n; ++i) {
@@ -87,7 +88,7 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
-/// A tube of strips as long as the tube: each strip is near to the whole tube.
+/// The strips are as long as the tube, so each strip is close to the whole tube.
 TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   constexpr int kStrips = 400;
   TriangleMesh mesh;
@@ -112,10 +113,11 @@ TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   }
 }
 
-// No floating-point number lies between two adjacent vertices: their midpoint equals one of them.
+// There is no floating-point number between adjacent vertices, so their midpoint equals one of them.
 TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   constexpr int kSide = 30;
-  constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // distance to the next representable number
+  constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // distance between adjacent double-precision
+                                                                     // numbers at 1e9
   TriangleMesh mesh;
   for (int i = 0; i < kSide; ++i) {
     for (int k = 0; k < kSide; ++k) mesh.vertices.emplace_back(kFar_m + i * kLeast_m, kFar_m + k * kLeast_m, 0);
@@ -132,7 +134,8 @@ TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   EXPECT_TRUE(std::isfinite(WindingNumber(mesh).at(Vec3(kFar_m, kFar_m, 1))));
 }
 
-// The solid angles there add up to half a turn, sometimes exactly.
+// Seen from a point on a triangle, the solid angles of the other triangles add up to half of the full solid angle. The
+// result may be exactly ½.
 TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
   for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {
     const TriangleMesh mesh = tessellated_box(Vec3(size_m, 0.02, 0.02));

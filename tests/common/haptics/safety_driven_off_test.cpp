@@ -1,4 +1,5 @@
-// A device that its own force accelerates, because it is not held, is released; a fast hand is not mistaken for it.
+// If a device is not held, its own force accelerates it, and the safety chain must set the force to zero. A fast hand
+// must not trigger this.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -29,7 +30,7 @@ struct Rig {
   Wrench out;
 };
 
-/// Model of a released device: a mass with only the displayed force on it.
+/// Models a released device as a mass on which only the displayed force acts.
 TEST(SafetyDrivenOff, AHandleThatNobodyHoldsIsLetGoWithinTwentyMillisecondsOfRunningOffAndReArmed) {
   for (const double mass_kg : {0.035, 0.15, 0.35}) {
     Rig rig;

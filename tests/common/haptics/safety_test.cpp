@@ -1,4 +1,4 @@
-// The guarantees of the safety chain, one by one.
+// Tests each guarantee of the safety chain.
 #include "common/haptics/safety.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace tandem::haptics {
 namespace {
 
 constexpr Duration kSafetyTick{std::chrono::milliseconds(1)};
-// Rounding of a few operations on numbers of order 10.
+// Bound of the rounding error of a few operations on numbers of order 10.
 constexpr double kSafetyRounding = 1e-12;
 
 SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
@@ -26,7 +26,7 @@ SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
   return input;
 }
 
-/// A chain with a virtual clock that ticks at 1 kHz.
+/// A safety chain with a virtual clock that ticks at 1 kHz.
 struct SafetyRig {
   explicit SafetyRig(const SafetySettings& settings = {}) : chain(settings) {}
 
@@ -51,7 +51,8 @@ struct SafetyRig {
   Wrench out;
 };
 
-// The slowest slew rate of a device: a 3 N force takes 3 s to slew, so that any faster decay comes from the gain.
+// The lowest slew rate of any device. At this rate a force of 3 N would need 3 s to change, so any faster decay is
+// caused by the gain.
 SafetySettings slow_slew() {
   SafetySettings settings;
   settings.slew_n_per_s = 1.0;
@@ -172,7 +173,7 @@ TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
   for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
     SafetyRig rig(settings);
     rig.run(good_input(), 5000);
-    SafetyInput absent;  // no state, and zero force
+    SafetyInput absent;  // there is no state, and the force is zero
     for (int i = 1; i <= 20; ++i) {
       rig.tick(absent);
       ASSERT_NEAR(rig.out.f.z(), std::max(0.0, 3.0 * (1 - i / 15.0)), 1e-9) << i << " ms";
@@ -192,7 +193,8 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
 }
 
-/// A force that rises by 5 N/s during a short silence: the force that the decay withholds must not return as a kick.
+/// The force rises by 5 N/s during a short period without states. When states arrive again, the withheld force must not
+/// return abruptly.
 class ShortSilence : public testing::TestWithParam<int> {};
 
 TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
@@ -289,7 +291,7 @@ TEST(Safety, EachFaultReachesZeroWithinTwentyMillisecondsAndStaysNamedUntilThen)
     for (const Case& one : cases) {
       SafetyRig rig(settings);
       rig.run(good_input(), 5000);
-      rig.tick(one.input);  // a single bad tick
+      rig.tick(one.input);  // one invalid tick
       EXPECT_LT(rig.out.f.norm(), 3.0);
       EXPECT_TRUE(rig.chain.faults() & one.fault);
       EXPECT_LE(1 + rig.ticks_until_zero(good_input(), 100), 20) << describe_safety_faults(one.fault);
@@ -347,11 +349,11 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
     SafetyRig rig;
     rig.run(good_input(), 600);
     for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
-      SafetyInput input = good_input(Vec3(0, 0, -5));  // an immediate reversal: a damper whose speed jumped
+      SafetyInput input = good_input(Vec3(0, 0, -5));  // an abrupt reversal, as from a damper whose velocity jumped
       input.is_clutched = i <= pressed_ticks;
       const double before_n = rig.out.f.z();
       rig.tick(input);
-      // 3 N, by 0.1 N per millisecond.
+      // The displayed 3 N fade by at most 0.1 N per millisecond.
       ASSERT_LE(std::abs(rig.out.f.z() - before_n), 0.1 + kSafetyRounding) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i > 30 || rig.out.f.z() >= 0) << i << " ms, of " << pressed_ticks;
       ASSERT_TRUE(i < 35 || i > pressed_ticks || rig.out.f.isZero(0));
@@ -389,7 +391,8 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-/// The loop stalls for a given time, then ticks regularly. The state is as old as the stall, or stays fresh.
+/// The loop stalls for the first parameter in milliseconds, then ticks regularly. If the second parameter is true, the
+/// states are as old as the stall.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
@@ -400,7 +403,7 @@ TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
   double before_n = rig.out.f.z(), rose_n = 0;
   int zero_at = 0;
   for (int k = 1; k <= 600; ++k) {
-    // The force computed after a stall is arbitrary.
+    // After a stall the computed force may have any value.
     SafetyInput input = good_input(Vec3(0, 0, k < 20 ? 30 : 6));
     if (state_is_old && k < 30) input.state_age = std::chrono::milliseconds(stall_ms + k);
     rig.tick(input);

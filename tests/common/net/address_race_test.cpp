@@ -1,4 +1,5 @@
-// Happy Eyeballs (RFC 8305) in virtual time: order and start times of the attempts, and the winning address.
+// Tests Happy Eyeballs (RFC 8305) in virtual time: order and start times of the attempts, and the address that is
+// selected.
 #include "common/net/address_race.hpp"
 
 #include <gtest/gtest.h>
@@ -26,13 +27,13 @@ LocalTime at(int ms) {
 
 enum class Ending : std::uint8_t { kAccepts, kRefuses, kSilent };
 
-/// Response of an address to a connection attempt, `after_ms` after its start.
+/// How an address responds to a connection attempt, `after_ms` after its start.
 struct Behaviour {
   Ending ending = Ending::kSilent;
   int after_ms = 0;
 };
 
-/// Steps a race in milliseconds, as sockets and timers do, until it is won, lost or `limit_ms` is over.
+/// Advances a race by milliseconds, as sockets and timers do, until it is won or lost or `limit_ms` has passed.
 struct Course {
   Course(AddressRace& race, const std::function<Behaviour(const Address&)>& behaviour, int from_ms, int limit_ms) {
     std::map<Address, int> going_on;
@@ -179,8 +180,8 @@ TEST(AddressRace, IgnoresAddressesAboveItsLimitAndThoseItHas) {
   EXPECT_EQ(course.started.size(), AddressRace::kMaxPerFamily);
 }
 
-/// Order and start times from the text of RFC 8305, computed independently of the race. The address families are
-/// interleaved; each attempt starts a fixed delay after the previous one, or when that one failed.
+/// Order and start times according to the text of RFC 8305, computed without the tested code. The address families
+/// alternate. Each attempt starts a fixed delay after the previous one, or when the previous one fails.
 struct Expected {
   Expected(std::vector<Address> six, std::vector<Address> four, const std::map<Address, Behaviour>& behaviours) {
     std::vector<Address> order;
@@ -234,7 +235,7 @@ TEST(AddressRace, WinnerAndTimesAreThoseOfRfc8305ForGeneratedOutcomes) {
     if (expected.winner) {
       ++wins;
       EXPECT_EQ(course.now_ms, expected.ends_ms) << "round " << round;
-      // Two addresses that accept in the same millisecond are equally valid winners.
+      // If two addresses accept in the same millisecond, both are valid winners.
       const Behaviour& does = behaviours.at(*course.winner);
       const auto began = std::ranges::find(expected.starts, *course.winner, &std::pair<Address, int>::first);
       ASSERT_NE(began, expected.starts.end()) << "round " << round;

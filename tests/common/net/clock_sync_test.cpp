@@ -1,5 +1,5 @@
-// The estimate against simulated links with a known true offset: asymmetric, with jitter, with queues that build up and
-// drain, and between clocks that drift apart.
+// Tests the estimate with simulated links whose true clock offset is known. The links are asymmetric, have jitter or
+// queues that fill and drain, or connect clocks with a drift.
 #include "common/net/clock_sync.hpp"
 
 #include <gtest/gtest.h>
@@ -17,25 +17,25 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr Duration kInterval = milliseconds(1);
-constexpr double kDriftAllowed = 100e-6;              // clock drift that the filter assumes
-constexpr Duration kMemory = milliseconds(64 * 100);  // how long the filter keeps an exchange
+constexpr double kDriftAllowed = 100e-6;              // relative drift of the clocks that the filter assumes
+constexpr Duration kMemory = milliseconds(64 * 100);  // time for which the filter stores an exchange
 
 struct Network {
   Duration up = milliseconds(20);
   Duration back = milliseconds(20);
-  Duration mean_jitter{0};  ///< in each direction, exponentially distributed
-  Duration queue_up{0};     ///< added on the way to the server while a queue lasts
-  double skew = 0.0;        ///< server clock's rate − 1
+  Duration mean_jitter{0};  ///< mean of the exponentially distributed jitter in each direction
+  Duration queue_up{0};     ///< additional delay towards the server while a queue exists
+  double skew = 0.0;        ///< rate of the server's clock minus 1
 };
 
-constexpr Duration kOffsetAtStart = seconds(-3600);  // the two machines booted an hour apart
+constexpr Duration kOffsetAtStart = seconds(-3600);  // the two machines started one hour apart
 
-/// Runs exchanges one after the other; the true offset is known.
+/// Runs exchanges one after the other and knows the true offset.
 class Experiment {
  public:
   Experiment(const Network& initial_network, std::uint64_t seed) : network(initial_network), random_(seed) {}
 
-  /// Sends at `now`; the exchange is added when its answer arrives.
+  /// Sends a request at the current time. The exchange is added when its response arrives.
   void exchange() {
     const LocalTime t1 = now_;
     const LocalTime arrived = t1 + network.up + network.queue_up + jitter();
@@ -49,9 +49,10 @@ class Experiment {
     for (const LocalTime end = now_ + duration; now_ < end;) exchange();
   }
 
-  /// Estimate − truth at the newest arrival.
+  /// Returns the error of the estimate at the newest arrival.
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
-  /// Error bound of the target from the header of ClockSync, for the smallest round trip that the filter has seen.
+  /// Returns the error bound of the target as given in the header of ClockSync, for the smallest round trip that the
+  /// filter has seen.
   Duration bound() const {
     const Duration asymmetry = std::chrono::abs(network.up - network.back);
     const Duration queueing = sync.minimum_round_trip() - network.up - network.back;
@@ -107,7 +108,7 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
         SCOPED_TRACE(testing::Message() << "skew " << skew << " back " << back.count() << " ns seed " << seed);
         Experiment experiment({.back = back, .mean_jitter = milliseconds(5), .skew = skew}, seed);
         experiment.run(seconds(2));
-        // The displayed offset is slewed between targets, each of which was within its bound.
+        // The estimate is slewed between targets, each of which was within its error bound.
         Duration largest_bound = experiment.bound();
         for (int i = 0; i < 20'000; ++i) {
           experiment.exchange();
@@ -120,9 +121,9 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
 }
 
 TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
-  // 100 exchanges a slot, exponential jitter of mean m each way: the minimum of n sums of two has P(sum < x) ≈ x²/2m².
-  // It is about m·√(2/n): 1 ms · √(2/6400) = 18 µs over the whole memory. Half of it is the error; ten times the error
-  // bounds the runs of all seeds.
+  // Each slot has 100 exchanges, with exponential jitter of mean m in each direction. The minimum of n sums of two
+  // jitters has P(sum < x) ≈ x²/2m², so it is about m·√(2/n). Over the whole memory this is 1 ms · √(2/6400) = 18 µs,
+  // and the error is half of it. The test allows ten times this error, so that all seeds pass.
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Experiment experiment({.mean_jitter = milliseconds(1)}, seed);
@@ -166,7 +167,7 @@ TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
   for (const Duration new_up : {milliseconds(500), milliseconds(1)}) {
     Experiment experiment({.up = milliseconds(150)}, 1);
     experiment.run(seconds(2));
-    experiment.network.up = new_up;  // a change of route: an error that the filter cannot detect
+    experiment.network.up = new_up;  // the route changes, which the filter cannot detect
     LocalTime at = experiment.newest_t4();
     Duration offset = experiment.sync.offset(at);
     for (int i = 0; i < 20'000; ++i) {
@@ -195,7 +196,7 @@ TEST(ClockSync, SmallErrorIsSlewedAt500PpmHoweverOftenItIsAsked) {
     ASSERT_EQ(sync.offset(start), Duration{0}) << "settled, so no step";
     Duration offset{0};
     for (LocalTime now = start; now <= start + seconds(1); now += interval) offset = sync.offset(now);
-    // At most one nanosecond of rounding per call, and one call interval of slew at the end.
+    // The rounding error is at most one nanosecond per call. At the end the slew may lag by one interval between calls.
     EXPECT_LE(offset, microseconds(500));
     EXPECT_GE(offset, microseconds(500) - interval / 2000 -
                           Duration(seconds(1) / std::max(interval, Duration(microseconds(2)))));

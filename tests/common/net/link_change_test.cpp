@@ -1,4 +1,4 @@
-// Parameters of a simulated link that change while packets are under way.
+// The parameters of a simulated link change while packets are in transit.
 #include <gtest/gtest.h>
 
 #include "common/net/link.hpp"

@@ -1,4 +1,4 @@
-// Playout at a constant delay: its coverage, its smoothness, and that played time never runs backwards.
+// Tests playout with a constant delay: its coverage and its smoothness. The playout time must never run backwards.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,8 @@ struct Packet {
   Duration arrived{0};
 };
 
-/// One packet per millisecond for 10 s, in order, over a link of 50 ms ± 10 ms (σ) that loses 5 % in bursts of 20 ms.
+/// One packet per millisecond for 10 s, in order. The link has a delay of 50 ms ± 10 ms (σ) and loses 5 % of the
+/// packets in bursts of 20 ms.
 std::vector<Packet> over_a_bad_link() {
   Random random(7, 1);
   std::vector<Packet> packets;
@@ -47,9 +48,9 @@ std::vector<Packet> over_a_bad_link() {
 }
 
 struct Played {
-  double worst_m = 0;     ///< largest deviation from the true motion at the played time, once settled
-  double dry_share = 0;   ///< share of the time that played time is after the newest sample
-  double least_rate = 1;  ///< smallest rate of played time
+  double worst_m = 0;     ///< largest deviation from the true motion at the playout time, after settling
+  double dry_share = 0;   ///< fraction of time in which the playout time is after the newest sample
+  double least_rate = 1;  ///< smallest rate of the playout time
   double most_rate = 1;
 };
 
@@ -85,17 +86,18 @@ Played played(const std::vector<Packet>& packets, const PlayoutSettings& setting
 TEST(PlayoutDelay, CoversJitterAndBurstsForAboutItsQuantileOfTheTime) {
   const auto packets = over_a_bad_link();
   EXPECT_LT(played(packets, {.quantile = 0.98}).dry_share, 0.03);
-  // Half the quantile cannot cover as much: this would detect a delay that is always the longest.
+  // The quantile 0.5 must cover less. A delay that is always the longest one would fail this test.
   EXPECT_GT(played(packets, {.quantile = 0.5}).dry_share, 0.2);
 }
 
 TEST(PlayoutDelay, PlaysASwingAsItWas) {
-  // Samples later than the delay cause an underrun: 0.126 m/s, braked within 20 ms; the longest one is a burst.
+  // Samples that are later than the delay cause an underrun. At 0.126 m/s the motion is then braked within 20 ms; the
+  // longest underrun is a burst of losses.
   EXPECT_LT(played(over_a_bad_link(), {}).worst_m, 0.004);
 }
 
 TEST(RigidTrack, FillsAGapAsTheCubicDoes) {
-  // A Hermite cubic over a gap g errs by at most x⁗ g⁴ / 384, x⁗ = 10 mm · (4π/s)⁴.
+  // A Hermite cubic over a gap g has an error of at most x⁗ g⁴ / 384, with x⁗ = 10 mm · (4π/s)⁴.
   constexpr double kGap_s = 0.06;
   const double bound_m = 0.010 * std::pow(4 * 3.14159265358979, 4) * std::pow(kGap_s, 4) / 384;
   RigidTrack track;
@@ -120,7 +122,7 @@ TEST(PlayoutDelay, WaitsOneGapOnAPerfectLink) {
     delay.add(ms(k), ms(k + 30));
     delay.play_at(ms(k + 30));
   }
-  // A gap of 1 ms and half a bin.
+  // The sum of a gap of 1 ms and half a bin.
   EXPECT_LE(delay.delay(), ms(1.5));
 }
 
@@ -150,7 +152,7 @@ TEST(RigidTrack, BrakesToRestWithoutNews) {
   RigidState state;
   state.V.v.x() = 0.1;
   track.add(ms(0), state);
-  // Uniform braking from 0.1 m/s within 20 ms: 1 mm.
+  // Uniform braking from 0.1 m/s within 20 ms covers 1 mm.
   EXPECT_NEAR(track.at(ms(20)).X.p.x(), 0.001, 1e-12);
   EXPECT_NEAR(track.at(ms(500)).X.p.x(), 0.001, 1e-12);
   EXPECT_EQ(track.at(ms(500)).V.v.norm(), 0);
@@ -167,11 +169,11 @@ TEST(RigidTrack, KeepsTheNewestWhenItIsFull) {
   const double last = static_cast<double>(3 * RigidTrack::kSamples - 1);
   EXPECT_EQ(track.newest().X.p.x(), last);
   EXPECT_NEAR(track.at(ms(last - 1.5)).X.p.x(), last - 1.5, 1e-9);
-  // Far before the stored samples: the oldest sample.
+  // Far before the stored samples, the oldest sample is returned.
   EXPECT_EQ(track.at(ms(0)).X.p.x(), last + 1 - static_cast<double>(RigidTrack::kSamples));
 }
 
-/// A gap from a nanosecond to 70 years, uniform in its logarithm.
+/// A random gap from 1 ns to 70 years, uniform in its logarithm.
 Duration random_gap(Random& random) {
   return Duration(static_cast<Duration::rep>(std::exp(random.uniform(0, std::log(2.2e18)))));
 }
@@ -205,7 +207,7 @@ TEST(PlayoutDelay, NoStampMakesTheDelayLongerThanItsLimit) {
       now += ms(random.uniform(0, 500));
       sampled = std::min(sampled + random_gap(random), Duration(std::int64_t{1} << 61U));
       delay.add(sampled, now);
-      // Also queried between add() and play_at().
+      // The delay is also checked between add() and play_at().
       ASSERT_LE(delay.delay(), kSettings.longest + ms(200)) << "trial " << trial << ", sample " << k;
       ASSERT_GE(delay.delay(), Duration{0});
       delay.play_at(now);

@@ -1,5 +1,5 @@
-// The rate of a sender over a link with a queue. It is found within a second and leaves no standing queue; without a
-// bottleneck the sender is not limited.
+// Tests the rate of a sender on a link with a queue. The rate must be found within one second and leave no standing
+// queue. Without a bottleneck the sender must not be limited.
 #include "common/net/send_rate.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ using std::chrono::milliseconds;
 constexpr Duration kFloor = milliseconds(10);
 constexpr double kMost_hz = 1000;
 
-/// A sender of 1 kHz and a link that carries `carried_hz` messages a second, one after the other. The report on each
-/// message returns `way` after its arrival. The receiver's clock is an hour ahead.
+/// A sender with 1 kHz and a link that carries `carried_hz` messages per second, one after the other. The report about
+/// each message arrives `way` after the message's arrival. The receiver's clock is one hour ahead.
 struct SendRateLine {
   void run(Duration length) {
     for (const Duration end = now + length; now < end; now += milliseconds(1)) {

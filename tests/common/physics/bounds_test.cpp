@@ -1,4 +1,4 @@
-// Bodies that leave the scene, and ids that do not exist.
+// Tests bodies that leave the scene, and ids that do not exist.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/world_support.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr BodyId kA{1};
 
-/// An unsupported cube, 0.5 m below the top of bounds of 1 m.
+/// A cube without support, 0.5 m below the upper limit of a scene with bounds of 1 m.
 WorldDescription falling() {
   WorldDescription description = world_of({cube({0, 0, 0.5}, 0.3)}, {ball_tool({0, 0, 0.6})});
   description.gravity_m_per_s2 = {0, 0, -9.81};

@@ -1,4 +1,5 @@
-// Laws that change the tool's dynamics, in a running world: their guarantees for tool, hand and touched bodies.
+// Tests laws that change the tool's dynamics, in a running world. They have guarantees for tool, hand and touched
+// bodies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ void run_coupled(World& world, int steps) {
 std::string law(const std::string& name, const std::string& more = "") {
   return R"({"law": ")" + name + "\"" + more + "}";
 }
-/// A box with its top at z = 0.
+/// A box whose top is at z = 0.
 std::string block(const std::string& more = "") {
   return R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
              "placement": {"position_m": [0, 0, -0.05]})" +
@@ -36,7 +37,7 @@ std::string ball_at(double z, const std::string& name = "t") {
   return R"({"name": ")" + name + R"(", "placement": {"position_m": [0, 0, )" + std::to_string(z) + "]}}";
 }
 
-constexpr double kRadius_m = 0.005;  // radius of a tool without shapes
+constexpr double kRadius_m = 0.005;  // radius of the ball that represents a tool without shapes
 
 TEST(World, AToolIsPulledNoHarderThanItsUsersDeviceBearsUntilHeLeaves) {
   World world(server::make_server_world(
@@ -68,7 +69,8 @@ const haptics::CouplingLawInfo& named(std::string_view name) {
   return *haptics::find_coupling_law(name);
 }
 
-/// Two tools 8 mm inside a block, the second with a device limit of 150 N/m. The law is set before both are activated.
+/// Two tools that are pressed 8 mm into a block; the device of the second one has a limit of 150 N/m. The law is set
+/// before both are activated.
 std::unique_ptr<World> pressed(std::string_view law_from_the_start, std::string_view of_scene = haptics::kAdaptiveLaw) {
   const std::string beside = R"({"name": "u", "placement": {"position_m": [0.05, 0, 0.005]}})";
   std::unique_ptr<World> pressed(
@@ -146,12 +148,13 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
   World world(server::make_server_world(load_parts({.coupling = law("qsa-static")})));
   world.activate_tool(0);
   for (int i = 0; i < 300; ++i) {
-    // 0.6 m/s at most, with a reversal every 50 ms.
+    // The speed is at most 0.6 m/s and reverses every 50 ms.
     const RigidState handle =
         at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
-    // The small mass that replaces a zero mass leaves an error of a ten thousandth of a step's 0.6 mm.
+    // A small mass replaces the mass of zero. Its error is a ten-thousandth of the 0.6 mm that the handle moves per
+    // step.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }
@@ -167,14 +170,14 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   world.set_handle(0, at({0, 0, kRadius_m - inside_m}));
   EXPECT_EQ(world.step(), 0U);
   const double first_n = world.tool(0).wrench_on_hand_W.f.z(), first_z = world.tool(0).tool.X.p.z();
-  // A handle at rest counts as pushing.
+  // The closed form for pushing applies, also to a handle at rest.
   const double stretch_m = first_z - (kRadius_m - inside_m);
   const double d_max = 6.5 / 300;
   EXPECT_NEAR(first_n, 6.5 * (1 - std::exp(-stretch_m / d_max)), 1e-4);
   EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "nothing is left for inertia";
   for (int i = 0; i < 500; ++i) {
     EXPECT_EQ(world.step(), 0U);
-    // The contact's damper takes a second step; after that the tool is at rest.
+    // The damper of the contact needs a second step, then the tool is at rest.
     ASSERT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), first_n, 0.02 * first_n) << i;
   }
   EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
@@ -212,7 +215,7 @@ TEST(MasslessTool, LeavesTheBodyThatItHoldsItsMass) {
   EXPECT_LT((impulse + kCouplingStep_s * world.tool(0).wrench_on_hand_W.f).norm(), 1e-12);
 }
 
-/// A cube of 1 cm pressed on a block, both soft: 5e6 N/m³ in series.
+/// A cube of 1 cm that is pressed on a block. Both are soft, and have 5e6 N/m³ in series.
 std::string flat_tool(double z) {
   return R"({"name": "t", "shapes": [{"box": {"size_m": [0.01, 0.01, 0.01]}}], "contact_stiffness_n_per_m3": 1e7,
              "placement": {"position_m": [0, 0, )" +
@@ -229,7 +232,8 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
     world.set_handle(0, at({0, 0, 0.005 - depth_m}));
     run_coupled(world, 3);
     EXPECT_NEAR(world.tool(0).tool.X.p.z(), 0.005 - depth_m, 1e-12) << "the tool is where the handle is";
-    // Face and sides: each part of the surface inside presses in proportion to its depth.
+    // The force is the sum over face and sides, because each part of the surface inside the block presses in proportion
+    // to its depth.
     const double expected_n = 5e6 * (1e-4 * depth_m + 0.04 * depth_m * depth_m / 2);
     EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), expected_n, 0.02 * expected_n);
     EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-3);
@@ -267,7 +271,7 @@ TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
     given -= kCouplingStep_s * world.tool(0).wrench_on_hand_W.f;
   }
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
-  // Residual of each step's equation that the solver may leave, see ContactIsland.
+  // The solver may leave this residual in the equation of each step (see ContactIsland).
   EXPECT_LT((0.3 * world.body(BodyId{1}).V.v - given).norm(), 300 * 1e-11 * 0.3);
 }
 
@@ -289,7 +293,7 @@ TEST(DirectRendering, AHeldBodyIsAtTheHandleAndItsWeightIsShared) {
   }
 }
 
-/// The thesis's stiffness with a different damping.
+/// The stiffness of the thesis with a different damping.
 std::string fit(const std::string& damping_n_s_per_m) {
   return R"(, "adaptive": {"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53],
                            "damping_n_s_per_m": [)" +
@@ -339,8 +343,8 @@ TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
   world.release(0);
   watch();
   EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01);
-  // The ramp alone changes by a hundredth of the total per step. Twice that leaves room for the damper's reaction to
-  // the settling contact.
+  // The ramp alone changes the force by a hundredth of the total per step. The bound is twice as large, because the
+  // damper reacts to the settling contact.
   EXPECT_LT(largest_step_n, 0.02 * (fitted_n_per_m(mass_kg) - fitted_n_per_m(0.05)) * stretch_m);
 }
 

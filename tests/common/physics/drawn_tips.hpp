@@ -1,4 +1,4 @@
-// A tool tip that presses on a surface while the hand draws it along.
+// A tool tip that presses on a surface while the hand moves it along the surface.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ inline ShapePointer mesh_of(const geometry::TriangleMesh& mesh) {
   return contact::make_contact_mesh(geometry::repaired(mesh));
 }
 
-/// A box, cached by size: building a mesh takes longer than running a scene.
+/// Returns a box from a cache by size, because building a mesh takes longer than running a scene.
 inline ShapePointer box_of(const Vec3& size_m, bool is_mesh) {
   static std::map<std::tuple<double, double, double, bool>, ShapePointer> made;
   ShapePointer& shape = made[{size_m.x(), size_m.y(), size_m.z(), is_mesh}];
@@ -51,7 +51,7 @@ inline Pose at_place(const Vec3& p, const Quat& q = Quat::Identity()) {
 struct Tip {
   std::string name;
   Parts parts;
-  double bottom_m = 0;  ///< distance of the lowest point below the tip's origin
+  double bottom_m = 0;  ///< distance of the lowest point below the origin of the tip
 };
 
 inline Tip tip_of(Random& random) {
@@ -87,11 +87,11 @@ struct Draw {
   double friction = 0;
   Pose X_WU;  ///< pose of the surface in the world
   Vec3 from_U = Vec3::Zero(), to_U = Vec3::Zero();
-  bool is_of_bodies = false;  ///< each shape is a separate body
-  int hold_steps = 0;         ///< steps for which the hand holds still at the end
+  bool is_of_bodies = false;  ///< if true, each shape is a separate body
+  int hold_steps = 0;         ///< number of steps for which the hand rests at the end
 };
 
-/// Forces on the hand while the tip is drawn along, in frame U.
+/// Returns the forces on the hand in frame U while the tip is moved along the surface.
 inline std::vector<Vec3> drawn(const Parts& surface, const Tip& tip, const Draw& draw) {
   std::vector<BodyDescription> bodies;
   const auto add = [&](const Parts& parts) {

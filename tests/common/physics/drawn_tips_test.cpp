@@ -1,5 +1,5 @@
-// Tips on flat surfaces. Without friction no force drags a pin, for any triangulation of a mesh. With friction, a tip
-// of any size sticks up to Coulomb's limit.
+// Tests tips on flat surfaces. Without friction no lateral force may act on a pin, for any triangulation of a mesh.
+// With friction, a tip of any size must stick up to Coulomb's limit.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,13 +11,14 @@
 namespace tandem::physics {
 namespace {
 
-// 0.02 in all but one of 330 scenes: 0.026 where the plane of a face is not found over the whole face.
+// In 329 of 330 scenes the lateral force was at most 0.02 N. It was 0.026 N where the plane of a face is not detected
+// over the whole face.
 constexpr double kMostDrag_n = 0.03, kMostStep_n = 0.3;
 constexpr double kPlateWidth_m = 0.04;
 
-/// A surface with a flat top: `cells`² quadrangles with randomly placed inner corners, split along either diagonal.
+/// A surface with a flat top: `cells`² quadrilaterals with randomly placed inner corners, split along either diagonal.
 ///
-/// In      thickness_m  0: an open sheet
+/// In      thickness_m  0 for an open sheet
 geometry::TriangleMesh flat_mesh(Random& random, int cells, double thickness_m) {
   geometry::TriangleMesh mesh;
   const auto place = [&](int i) {
@@ -80,7 +81,7 @@ void expect_no_drag(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = middle + way;
     const std::vector<Vec3> forces = drawn(surface, tip, draw);
     double drag_n = 0, step_n = 0;
-    // At first the coupling's damper carries the tip along; this decays within tenths of a second.
+    // At first the damper of the coupling moves the tip along the surface. This decays within some tenths of a second.
     for (std::size_t i = forces.size() / 2; i < forces.size(); ++i) {
       drag_n = std::max(drag_n, forces[i].head<2>().norm());
       step_n = std::max(step_n, (forces[i] - forces[i - 1]).norm());
@@ -106,7 +107,7 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     const Parts surface = {{box_of(size_m, is_mesh), at_place({0, 0, -size_m.z() / 2})}};
     const Tip tip = tip_of(random);
     Draw draw;
-    // The coupling's damper also pulls, with 0.2 N while the hand moves.
+    // While the hand moves, the damper of the coupling adds a pull of 0.2 N.
     draw.press_n = random.uniform(2, 5);
     draw.friction = friction;
     draw.X_WU = at_place({0.1, 0.05, 0.2}, quaternion_of(Vec3(random.normal(), random.normal(), random.normal())));
@@ -116,7 +117,7 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = draw.from_U + wanted_n / kStiffness_n_per_m * Vec3(std::cos(angle), std::sin(angle), 0);
     const double share = drawn(surface, tip, draw).back().head<2>().norm() / wanted_n;
     least = std::min(least, share);
-    // A tip yields slightly before it sticks. The least share in 320 scenes was 0.67: a box of 1 mm.
+    // A tip yields slightly before it sticks. In 320 scenes the smallest share was 0.67, for a box of 1 mm.
     EXPECT_GT(share, 0.6) << "scene " << scene << ": " << tip.name << (is_mesh ? " on a mesh" : " on a box")
                           << ", pressing with " << draw.press_n << " N";
   }

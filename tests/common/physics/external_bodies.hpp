@@ -1,4 +1,4 @@
-// Records the bodies that a world leaves to its engine.
+// Records which bodies a world leaves to its external engine.
 #pragma once
 
 #include <memory>
@@ -8,10 +8,10 @@
 
 namespace tandem::physics {
 
-/// Indices of the bodies that a world's FreeBodies step; the touch stage steps the others.
+/// Indices of the bodies that the world's FreeBodies integrate. The touch stage integrates the others.
 using ExternalBodies = std::set<std::size_t>;
 
-/// Forwards every call to an engine and keeps `external` current; `external` must outlive the result.
+/// Wraps `engine`: forwards all calls to it and keeps `external` up to date. `external` must outlive the result.
 inline std::unique_ptr<FreeBodies> watched(std::unique_ptr<FreeBodies> engine, ExternalBodies& external) {
   class Watch final : public FreeBodies {
    public:

@@ -1,4 +1,4 @@
-// A step in two parts, and contacts that are searched for the next step before it begins.
+// Tests a step that is divided in two parts: the contacts of the next step are searched before the step begins.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
     EXPECT_TRUE(is_same(world.tool(0).tool, tool));
     const bool is_tools = world.touch(0).contacts > 0 && i > 200;
     EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
-    // It falls by g h² more than its velocity predicts.
+    // In one step the body falls by g h² more than its velocity predicts.
     const double more_m = 9.81 * kStep_s * kStep_s;
     EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
   }
@@ -62,8 +62,8 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
   EXPECT_LT(world.body(BodyId{3}).X.p.z(), 0.1);
 }
 
-/// The hand descends fast, presses, drags the cube, lifts off and hits it again. Then it jumps by a hundred times the
-/// expected distance.
+/// The hand descends fast, presses, drags the cube, lifts off and hits the cube again. Then it jumps by a hundred times
+/// the expected distance.
 Vec3 hand_at(int step) {
   const double t = kStep_s * step;
   const double down = step < 300   ? std::min(0.03, 0.3 * t)
@@ -79,10 +79,10 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
   double most_n = 0;
   std::uint32_t touched = 0;
   for (int i = 0; i < 1000; ++i) {
-    if (i == 700) {  // displaced after the look-ahead
+    if (i == 700) {  // the body is displaced after the look-ahead
       for (World* world : {&plain, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
     }
-    if (i == 250 || i == 900) {  // held from now on: the tool no longer presses it
+    if (i == 250 || i == 900) {  // the body is held from now on, so the tool no longer presses it
       for (World* world : {&plain, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
     }
     if (i == 280 || i == 930) {
@@ -94,7 +94,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
     touched += with.touch(0).contacts > 0 ? 1 : 0;
     const Vec3 force = plain.tool(0).wrench_on_hand_W.f;
     most_n = std::max(most_n, force.norm());
-    // Where friction has not converged within the iterations, the result is accurate to parts in a thousand.
+    // If friction does not converge within the iteration limit, the result has relative errors of some 1e-3.
     ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
     ASSERT_LT((with.body(BodyId{2}).X.p - plain.body(BodyId{2}).X.p).norm(), 1e-5) << i;
   }
@@ -102,7 +102,7 @@ TEST(LookAhead, ChangesNothingThatIsFelt) {
   EXPECT_GT(touched, 300U);
 }
 
-/// A ball above a cube, `gap_m` apart.
+/// A ball that is `gap_m` above a cube.
 struct BallOverCube {
   explicit BallOverCube(double band_m) : pair(contact::kContactBudget) {
     pair.contacts.bind(ball.get(), cube.get());
@@ -124,7 +124,7 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
   ASSERT_GT(pressing, 0U);
-  // A depth that no search returns shows that no search took place.
+  // No search returns this depth. If it is still present, no search took place.
   near.pair.contacts.contacts()[0].depth_m = 0.5;
   EXPECT_EQ(near.found(-1e-4), pressing);
   EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);
@@ -136,13 +136,14 @@ TEST(NearPairs, WhatWasFoundAheadServesOnceAndOnlyThere) {
   EXPECT_EQ(near.found(-1e-4), pressing) << "it has come";
 }
 
-/// A ball above a cube, as the touch stage represents them.
+/// A ball above a cube, in the representation of the touch stage.
 struct TwoThings {
   TwoThings() {
     things[0].role = TouchThing::Role::kImplicit;
     things[1].role = TouchThing::Role::kStatic;
   }
-  /// Search distance of the pair after a look-ahead by `ahead_m`, for a reach of `reach_m` in the step.
+  /// Returns the search distance of the pair, after a look-ahead by `ahead_m` and with a reach of `reach_m` in the
+  /// step.
   double band_m(double ahead_m, double reach_m) {
     pairs.look_ahead(things, std::array{ahead_m, 0.0});
     if (change) change(*this);
@@ -155,7 +156,7 @@ struct TwoThings {
   RigidBody ball{tool.mass, {}, kBallRadius_m, tool.X_WT}, block{body.mass, {}, kCubeEdge_m, body.X_WB};
   std::array<TouchThing, 2> things{TouchThing{&ball, &tool.touch}, TouchThing{&block, &body.touch}};
   NearPairs pairs{2, 4, contact::kContactBudget};
-  std::function<void(TwoThings&)> change;  ///< change between look-ahead and step
+  std::function<void(TwoThings&)> change;  ///< called between look-ahead and step
 };
 
 TEST(NearPairs, WhatWasForeseenServesUnlessSomethingChanged) {
@@ -185,7 +186,7 @@ TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherThingBecomesImplicitToo) {
   ASSERT_EQ(two.pairs.near().size(), 1U);
   EXPECT_EQ(two.pairs.near().front(), pair);
   EXPECT_EQ(pair->deepest_m, 1e-5) << "it was not bound anew";
-  // As soon as only the ball is implicit, the pair is the ball's.
+  // If only the ball is implicit, the ball becomes the first body of the pair.
   two.things[1].role = TouchThing::Role::kExternal;
   ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
   ASSERT_EQ(two.pairs.near().size(), 1U);

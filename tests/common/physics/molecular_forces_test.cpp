@@ -1,4 +1,4 @@
-// The molecular field in the world: units, action and reaction, and its bound.
+// Tests the molecular field in the world: units, action and reaction, and its force limit.
 #include "common/physics/molecular_forces.hpp"
 
 #include <gtest/gtest.h>
@@ -35,8 +35,8 @@ std::shared_ptr<const docking::Molecule> cluster(int count) {
   return molecule;
 }
 
-/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity, with tiny balls as contact shapes. The
-/// second one has half the mass of the first. If `held`, a tool holds each from the start.
+/// A scene without gravity with two bodies of `atoms` atoms each, `gap_m` apart along x. Their contact shapes are tiny
+/// balls, and the second body has half the mass of the first. If `held`, a tool holds each body from the start.
 std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s, double mass_kg = 0.2,
                                                    bool held = false) {
   const auto body = [&](const std::string& name, double x, double mass) {
@@ -83,14 +83,14 @@ TEST(SoftLimit, HasNoEdgeAtTheKnee) {
 }
 
 TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
-  const auto scene = two_molecules(1, 0.05, 0);  // 5 Å
+  const auto scene = two_molecules(1, 0.05, 0);  // the gap is 5 Å
   MolecularForces forces(scene->world);
   const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
   std::array<Wrench, 2> wrenches{};
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
   const double s6 = std::pow(3.4 / 5, 6);
-  const double force_kj = 24 * 1.0 / 5 * (2 * s6 * s6 - s6);  // −dV/dr, kJ/mol/Å
-  // Tolerance of single-precision pairs: 1e-5.
+  const double force_kj = 24 * 1.0 / 5 * (2 * s6 * s6 - s6);  // −dV/dr [kJ/mol/Å]
+  // The tolerance of the single-precision sum over pairs is 1e-5.
   EXPECT_NEAR(wrenches[1].f.x(), 0.5 / 4.184 * force_kj, 1e-5 * std::abs(force_kj));
   EXPECT_NEAR(forces.energy_kj_per_mol(), 4 * (s6 * s6 - s6), 1e-5);
 }
@@ -130,7 +130,8 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_LE(wrenches[0].f.norm(), 20);
 }
 
-/// Work of the force on B along a closed path in six axes, the sum of its magnitudes, and the energies on the way.
+/// Work of the force on B along a closed path in six degrees of freedom. Also contains the sum of its magnitudes and
+/// the range of the energy along the path.
 struct Loop {
   double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
 };
@@ -151,7 +152,7 @@ Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way
   };
   Loop loop;
   for (int i = 0; i < kSteps; ++i) {
-    // Simpson's rule between two poses.
+    // Integrates between two poses by Simpson's rule.
     const Pose from = pose(2 * i), to = pose(2 * i + 2);
     const Vec3 turned = rotation_vector(to.q * from.q.conjugate());
     const Wrench f0 = wrench(2 * i), f1 = wrench(2 * i + 1), f2 = wrench(2 * i + 2);
@@ -198,7 +199,7 @@ TEST(MolecularForces, AFieldFoundAheadIsOfWhereThingsAre) {
   EXPECT_NE(start, 0) << "the first step finds it, wherever things are";
   for (int i = 0; i < 20; ++i) {
     with.look_ahead();
-    if (i % 5 == 4) {  // moved after the look-ahead
+    if (i % 5 == 4) {  // the body is moved after the look-ahead
       for (World* world : {&without_grid, &with}) {
         RigidState state = world->body(BodyId{2});
         state.X.p.x() -= 2e-4;
@@ -219,7 +220,7 @@ TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
     const auto world = std::make_shared<const WorldDescription>(of.world);
     return World(world, make_followed_bodies(of.world.bodies.size()), nullptr).quickest_step();
   };
-  // A million pairs of atoms against one: a factor far above timing noise.
+  // One scene has a million pairs of atoms, the other has one. The ratio of their times is far above timing noise.
   EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
@@ -252,7 +253,7 @@ TEST(MolecularForces, ShippedHelicesPullAsTheirSceneSays) {
     forces.add_wrenches(poses, wrenches);
     strongest_n = std::max(strongest_n, wrenches[0].f.y());
   }
-  // The value of the scene's description; 0.01 N for steps of 0.05 Å and rounded angles.
+  // The scene's description states 0.88 N. The tolerance of 0.01 N covers steps of 0.05 Å and rounded angles.
   EXPECT_NEAR(strongest_n, 0.88, 0.01);
 }
 
@@ -273,7 +274,8 @@ TEST(MolecularPair, KeepsItsMomentum) {
 TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   const auto scene = two_molecules(8, 0.12, 3);
   World world(server::make_server_world(scene));
-  const double joules = 0.5 * 0.01 / docking::kKilojoulesPerKilocalorie;  // S_f S_x
+  const double joules = 0.5 * 0.01 / docking::kKilojoulesPerKilocalorie;  // unit conversion by the scales S_f S_x of
+                                                                          // the scene
   world.step();
   EXPECT_NEAR(world.field_energy_j(), joules * world.field_energy_kj_per_mol(), 1e-12);
   double start = world.stored_energy_j();
@@ -281,7 +283,7 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   for (int block = 0; block < 80; ++block) {
     for (int i = 0; i < 100; ++i) world.step();
     const double energy = world.stored_energy_j();
-    // Field energy and velocity are half a step apart: tolerance |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
+    // Field energy and velocity are half a step apart. The tolerance is |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
     EXPECT_LE(energy, last + 1e-3) << "block " << block;
     last = energy;
   }
@@ -289,8 +291,8 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   EXPECT_LT(world.stored_energy_j() - world.field_energy_j(), 1e-6) << "and rest";
 }
 
-/// Two hands approach with 0.1 m/s and stop where their couplings pull with `push_n`. The field's wrench is from the
-/// start of a step; the damping comes from the coupling, which is implicit.
+/// Two hands approach each other with 0.1 m/s and stop when their couplings pull with `push_n`. The field's wrench is
+/// that of the start of a step. Only the coupling, which is implicit, provides damping.
 double speed_after_pressing(double mass_kg, double damping_per_s, double push_n) {
   const auto scene = two_molecules(8, 0.2, damping_per_s, mass_kg, true);
   World world(server::make_server_world(scene));
@@ -315,7 +317,7 @@ double speed_after_pressing(double mass_kg, double damping_per_s, double push_n)
   return fastest;
 }
 
-// Sub-steps would change nothing for a user who holds a molecule.
+// Smaller steps would change nothing for a user who holds a molecule.
 TEST(MolecularPair, InTwoHandsComesToRestHoweverItIsPressedLightOrMassiveOrOverDamped) {
   for (const double mass_kg : {0.04, 0.2}) {
     for (const double damping_per_s : {0.0, 2.0, 200.0}) {

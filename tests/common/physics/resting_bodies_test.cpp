@@ -1,4 +1,4 @@
-// Bodies in static equilibrium stay in place, for any masses and in either stage.
+// Bodies in static equilibrium must stay in place, for any masses and in both stages.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,14 +16,14 @@ namespace {
 
 constexpr double kRestMove_m = 2e-4, kRestTurn_rad = 0.2 * std::numbers::pi / 180;
 
-/// Stacked boxes on a sloping table; the slope is represented by a rotated gravity.
+/// Stacked boxes on a sloping table. The slope is represented by a rotated gravity.
 struct StackCase {
   WorldDescription world;
   std::size_t top = 0;  ///< index of the uppermost body
-  double push_m = 0;    ///< height of a point on its side
+  double push_m = 0;    ///< height at which the uppermost body is pushed
 };
 
-/// Few sizes, because making a shape takes half a second.
+/// There are only a few sizes, because making a shape takes half a second.
 constexpr std::array kSizes_m = {std::array{0.02, 0.03, 0.01}, std::array{0.04, 0.04, 0.04},
                                  std::array{0.06, 0.03, 0.02}, std::array{0.03, 0.05, 0.05},
                                  std::array{0.05, 0.06, 0.01}, std::array{0.025, 0.02, 0.03}};
@@ -45,8 +45,8 @@ BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double fric
   return body;
 }
 
-/// A random stack. The line of gravity of each box and those above it meets the middle half of its support. The slope
-/// is at most half of the friction limit.
+/// A random stack. For each box, the line of gravity of this box and those above it meets the middle half of its
+/// support. The slope is at most half of the friction angle.
 StackCase stack_of(Random& random) {
   for (;;) {
     const int count = 2 + static_cast<int>(random.uniform(0, 4.999));
@@ -109,7 +109,7 @@ std::vector<Pose> poses_of(const World& world, std::size_t bodies) {
   return poses;
 }
 
-/// Largest distance and largest angle between two sets of poses.
+/// Returns the largest distance and the largest angle between two sets of poses.
 std::pair<double, double> difference(const std::vector<Pose>& a, const std::vector<Pose>& b) {
   double move_m = 0, turn_rad = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -123,7 +123,7 @@ void keep_all_touched(World& world, std::size_t bodies) {
   for (std::size_t i = 0; i < bodies; ++i) world.keep_implicit(BodyId{static_cast<std::uint32_t>(i + 1)}, 3600);
 }
 
-/// A tool pushes the uppermost body sideways with 0.1 N for 0.3 s and withdraws.
+/// A tool pushes the uppermost body sideways with 0.1 N for 0.3 s, and then withdraws.
 void nudge(World& world, const StackCase& stack) {
   const Vec3 beside = stack.world.tools[0].X_WT.p;
   const double pushing_m = 2e-3 + 0.1 / 300;
@@ -152,7 +152,7 @@ void check_stacks(int count, double seconds) {
     EXPECT_LT(move_m, kRestMove_m);
     EXPECT_LT(turn_rad, kRestTurn_rad);
     run(touched, 1000);
-    // Friction may not hold a light body against 0.1 N: it must end in the same pose as with the touch stage alone.
+    // A light body may slip at 0.1 N. It must then end in the same pose as with the touch stage alone.
     nudge(world, stack);
     nudge(touched, stack);
     run(world, static_cast<int>(500 * seconds));
@@ -176,7 +176,7 @@ TEST(RestingBodies, TwoHundredStacksStayForTenSeconds) {
   check_stacks(200, 10);
 }
 
-/// Largest displacement and rotation of any body in 10 s, in the world of a server.
+/// Returns the largest displacement and rotation of any body in 10 s, in the world of a server.
 std::pair<double, double> moved_in_ten_seconds(const WorldDescription& description) {
   World world = server_world(description);
   run(world, 500);
@@ -186,7 +186,8 @@ std::pair<double, double> moved_in_ten_seconds(const WorldDescription& descripti
 }
 
 TEST(RestingBodies, ALeaningPlankStaysWhereFrictionHoldsIt) {
-  // With friction µ at floor and wall, a uniform plank is stable above the angle whose tangent is (1 − µ²) / 2µ.
+  // A uniform plank has the friction coefficient µ at floor and wall. It is stable if the tangent of its angle is above
+  // (1 − µ²) / 2µ.
   constexpr double kFriction = 0.6, kLength_m = 0.06;
   const double steep_rad = std::atan((1 - kFriction * kFriction) / (2 * kFriction));
   for (const double margin_rad : {0.1, 0.3, 0.5}) {
@@ -195,7 +196,7 @@ TEST(RestingBodies, ALeaningPlankStaysWhereFrictionHoldsIt) {
     wall.X_WB = {{0.05, 0, 0}, quaternion_of({0, std::numbers::pi / 2, 0})};
     BodyDescription plank = box(2, {0, 0, 0}, 0.05, kFriction);
     const double half_m = kLength_m / 2, thick_m = 0.01;
-    // The lower edge is on the floor, the upper one at the wall, whose face is at x = 0.
+    // The lower edge is on the floor. The upper edge touches the wall, whose face is at x = 0.
     plank.X_WB.q = quaternion_of({0, -angle, 0});
     plank.X_WB.p = {-half_m * std::cos(angle) - thick_m * std::sin(angle), 0,
                     half_m * std::sin(angle) + thick_m * std::cos(angle)};
@@ -227,7 +228,7 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// A body set down on a lighter one must end in the same pose as with the touch stage alone.
+/// If a body is set down on a lighter one, it must end in the same pose as with the touch stage alone.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(
@@ -257,7 +258,7 @@ TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   }
 }
 
-/// A ball above a table, with restitution.
+/// A ball with restitution above a table.
 WorldDescription dropped_ball(double restitution, double height_m) {
   BodyDescription ball;
   ball.touch = touch_of(contact::make_contact_sphere(0.02));
@@ -302,7 +303,7 @@ TEST(RestingBodies, AHeadOnImpactKeepsMomentumAndHasItsRestitution) {
       run(world, 80);
       const double a = world.body(BodyId{2}).V.v.x(), b = world.body(BodyId{3}).V.v.x();
       EXPECT_NEAR(0.1 * a + other_kg * b, 0.1, 1e-6);
-      // The contact layer itself returns up to 0.12 of the speed.
+      // The contact layer alone returns up to 0.12 of the speed.
       EXPECT_NEAR(b - a, std::max(restitution, 0.06), 0.06) << restitution << ", " << other_kg << " kg";
     }
   }
@@ -322,7 +323,7 @@ TEST(RestingBodies, ASleepingBodyTakesTheMomentumOfWhatRunsIntoIt) {
   }
 }
 
-/// A body that wakes in the impact changes its place in the pair of bodies that are in contact.
+/// If a body wakes up in the impact, it changes its position in the pair of touching bodies.
 TEST(RestingBodies, AnImpactWakesASleepingBodyWithTheSameBounceInEitherOrder) {
   for (const double restitution : {0.5, 0.9}) {
     for (const double other_kg : {0.1, 3.0}) {

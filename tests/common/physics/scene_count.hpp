@@ -7,10 +7,10 @@
 
 namespace tandem::physics {
 
-/// Scenes of each kind in the daytime and nightly runs.
+/// Number of scenes of each kind in daytime runs and in nightly runs.
 inline constexpr std::uint64_t kScenesByDay = 24, kScenesByNight = 200;
 
-/// Number of scenes of a test: TANDEM_TEST_SCENES if set, otherwise `usual`.
+/// Returns the number of scenes for a test: TANDEM_TEST_SCENES if it is set, otherwise `usual`.
 inline std::uint64_t scenes(std::uint64_t usual) {
   const char* const given = std::getenv("TANDEM_TEST_SCENES");
   return given != nullptr ? std::stoull(given) : usual;

@@ -1,4 +1,4 @@
-// Scenes for the tests of the server: short JSON with one part changed, and the shipped scenes.
+// Scenes for the tests of the server: short JSON texts in which a test replaces one part, and the shipped scenes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,10 +14,11 @@ namespace tandem::physics {
 
 inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"size_m": [1, 1, 1]}}]})";
 
-/// The law whose forces are known in closed form.
+/// A law whose forces are known in closed form.
 inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
 
-/// Fields of a coupling: the name of the law, and a fit if the law needs one (100 N/m at 0.05 kg, 400 N/m at 1 kg).
+/// Returns the fields of a coupling: the name of the law, and a fit if the law needs one. The fit is 100 N/m at 0.05 kg
+/// and 400 N/m at 1 kg.
 inline std::string law_fields(const std::string& law) {
   const std::string fit = R"(, "adaptive": {"mass_range_kg": [0.05, 1], "stiffness_n_per_m": [84.2, 315.8],
                                             "damping_n_s_per_m": [4]})";
@@ -27,11 +28,11 @@ inline std::string coupling_with(const std::string& law) {
   return "{" + law_fields(law) + "}";
 }
 
-/// The parts of a scene; the defaults are valid.
+/// The parts of a scene file. The defaults form a valid scene.
 struct SceneParts {
   std::string bodies = kWall;
   std::string tools = R"({"name": "t", "placement": {"position_m": [0, 0, 2]}})";
-  std::string coupling = kLinear;  ///< omitted from the file if empty
+  std::string coupling = kLinear;  ///< if empty, the file has no coupling
   std::string rest = "";           ///< further fields of the scene
 };
 
@@ -51,7 +52,8 @@ inline std::filesystem::path shipped_scene(const std::string& name) {
 
 }  // namespace tandem::physics
 
-/// Loads a shipped scene into a variable. Fails if a Debian data package is missing, which the error names.
+/// Loads a shipped scene into a variable. If a Debian data package is missing, the test fails with an error that names
+/// the package.
 #define TANDEM_LOAD_SCENE(variable, scene_name)                                              \
   std::shared_ptr<const ::tandem::server::LoadedScene> variable;                             \
   try {                                                                                      \

@@ -1,5 +1,5 @@
-// Contact with a union of shapes: a tool that slides over the seam of flush shapes feels the same force as on one
-// shape.
+// Tests contact with a union of shapes. If a tool slides over the seam of flush shapes, its force must be the same as
+// on a single shape.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,21 +17,23 @@
 namespace tandem::physics {
 namespace {
 
-/// Size of a box. Its points are as far apart as those of large boxes, so that the tip's points make the contact.
+/// Size of a box. Its sample points are as sparse as those of large boxes, so that the points of the tip form the
+/// contact.
 constexpr double kWidth_m = 0.1, kHeight_m = 0.02;
-// Bound in excess of friction. In 700 scenes with other seeds no value exceeds 0.02 N.
+// Bound of the lateral force in excess of friction. In 700 scenes with other seeds it was at most 0.02 N.
 constexpr double kMost_n = 0.05;
 
 /// The same surface at z = 0, as one shape and as several flush shapes.
 struct Surface {
   std::string name;
   Parts one, several;
-  /// Largest press force. A tip on a ridge of radius R is pushed sideways by press/R × its offset; the coupling holds
-  /// it up to k R.
+  /// Largest press force. On a ridge of radius R, a tip is pushed sideways by press/R times its offset. The coupling
+  /// can hold it if the press force is below k R.
   double most_press_n = 5;
 };
 
-/// Boxes side by side along x, in some scenes also along y; each is a primitive or, at random, a mesh.
+/// Boxes side by side along x, in some scenes also along y. If `has_meshes`, some are meshes at random; otherwise all
+/// are primitives.
 Surface boxes(Random& random, bool has_meshes) {
   Surface surface{has_meshes ? "meshes" : "boxes", {}, {}};
   surface.one = {{box_of({2 * kWidth_m, kWidth_m, kHeight_m}, has_meshes), at_place({0, 0, -kHeight_m / 2})}};
@@ -52,7 +54,7 @@ Surface boxes(Random& random, bool has_meshes) {
   return surface;
 }
 
-/// Overlapping boxes, or a cylinder in a box, flush with its top.
+/// Overlapping boxes, or a cylinder in a box whose top is flush with it.
 Surface overlapping(Random& random) {
   Surface surface{"overlapping", {}, {}};
   surface.one = {{box_of({2 * kWidth_m, kWidth_m, kHeight_m}, false), at_place({0, 0, -kHeight_m / 2})}};
@@ -69,7 +71,7 @@ Surface overlapping(Random& random) {
   return surface;
 }
 
-/// Rods end to end along x.
+/// Rods that are joined end to end along x.
 Surface rods(Random& random) {
   const double radius_m = random.uniform() < 0.5 ? 0.008 : 0.02;
   const Quat along_x(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
@@ -81,8 +83,9 @@ Surface rods(Random& random) {
   return surface;
 }
 
-/// Without friction: largest sideways difference of simultaneous forces. With friction, where sticking depends on the
-/// past: excess of the sideways force on several shapes over the largest on one shape and over the friction limit.
+/// Without friction, returns the largest lateral difference of simultaneous forces. With friction, sticking depends on
+/// the past, so an excess is returned: the lateral force on several shapes minus a limit. The limit is the largest
+/// lateral force on one shape or the friction force, whichever is larger.
 double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& several, double friction) {
   double usual = 0, most = 0;
   for (const Vec3& f : one) usual = std::max(usual, f.head<2>().norm());
@@ -94,7 +97,7 @@ double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& s
   return most;
 }
 
-/// Smallest force out of the surface along the path.
+/// Returns the smallest normal force along the path.
 double least_lift_n(const std::vector<Vec3>& forces) {
   double least = std::numeric_limits<double>::infinity();
   for (const Vec3& f : forces) least = std::min(least, f.z());

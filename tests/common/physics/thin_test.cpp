@@ -1,4 +1,4 @@
-// Thin rods block each other: needles, wires and sutures of 0.2 to 2 mm that cross, pressed together by a hand.
+// Thin rods must block each other: needles, wires and sutures of 0.2 to 2 mm cross and are pressed together by a hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,14 +26,14 @@ namespace {
 using ShapePointer = std::shared_ptr<const contact::ContactShape>;
 
 constexpr double kCoupling_n_per_m = 500;
-constexpr double kLayer_n_per_m3 = 5e9;  ///< stiffness of two surfaces in series
+constexpr double kLayer_n_per_m3 = 5e9;  ///< stiffness of the two surfaces in series
 
-/// The edge of a box is a rod without a radius. kGrid is one mesh of several rods that cross in one plane.
+/// The edge of a box counts as a rod of radius 0. kGrid is one mesh of several rods that cross in one plane.
 enum class Kind : std::uint8_t { kCapsule, kCylinder, kMesh, kGrid, kEdge, kMeshEdge, kBall };
 constexpr std::array kNames = {"capsule", "cylinder", "mesh", "grid", "edge", "mesh edge", "ball"};
 constexpr double kBoxWidth_m = 0.01;
 
-/// A rod along z; `length_m` is the length of the straight part.
+/// A rod along z. `length_m` is the length of its straight part.
 struct Rod {
   Kind kind = Kind::kCapsule;
   double radius_m = 1e-4;
@@ -43,7 +43,7 @@ struct Rod {
   ShapePointer made() const;
   bool is_edge() const { return kind == Kind::kEdge || kind == Kind::kMeshEdge; }
   bool is_primitive() const { return kind == Kind::kCapsule || kind == Kind::kCylinder || kind == Kind::kBall; }
-  /// Pose of the shape that puts its axis or edge along x, with z out of the edge.
+  /// Returns the pose that aligns the axis or edge of the shape with x; at an edge, z points outwards.
   Pose along_x() const {
     const Quat upright(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
     if (!is_edge()) return {Vec3::Zero(), upright};
@@ -55,7 +55,7 @@ struct Rod {
   }
 };
 
-/// Three rods along z and two along y.
+/// A mesh of three rods along z and two along y.
 geometry::TriangleMesh grid_mesh(double radius_m, double length_m) {
   const geometry::TriangleMesh rod = geometry::tessellated_cylinder(radius_m, length_m);
   geometry::TriangleMesh grid;
@@ -72,7 +72,7 @@ geometry::TriangleMesh grid_mesh(double radius_m, double length_m) {
   return grid;
 }
 
-/// The shape, cached by size: building a mesh takes longer than running a scene.
+/// Returns the shape from a cache by size, because building a mesh takes longer than running a scene.
 ShapePointer Rod::shape() const {
   static std::map<std::tuple<Kind, double, double>, ShapePointer> made_before;
   ShapePointer& shape = made_before[{kind, radius_m, length_m}];
@@ -103,20 +103,20 @@ ShapePointer Rod::made() const {
   return nullptr;
 }
 
-/// Crossing of a tool's rod and a fixed one. U: x along the fixed rod, z out of it towards the tool.
+/// A tool's rod that crosses a fixed rod. In frame U, x is along the fixed rod, and z points towards the tool.
 struct Crossing {
   Rod fixed, tool;
-  int links = 1;  ///< number of pieces of the fixed rod, end to end
+  int links = 1;  ///< number of pieces of the fixed rod, which are joined end to end
   double angle_rad = std::numbers::pi / 2;
   double press_n = 1;
   double friction = 0;
   double approach_m_per_s = 0.01;
-  double along_fixed_m = 0, along_tool_m = 0;  ///< crossing point, from the middle of each
-  double slide_fixed_m = 0, slide_tool_m = 0;  ///< subsequent displacement of the hand along each
+  double along_fixed_m = 0, along_tool_m = 0;  ///< crossing point on each rod, from its centre
+  double slide_fixed_m = 0, slide_tool_m = 0;  ///< displacement of the hand along each rod, after pressing
   Pose X_WU;
 
   double sum_m() const { return (fixed.is_edge() ? 0 : fixed.radius_m) + tool.radius_m; }
-  /// Depth at which the layer alone gives this force.
+  /// Depth at which the contact layer alone would cause the given force.
   double layer_depth_m(double force_n) const {
     if (fixed.is_edge()) return std::numeric_limits<double>::infinity();
     const double radius_m = tool.kind == Kind::kBall ? tool.radius_m * std::sqrt(fixed.radius_m / sum_m())
@@ -132,12 +132,13 @@ struct Crossing {
 };
 
 struct Course {
-  double least_axes_m = 1;  ///< signed distance of the axes along their common normal; negative: the rod passed through
-  double held_depth_m = 0;  ///< before the hand slides
-  double held_n = 0;        ///< force on the hand along the normal
-  double least_n = 1e9;     ///< smallest force during the slide
-  double deepest_m = 0;     ///< during the slide
-  double most_change_n = 0;  ///< largest change per step during the slide
+  double least_axes_m = 1;   ///< smallest signed distance of the axes along their common normal; negative if the rod
+                             // passed through
+  double held_depth_m = 0;   ///< depth before the hand slides
+  double held_n = 0;         ///< force on the hand along the normal
+  double least_n = 1e9;      ///< smallest force during the slide
+  double deepest_m = 0;      ///< largest depth during the slide
+  double most_change_n = 0;  ///< largest change of the force in one step during the slide
 };
 
 Course run(const Crossing& crossing) {
@@ -200,7 +201,7 @@ Course run(const Crossing& crossing) {
   Vec3 aside = Vec3::Zero();
   for (const Vec3& way : {Vec3(crossing.slide_fixed_m * Vec3::UnitX()), Vec3(crossing.slide_tool_m * u_tool)}) {
     const int steps = std::max(50, static_cast<int>(std::ceil(way.norm() / (0.04 * kStep_s))));
-    // Starts and ends at rest: otherwise the coupling's damping would cause a jump in force.
+    // The slide starts and ends at rest, because otherwise the damping of the coupling would cause a force jump.
     for (int i = 1; i <= 2 * steps; ++i) {
       const double turn = std::numbers::pi * i / (2 * steps);
       step(aside + way * (1 - std::cos(turn)) / 2, lowest_m,
@@ -239,11 +240,11 @@ Crossing crossing_of(Random& random, bool has_mesh) {
   return crossing;
 }
 
-/// Bounds for the worst scene.
+/// Bounds of the results of all scenes.
 struct Bounds {
-  double beyond_m = 0;    ///< depth in excess of the layer and the rigid depth
-  double change_n = 0;    ///< change of the force on the hand in a step during the slide
-  double short_of_m = 1;  ///< shortfall from that depth
+  double beyond_m = 0;    ///< depth beyond that of the contact layer, or beyond the rigid depth if this is smaller
+  double change_n = 0;    ///< change of the force on the hand in one step during the slide
+  double short_of_m = 1;  ///< amount by which the depth is less than expected
 };
 
 void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const Bounds& bounds,
@@ -254,7 +255,7 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
   for (std::uint64_t i = 0; i < scenes(usual_scenes); ++i) {
     const Crossing crossing = make(random);
     const Course course = run(crossing);
-    // A sharp edge may be deeper in a rod than its axis and is still held.
+    // A sharp edge may be deeper than the axis of a rod without having passed through it.
     const double passed_m = crossing.fixed.is_edge() ? -crossing.tool.radius_m : 0;
     if (course.least_axes_m < passed_m) ++passed;
     const double expected_m = std::min(crossing.layer_depth_m(course.held_n), crossing.rigid_depth_m());
@@ -274,7 +275,7 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
 
 // The bounds cover the maxima of 600 scenes of each kind with three other seeds. Primitives: 8.5 µm and 0.016 N. Meshes
 // (1 mm thick, points 0.45 mm apart): 135 µm and 0.19 N. Edges: 105 µm and 0.22 N. Grids: 21 µm and 0.20 N. Joints: 68
-// µm and 0.20 N. Balls: 5 µm and 0.009 N. Up to 9 µm of each depth is the yield of a rigid contact.
+// µm and 0.20 N. Balls: 5 µm and 0.009 N. Each depth includes up to 9 µm by which a rigid contact yields.
 struct Things {
   std::uint64_t day_seed, night_seed;
   Bounds bounds;
@@ -317,7 +318,7 @@ Crossing of_balls(Random& random) {
   crossing.tool.kind = Kind::kBall;
   crossing.angle_rad = std::numbers::pi / 2;
   crossing.slide_tool_m = crossing.along_tool_m = 0;
-  // With more force it would roll off: only the hand holds it on top.
+  // Only the hand holds the ball on top of the rod. With a larger force the ball would roll off.
   crossing.press_n = random.uniform(0.1, 0.5) * kCoupling_n_per_m * crossing.sum_m();
   crossing.approach_m_per_s = 0.01;
   return crossing;

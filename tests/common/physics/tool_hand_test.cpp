@@ -1,4 +1,4 @@
-// The force of a hand on its tool: action and reaction, and the balance of its work.
+// Tests the force of a hand on its tool: action and reaction, and the balance of its work.
 #include "common/physics/tool_hand.hpp"
 
 #include <gtest/gtest.h>
@@ -43,9 +43,9 @@ TEST(ToolHand, WorkIsTheWrenchOfTheStepTimesItsWay) {
   ToolHand hand("spring-damper", haptics::CouplingParameters{});
   hand.set_handle({{Vec3(0.02, 0, 0), Quat::Identity()}, Twist{}});
   const Wrench two_newtons{Vec3(2, 0, 0), Vec3::Zero()};
-  hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, two_newtons);  // moved with the force
+  hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, two_newtons);  // the tool moves along the force
   EXPECT_NEAR(hand.energy_into_world_j(), 0.01, 1e-15);
-  hand.settle({}, {{Vec3(-0.001, 0, 0), Quat::Identity()}, {}}, two_newtons);  // moved against it
+  hand.settle({}, {{Vec3(-0.001, 0, 0), Quat::Identity()}, {}}, two_newtons);  // the tool moves against the force
   EXPECT_NEAR(hand.energy_from_world_j(), 0.002, 1e-15);
   EXPECT_NEAR(hand.energy_into_world_j(), 0.01, 1e-15);
 }
@@ -70,7 +70,7 @@ TEST(ToolHand, AnAnchorPullsTheToolButNotTheHand) {
 }
 
 TEST(ToolHand, SaturationIsReportedAtTheLimitOnly) {
-  ToolHand hand("spring-damper", {.saturation_softness = 0});  // linear up to 6.5 N
+  ToolHand hand("spring-damper", {.saturation_softness = 0});  // the law is linear up to 6.5 N
   hand.set_handle({});
   hand.settle({}, {}, {Vec3(6.4999, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand.is_saturated());
@@ -79,7 +79,7 @@ TEST(ToolHand, SaturationIsReportedAtTheLimitOnly) {
 }
 
 TEST(ToolHand, SaturationIsReportedPastHalfOfItsBend) {
-  ToolHand hand("spring-damper", {.force_limit_n = 10, .saturation_softness = 0.2});  // bends above 8 N
+  ToolHand hand("spring-damper", {.force_limit_n = 10, .saturation_softness = 0.2});  // the curve bends above 8 N
   hand.set_handle({});
   hand.settle({}, {}, {Vec3(8.9, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand.is_saturated());
@@ -124,7 +124,7 @@ TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
       const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
       const contact::SolverCoupling c = hand.coupling(0, Pose{});
       const double force = haptics::coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
-      // Simpson's rule over the bend at the limit.
+      // Integrates by Simpson's rule over the bend at the limit.
       EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
     }
   }

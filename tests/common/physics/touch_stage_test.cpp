@@ -1,4 +1,5 @@
-// The change between the stages of touched and untouched bodies: it must neither lose nor create momentum or energy.
+// Tests the change of bodies between the stages of touched and untouched bodies. It must neither lose nor generate
+// momentum or energy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +25,7 @@ std::string vector_json(const Vec3& v) {
   return out.str();
 }
 
-/// A named box; `fields` are further fields.
+/// Returns a named box as JSON; `fields` contains additional fields.
 std::string box(const std::string& name, const Vec3& size_m, const Vec3& p, const std::string& fields = "") {
   return R"({"name": ")" + name + R"(", "shapes": [{"box": {"size_m": )" + vector_json(size_m) +
          R"(}}], "placement": {"position_m": )" + vector_json(p) + "}" + fields + "}";
@@ -68,16 +69,17 @@ TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   EXPECT_GT(contacts, 0U);
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
   const Vec3 momentum = kToolMass_kg * world.tool(0).tool.V.v + mass_kg * world.body(BodyId{1}).V.v;
-  // Residual of each step's equation that the solver may leave, see ContactIsland.
+  // The solver may leave this residual in the equation of each step (see ContactIsland).
   const double left_m_per_s = 1e-11;
   EXPECT_LT((momentum - given).norm(), steps * left_m_per_s * (kToolMass_kg + mass_kg));
 }
 
-/// Displacement in a second of a cube of 0.5 kg on a table, pushed sideways with this share of μ m g.
+/// Returns the displacement in one second of a cube of 0.5 kg on a table. It is pushed sideways with the fraction
+/// `share` of μ m g.
 double pushed_m(double share) {
   const double mass_kg = 0.5;
   const double push_n = share * 0.5 * mass_kg * kG;
-  // Low, so that it does not tip; without friction at the tool, which would press it down.
+  // The tool is low, so that the cube does not tip. It has no friction, because friction would press the cube down.
   const Vec3 start(-0.0251, 0, 0.008);
   World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start, 0)})));
@@ -85,7 +87,7 @@ double pushed_m(double share) {
   run(world, 50);
   const double before = world.body(BodyId{2}).X.p.x();
   for (int i = 0; i < 1000; ++i) {
-    // The stretch of the spring is constant, for a constant push.
+    // The stretch of the spring is constant, so the pushing force is too.
     const Vec3 p = world.tool(0).tool.X.p;
     world.set_handle(0, at({p.x() + std::min(1.0, i / 200.0) * push_n / 300, start.y(), start.z()},
                            world.tool(0).tool.V.v.x() * Vec3::UnitX()));
@@ -100,9 +102,9 @@ TEST(TouchSeam, APushedBodyMovesOnlyBeyondFrictionTimesWeight) {
 }
 
 struct Squeeze {
-  double slipped_m = 0;  ///< slip of the cube down the tools while they hold still
+  double slipped_m = 0;  ///< distance that the cube slips down while the tools rest
   double lifted_m = 0;
-  double force_n = 0;  ///< inward force of one hand
+  double force_n = 0;  ///< force of one hand towards the cube
 };
 
 /// Two tools squeeze a cube with 3.6 N each, lift it by 10 cm and hold it for 2 s.
@@ -141,18 +143,18 @@ Squeeze squeeze(double friction) {
 TEST(TouchSeam, TwoToolsCarryABodyByFrictionAlone) {
   const Squeeze held = squeeze(0.8);
   EXPECT_NEAR(held.force_n, 3.6, 0.1);
-  // Each coupling sags by half of the weight.
+  // Each coupling carries half of the weight and sags accordingly.
   const double sag_m = 0.3 * kG / 2 / 300;
   EXPECT_NEAR(held.lifted_m, 0.1 - sag_m, 2e-3);
   EXPECT_LT(std::abs(held.slipped_m), 5e-4);
 }
 
 TEST(TouchSeam, ABodyTooSlipperyForItsWeightIsNotLifted) {
-  // 2 · 0.3 · 3.6 N is less than 0.3 kg · g.
+  // The friction force of at most 2 · 0.3 · 3.6 N is less than the weight of 0.3 kg · g.
   EXPECT_LT(squeeze(0.3).lifted_m, 0.03);
 }
 
-/// A cube on the table, pressed down by a tool, comes to rest and keeps the tool out.
+/// A cube on the table that is pressed down by a tool must come to rest, and the tool must stay outside.
 void expect_calm_under(double mass_kg, double press_n) {
   const Vec3 start(0.004, 0.003, kEdge_m + 0.006);
   World world(server::make_server_world(
@@ -212,7 +214,7 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
       load_parts({.bodies = table() + "," + cube(0.1, {0, 0, kEdge_m / 2}), .tools = tool_at(start)})));
   world.activate_tool(0);
   for (int i = 0; i < 1500; ++i) {
-    // Pushes the cube by a centimetre or two, then withdraws.
+    // The handle pushes the cube by up to two centimetres and then withdraws.
     const double way = i < 750 ? 1e-4 * i : 1e-4 * (1500 - i);
     world.set_handle(0, at(start + Vec3(way, 0, 0)));
     world.step();
@@ -226,7 +228,7 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
 }
 
 TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
-  // A nearby pebble precedes the table in the scene; the limit is one pair.
+  // A pebble near the tool precedes the table in the scene, and the limit is one pair.
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);
@@ -248,8 +250,8 @@ TEST(TouchStage, AContactSticksOnWhileOthersEndAndBegin) {
   World world(
       server::make_server_world(load_parts({.bodies = table(), .tools = tool_at(first) + "," + tool_at(second)})));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
-  // The second tool presses and is pulled sideways within the friction limit. The first one touches, leaves and touches
-  // again.
+  // The second tool presses and is pulled sideways within the friction limit. Meanwhile the first tool touches, leaves
+  // and touches again.
   const auto hold = [&](double first_down_m) {
     world.set_handle(0, at(first - first_down_m * Vec3::UnitZ()));
     world.set_handle(1, at(second + Vec3(0.002, 0, -0.011)));
@@ -284,7 +286,7 @@ TEST(TouchStage, AForceLimitThatIsRaisedLaterDoesNotCarryTheToolThroughAWall) {
 }
 
 TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
-  // The lower cube is free on the table; the upper one is held and pressed down with 3 N.
+  // The lower cube lies freely on the table. The upper one is held and pressed down with 3 N.
   const std::string upper = box("upper", Vec3::Constant(kEdge_m), {0.003, 0, 1.5 * kEdge_m + 0.002},
                                 R"(, "graspable": true, "mass_kg": 0.1)");
   World world(server::make_server_world(
@@ -308,7 +310,7 @@ TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
 }
 
 TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAfter) {
-  // 5 g, pulled by 1000 N from 2 cm before a wall to 3 cm behind it, in one step.
+  // A tool of 5 g is pulled by 1000 N, in one step, from 2 cm in front of a wall to 3 cm behind it.
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
   const std::string coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 100000, "force_limit_n": 1000})";
   World world(server::make_server_world(load_parts(

@@ -1,4 +1,4 @@
-// The world against closed forms and against limits of human perception.
+// Compares the world with closed forms and with limits of human perception.
 #include "server/room/server_world.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ constexpr double kWorldStep_s = 1e-3;
 constexpr const char* kTable =
     R"({"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})";
 
-/// A cube of 4 cm; `fields` are further fields.
+/// Returns a cube of 4 cm as JSON; `fields` contains additional fields.
 std::string cube(const std::string& name, double mass_kg, const Vec3& p, const std::string& fields = "") {
   return R"({"name": ")" + name +
          R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true, "mass_kg": )" +
@@ -98,12 +98,13 @@ TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
     world.step();
     if (i > 160) after_impact = std::max(after_impact, world.body(BodyId{2}).X.p.z());
   }
-  // Restitution 0; it fell 10 cm in 143 ms.
+  // The restitution is 0. The body fell by 10 cm in 143 ms.
   EXPECT_LT(after_impact, 0.0205);
   EXPECT_NEAR(world.body(BodyId{2}).X.p.z(), 0.02, 5e-5);
 }
 
-/// Distance that a cube slides in 1 s on a table, with gravity rotated as on an inclined plane.
+/// Returns the distance that a cube slides on a table in 1 s. Gravity is rotated, as on an inclined plane with the
+/// slope `tangent`.
 double slid_after_1_s(double tangent) {
   const double slope = std::atan(tangent);
   const std::string gravity = R"("gravity_m_per_s2": [)" + std::to_string(kWorldG * std::sin(slope)) + ", 0, " +
@@ -118,7 +119,7 @@ double slid_after_1_s(double tangent) {
 }
 
 TEST(World, BoxSticksInsideTheFrictionCone) {
-  // Both bodies have a friction of 0.5, so the cone's tangent is √(0.5·0.5).
+  // Both bodies have a friction coefficient of 0.5, so that of the pair is √(0.5·0.5).
   EXPECT_LT(std::abs(slid_after_1_s(0.45)), 1e-4);
 }
 
@@ -179,7 +180,8 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
     const Vec3 before = world.tool(0).tool.V.v;
     world.step();
     const ToolState tool = world.tool(0);
-    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2: the last term is the cost of the held force.
+    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the energy that holding the
+    // force during a step adds.
     sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
     const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
     ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;
@@ -229,7 +231,7 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
   World world(server::make_server_world(load_parts(
       {.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02}), .tools = tool_at("t", {0, 0, 0.05})})));
   world.activate_tool(0);
-  world.set_handle(0, resting_at({0, 0, 0.041}));  // presses on the box with about (45 − 41) mm · 300 N/m = 1.2 N
+  world.set_handle(0, resting_at({0, 0, 0.041}));  // presses the box with about (45 − 41) mm · 300 N/m = 1.2 N
   step_times(world, 2000);
   ForceSteps steps;
   steps.last = world.tool(0).wrench_on_hand_W.f;
@@ -245,7 +247,7 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
     world.step();
     steps.note_change(world);
   }
-  // At rest only the damper's response to contact noise may change the force (measured: 1e-6 N).
+  // At rest, only the damper's response to contact noise may change the force. Measured: 1e-6 N.
   EXPECT_LT(steps.largest_n, 1e-3);
 }
 
@@ -258,7 +260,7 @@ TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
   world.release(0);
   step_times(world, 500);
   EXPECT_LT((world.body(BodyId{1}).X.p - Vec3(0, 0, 1)).norm(), 1e-9) << "the tool starts in the body's centre";
-  // Withdrawn and moved back, it touches the body again.
+  // The tool withdraws, moves back and touches the body again.
   for (int i = 0; i < 500; ++i) {
     world.set_handle(0, resting_at({0.0001 * i, 0, 1}));
     world.step();
@@ -283,7 +285,7 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
   EXPECT_EQ(world.grab(0, BodyId{9}), GrabResult::kUnknownBody);
   EXPECT_EQ(world.grab(0, BodyId{1}), GrabResult::kNotGraspable);
   EXPECT_EQ(world.grab(0, BodyId{4}), GrabResult::kOutOfReach);
-  // The tool's surface is 20 mm from `far` and 15 mm from `near`; the reach is 20 mm.
+  // The surface of the tool is 20 mm from `far` and 15 mm from `near`. The reach is 20 mm.
   EXPECT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
   EXPECT_EQ(world.tool(0).held, BodyId{3});
   EXPECT_EQ(world.grab(0, BodyId{2}), GrabResult::kAlreadyHolding);
@@ -292,7 +294,8 @@ TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
 }
 
 TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
-  // The reach is 20 mm from the surface of a tool of 5 mm radius to a cube of 20 mm half edge: 45 mm between centres.
+  // The reach of 20 mm is measured between the surfaces. The tool has a radius of 5 mm and the cube a half edge of 20
+  // mm, so the centres are 45 mm apart.
   for (const auto& [gap_m, expected] :
        {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
     World world(server::make_server_world(
@@ -339,7 +342,8 @@ TEST(World, ABodyWaitsForTheToolThatHoldsItFromTheStart) {
 }
 
 TEST(World, ManyHandsAndAWildCouplingStayCalm) {
-  // 4 hands hold 20 g off its centre, each 40 times stiffer than an explicit step could hold.
+  // Four hands hold a body of 20 g off its centre. Each coupling is 40 times stiffer than the stability limit of
+  // explicit integration.
   std::string tools;
   for (const char* name : {"t0", "t1", "t2", "t3"}) {
     if (!tools.empty()) tools += ",";
@@ -389,10 +393,10 @@ TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
     }
     return world.body(BodyId{1}).X.p.z();
   };
-  // During the ramp and long after it.
+  // The heights must be equal during the ramp and long after it.
   for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
   EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kWorldG / 900, 1e-6);
-  // A tool that is activated later has the new coupling at once.
+  // A tool that is activated after the change has the new coupling at once.
   EXPECT_GT(height_after(40, true, true), height_after(40, true, false));
   EXPECT_NEAR(1 - height_after(3000, true, true), 0.12 * kWorldG / 900, 1e-6);
 }
@@ -402,7 +406,7 @@ std::string wall_of_2_mm() {
              "placement": {"position_m": [0.05, 0, 0]}})";
 }
 
-/// Moves the handle from 0 through the wall at 5 cm, then holds it there. Returns the tool's largest x.
+/// Moves the handle from 0 through the wall at 5 cm, then holds it. Returns the largest x of the tool.
 double deepest_x(World& world, double speed_m_per_s) {
   world.activate_tool(0);
   double deepest = -1;
@@ -418,8 +422,8 @@ double deepest_x(World& world, double speed_m_per_s) {
 
 TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
   World world(server::make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
-  // The wall's surface is at 49 mm, the tool's radius 5 mm. It may penetrate by the displacement of a step (1 mm) at
-  // most.
+  // The surface of the wall is at 49 mm, and the tool's radius is 5 mm. The tool may penetrate at most by its
+  // displacement in one step, 1 mm.
   EXPECT_LT(deepest_x(world, 1.0), 0.045);
 }
 
@@ -436,7 +440,7 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
-  // The loader would refuse this gravity; here it stands for any cause of a NaN.
+  // The loader would refuse this gravity. It represents any cause of a NaN.
   scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);
@@ -471,7 +475,7 @@ TEST(World, SaturatedCouplingIsReportedAndBounded) {
 }
 
 TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
-  // A dumb-bell with its frame in one of its balls, rotated by a pure torque: its centre of mass must stay.
+  // A dumb-bell whose body frame is in one of its balls is rotated by a pure torque. Its centre of mass must not move.
   const std::string body = R"({"name": "a", "mass_kg": 0.2, "gravity": false, "graspable": true, "shapes": [
       {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
   World world(server::make_server_world(

@@ -10,7 +10,7 @@
 namespace tandem::realtime {
 namespace {
 
-/// Counts its living instances.
+/// Counts the instances that exist.
 struct Counted {
   explicit Counted(std::uint32_t its_generation) : generation(its_generation) { ++alive; }
   Counted(const Counted&) = delete;

@@ -1,4 +1,5 @@
-// The threads that keep a processor awake yield, follow and end. How much sooner a thread wakes up is not tested.
+// Tests that the threads that keep a processor awake yield to others, follow the requesting thread, and end. The effect
+// on the wake-up latency is not tested.
 #include "common/realtime/keep_awake.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@
 namespace tandem::realtime {
 namespace {
 
-/// Threads of this process at the lowest priority.
+/// Returns the threads of this process that have the lowest priority.
 std::vector<pid_t> idle_threads() {
   std::vector<pid_t> result;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -61,7 +62,7 @@ std::vector<int> usable_cpus() {
   return result;
 }
 
-/// Waits up to 30 s, which is long enough on a processor with other load.
+/// Waits up to 30 s until the condition is true. This is sufficient on a processor with other load.
 template <class Condition>
 bool is_in_time(Condition condition) {
   const SteadyClock clock;
@@ -113,7 +114,8 @@ TEST(KeepAwake, OfTwoBesideAThreadOneIsOnItsProcessor) {
       return std::ranges::count_if(idle_threads(), [cpu](pid_t thread) { return is_pinned_to(thread, cpu); });
     };
     EXPECT_TRUE(is_in_time([&on_it] { return idle_threads().size() == 2 && on_it() > 0; }));
-    std::this_thread::sleep_for(std::chrono::seconds(3));  // the other thread checks at least once
+    std::this_thread::sleep_for(std::chrono::seconds(3));  // long enough for the other thread to check its processor
+                                                           // once
     EXPECT_EQ(on_it(), 1);
     first = second = nullptr;
     EXPECT_TRUE(is_nobody_idle());

@@ -1,4 +1,4 @@
-// Large pages change how memory is mapped, not its content.
+// Large pages must change only the mapping of memory, not its content.
 #include "common/realtime/large_pages.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kPage = std::size_t{2} << 20U;
 
-/// Bytes in large pages of the mapping that contains an address.
+/// Returns the number of bytes in large pages of the mapping that contains an address.
 std::size_t large_bytes_at(const void* address) {
   const auto wanted = reinterpret_cast<std::uintptr_t>(address);
   std::ifstream file("/proc/self/smaps");
@@ -41,11 +41,11 @@ TEST(LargePages, KeepWhatIsInMemory) {
   const std::vector<std::uint32_t> before = numbers;
   use_large_pages(std::as_bytes(std::span(numbers)));
   EXPECT_EQ(numbers, before);
-  numbers.assign(numbers.size(), 3);  // they remain writable
+  numbers.assign(numbers.size(), 3);  // the pages must still be writable
   EXPECT_EQ(numbers.back(), 3U);
 }
 
-/// Tests the system calls themselves on separate memory.
+/// Tests with separate memory if the system calls work on this machine.
 bool can_collapse() {
   constexpr std::size_t kBytes = 4 * kPage;
   void* const memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -69,7 +69,7 @@ TEST(LargePages, LeaveWhatFillsNone) {
   const std::vector<std::byte> little(kPage - 1);
   EXPECT_FALSE(use_large_pages(little));
   EXPECT_FALSE(use_large_pages({}));
-  // One page long, but from the middle of a page to the middle of the next.
+  // This range has the length of a page, but extends from the middle of one page to the middle of the next.
   std::vector<std::byte> some(3 * kPage);
   const std::size_t to_page = kPage - reinterpret_cast<std::uintptr_t>(some.data()) % kPage;
   EXPECT_FALSE(use_large_pages(std::span(some).subspan(to_page + kPage / 2, kPage)));

@@ -25,7 +25,7 @@ TEST(Mailbox, GivesTheNewestValueAndOnlyOnce) {
 }
 
 TEST(Mailbox, NeverShowsAHalfWrittenOrAnOlderValueAcrossThreads) {
-  using Value = std::array<std::uint64_t, 16>;  // all elements of a complete value are equal
+  using Value = std::array<std::uint64_t, 16>;  // all elements are equal, unless a value is torn
   Mailbox<Value> mailbox;
   constexpr std::uint64_t kLast = 200'000;
   std::thread writer([&] {

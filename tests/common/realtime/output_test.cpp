@@ -1,4 +1,5 @@
-// Lines that a log keeps of a flood. That no thread waits for a reader is tested in tests/system/output_test.py.
+// Tests how many lines a log keeps of a flood of lines. tests/system/output_test.py tests that no thread waits for a
+// reader.
 #include "common/realtime/output.hpp"
 
 #include <gmock/gmock.h>

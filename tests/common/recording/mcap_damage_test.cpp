@@ -1,4 +1,4 @@
-// Damage of any kind and place: a reader reports it, or delivers every message.
+// For damage of any kind and at any position, a reader must report the damage or deliver every message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,20 +16,20 @@
 namespace tandem::recording {
 namespace {
 
-/// Topic and content.
+/// Topic and content of each message.
 using Messages = std::vector<std::pair<std::string, std::string>>;
 
 struct Written {
   Bytes file;
   Messages messages;
-  std::vector<std::uint64_t> chunks_at;         ///< start of each chunk
-  std::uint64_t data_end = 0;                   ///< start of the summary
-  std::vector<std::size_t> messages_of_chunks;  ///< messages up to and including each chunk
+  std::vector<std::uint64_t> chunks_at;         ///< file offset of the start of each chunk
+  std::uint64_t data_end = 0;                   ///< file offset of the start of the summary
+  std::vector<std::size_t> messages_of_chunks;  ///< number of messages up to and including each chunk
 };
 
 Bytes random_bytes(Random& random, std::size_t size) {
   Bytes bytes(size);
-  // Fewer distinct values make the bytes compressible.
+  // If there are few distinct values, the bytes can be compressed.
   const std::uint32_t kinds = 1 + random.next_u32() % 256;
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.next_u32() % kinds);
   return bytes;
@@ -69,7 +69,7 @@ Written random_file(Random& random) {
 struct Damage {
   std::string what;
   Bytes file;
-  std::uint64_t at = 0;  ///< offset of the first changed byte
+  std::uint64_t at = 0;  ///< file offset of the first changed byte
 };
 
 Damage damaged(const Written& written, Random& random) {
@@ -131,14 +131,14 @@ bool has_same_content(const Messages::value_type& a, const Messages::value_type&
   return a.second == b.second;
 }
 
-/// True if `read` is a prefix of `written`, ignoring the topics.
+/// Returns true if `read` is a prefix of `written`; topics are ignored.
 bool is_beginning(const Messages& read, const Messages& written) {
   return read.size() <= written.size() && std::equal(read.begin(), read.end(), written.begin(), has_same_content);
 }
 
-/// True if `read` consists of chunks, each with its messages in order, at most twice, and all but the last one
-/// complete. A chunk that the file contains twice is read twice, and a message whose channel is damaged ends the
-/// reading.
+/// Returns true if `read` consists of chunks of `written`. Each chunk may occur twice, because a chunk that the file
+/// contains twice is read twice. Its messages are in order, and only the last chunk may be incomplete, because a
+/// message with a damaged channel ends the reading.
 bool is_of_chunks(const Messages& read, const Written& written) {
   std::vector<int> times(written.chunks_at.size());
   std::size_t at = 0;
@@ -192,7 +192,7 @@ TEST(McapDamage, OfAnyKindAndPlaceIsNamedOrTakesNoMessage) {
     const bool may_repeat = damage.what.starts_with("written twice") || damage.what.starts_with("put elsewhere");
     ASSERT_TRUE(may_repeat ? is_of_chunks(read, written) : is_beginning(read, written.messages)) << reader.why();
     if (damage.at < written.chunks_at.front() || damage.at >= written.data_end) continue;
-    // Damage in the data: the reader stops in the damaged chunk, and reads all chunks before it.
+    // If the data section is damaged, the reader stops in the damaged chunk, but reads all chunks before it.
     const auto behind = std::ranges::upper_bound(written.chunks_at, damage.at);
     const auto chunk = static_cast<std::size_t>(behind - written.chunks_at.begin()) - 1;
     ASSERT_GE(reader.offset(), written.chunks_at[chunk]) << reader.why();
@@ -221,7 +221,7 @@ TEST(McapDamage, IsNamedWithItsByte) {
   }
 }
 
-/// A reader would skip a chunk whose kind was changed to a private record.
+/// If damage changes the type of a chunk to a private record type, a reader would ignore the chunk.
 TEST(McapDamage, AChunkThatWasMadeAnotherRecordIsNoticed) {
   Random random(4);
   const Written written = random_file(random);

@@ -1,4 +1,4 @@
-// Written messages can be read, also from a truncated file; damage ends the reading.
+// Written messages must be readable, also from a truncated file. Damage ends the reading.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ void append(Bytes& file, const Bytes& part) {
   file.insert(file.end(), part.begin(), part.end());
 }
 
-/// Three chunks of ten messages each.
+/// A file with three chunks of ten messages each.
 Bytes whole_file(std::vector<std::size_t>* ends = nullptr) {
   McapWriter writer = two_channels();
   Bytes file = writer.begin();
@@ -84,7 +84,7 @@ TEST(Mcap, AFileThatEndsAtAnyByteIsReadToItsLastWholeChunk) {
     const Reading reading = read(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size)));
     std::size_t whole_chunks = 0;
     for (const std::size_t end : ends) whole_chunks += size >= end ? 1 : 0;
-    // The indexes behind a chunk are not needed for reading it.
+    // The indexes that follow a chunk are not needed to read it.
     ASSERT_GE(reading.messages.size(), 10 * whole_chunks) << "of " << size << " bytes";
     ASSERT_LE(reading.messages.size(), 10 * (whole_chunks + 1));
     ASSERT_TRUE(std::equal(reading.messages.begin(), reading.messages.end(), all.messages.begin()));
@@ -104,7 +104,7 @@ TEST(Mcap, AByteThatIsChangedGivesNoMessageThatWasNotWritten) {
     const Reading reading = read(damaged);
     if (reading.end == McapReader::End::kDamaged) ++refused;
     for (const std::string& message : reading.messages) {
-      // The topic is outside the checksum of a chunk.
+      // The topic is not covered by the checksum of a chunk.
       const std::string content = message.substr(message.find(' '));
       ASSERT_TRUE(std::ranges::any_of(all.messages, [&](const auto& good) { return good.ends_with(content); }))
           << "byte " << at << ": " << message;
@@ -138,7 +138,7 @@ TEST(Mcap, AChunkThatWasDroppedIsNotInTheIndex) {
   append(file, end);
   const Reading reading = read(file);
   EXPECT_EQ(reading.messages, (std::vector<std::string>{"/a 1 kept", "/a 3 kept too"}));
-  // The file offset of the chunk, in its ChunkIndex.
+  // The ChunkIndex contains the file offset of the chunk.
   Bytes place(8);
   for (std::size_t i = 0; i < 8; ++i) place[i] = static_cast<std::uint8_t>(at >> (8 * i));
   EXPECT_NE(std::search(end.begin(), end.end(), place.begin(), place.end()), end.end());

@@ -1,4 +1,5 @@
-// Files of a recording: they rotate, overwrite nothing, and survive a disk that accepts no more data.
+// Tests the files of a recording: they are rotated, overwrite no file, and stay valid when the disk accepts no more
+// data.
 #include "common/recording/recording_file.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +59,7 @@ TEST_F(RecordingFileTest, RotatesBySizeAndEachPartSaysWhatItIs) {
   RecordingFile file = open({.max_bytes = 2000, .max_age = Duration(0)});
   std::uint64_t state = 1;
   for (std::uint64_t i = 1; i <= 20; ++i) {
-    std::string noise;  // incompressible
+    std::string noise;  // random bytes cannot be compressed
     for (int k = 0; k < 300; ++k) noise += static_cast<char>((state = state * 6364136223846793005U + 1) >> 56U);
     file.add(1, i, octets_of_text(noise));
     file.flush(i);
@@ -102,7 +103,7 @@ TEST_F(RecordingFileTest, OverwritesNothing) {
   EXPECT_EQ(messages_in(folder_ / "r-003.mcap"), (std::vector<std::string>{"part 2", "two"}));
 }
 
-/// Limits the file size temporarily. A full disk behaves the same except for the errno.
+/// Limits the file size while it exists. A full disk has the same effect except for another errno.
 class SmallDisk {
  public:
   explicit SmallDisk(rlim_t bytes) : before_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -129,7 +130,7 @@ TEST_F(RecordingFileTest, ADiskThatIsFullCostsMessagesAndIsToldOnce) {
   file.flush(1);
   EXPECT_EQ(file.pop_news(), "");
   {
-    const SmallDisk small(file.bytes_written() + 20);  // leaves room for a part of the chunk
+    const SmallDisk small(file.bytes_written() + 20);  // has room for a part of the chunk only
     for (const std::uint64_t i : {2, 3}) {
       file.add(1, i, octets_of_text("lost"));
       file.flush(i);

@@ -1,4 +1,4 @@
-// A peer with arbitrary TLS behaviour: its cost to the server is bounded.
+// A peer with arbitrary TLS behaviour must cause only a bounded cost at the server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <openssl/pem.h>
@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A client on plain OpenSSL, without the restrictions of TlsStream.
+/// A client that uses OpenSSL directly, without the restrictions of TlsStream.
 class AnyClient {
  public:
   explicit AnyClient(const char* groups) : context_(SSL_CTX_new(TLS_client_method())), ssl_(nullptr) {
@@ -44,7 +44,7 @@ class AnyClient {
   void receive(const Bytes& bytes) {
     if (!bytes.empty()) BIO_write(SSL_get_rbio(ssl_), bytes.data(), static_cast<int>(bytes.size()));
   }
-  /// Whether the server completes the handshake.
+  /// Returns true if the server completes the handshake.
   bool shakes_hands_with(TlsStream& server) {
     for (int i = 0; i < 4; ++i) {
       SSL_do_handshake(ssl_);

@@ -34,7 +34,7 @@ std::string failure_of(const std::function<void()>& action) {
   return "";
 }
 
-/// A client and a server whose bytes the test transfers.
+/// A client and a server. The test transfers the bytes between them.
 struct Pair {
   Pair(const TlsContext& client_context, const TlsContext& server_context)
       : client(&client_context), server(&server_context) {

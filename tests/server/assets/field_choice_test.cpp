@@ -1,4 +1,5 @@
-// The sum over a pair of molecules in a room: its model, the report of its errors, and its choice for large pairs.
+// Tests how the energy of a pair of molecules in a room is summed: the model, the reported errors, and the choice for
+// large pairs.
 #include "server/assets/field_choice.hpp"
 
 #include <gmock/gmock.h>
@@ -83,7 +84,7 @@ TEST(ChooseField, TakesTheGridWhereThereIsOneAndTheSameForSwappedRoles) {
 TEST(ChooseField, OfTooManyAtomsForAGridIsTheSmallestCutOffThatKeepsTheWellOrErrsLeast) {
   const ProteinPair pair(12'100, 12'050);
   const Vec3 offset(0, 0, 60);
-  // Without charges all terms attract and add up, so a wider cut-off has a smaller error.
+  // Without charges all terms are attractive and add up, so a wider cut-off has a smaller error.
   FieldModel chosen;
   choose_field(pair.a, pair.b, offset, chosen);
   EXPECT_FALSE(chosen.has_far_grid);

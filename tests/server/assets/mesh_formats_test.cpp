@@ -1,5 +1,5 @@
-// Generated files of every format, against the surface that they were written from: a parser's result may differ from
-// the contents of a file.
+// Generated files of every format are compared with the surface that they represent, because a parser may misread a
+// file without an error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class MeshFormats : public ::testing::Test {
     write(name, bytes);
     return read_mesh_file(directory_ / name, "");
   }
-  /// Error of reading the file; empty if it was read.
+  /// Returns the error when the file is read. Empty if it was read.
   std::string refusal(const std::string& name, const std::string& bytes) const {
     try {
       read(name, bytes);
@@ -64,11 +64,11 @@ test::Surface box() {
   return test::prism({{0, 0}, {1, 0}, {1, 2}, {0, 2}}, 3);
 }
 
-/// A convex prism, about as wide as high, with random orientation, size and position.
+/// A convex prism of about equal width and height, with random orientation, size and position.
 struct Part {
   test::Surface surface;
   double scale = 1;
-  double ratio = 0;  ///< distance from the origin over its size
+  double ratio = 0;  ///< distance from the origin, divided by the size
 };
 
 Part random_part(Random& random) {
@@ -91,11 +91,11 @@ Part random_part(Random& random) {
   return part;
 }
 
-/// A written part, and the permitted reasons for a refusal.
+/// A part that was written to a file, and the reason for which it may be refused.
 struct Written {
   std::string name, bytes;
-  bool is_single = false;     ///< single precision, in the file or in its parser
-  std::string refused_for{};  ///< extension that may cause a refusal
+  bool is_single = false;     ///< true if the file or its parser uses single precision
+  std::string refused_for{};  ///< glTF extension for which a refusal is allowed
   double unit = 1;            ///< factor from the file's unit to the result
 };
 

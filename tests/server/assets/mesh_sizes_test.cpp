@@ -1,4 +1,4 @@
-// Measures of a scene's files that are used as divisors: the size of a mesh, the mass of a molecule.
+// Tests sizes in a scene's files that are used as divisors: the size of a mesh and the mass of a molecule.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class MeshSizes : public ::testing::Test {
     for (const Vec3& p : mesh.vertices) file << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
     for (const auto& [a, b, c] : mesh.triangles) file << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
   }
-  /// Error of loading; empty if the scene was loaded, into `loaded_`.
+  /// Returns the error when the scene is loaded. If there is none, the scene is in `loaded_`.
   std::string refusal(const std::string& mesh_fields) {
     const std::string shape = R"({"mesh": {"file": "t.obj")" + mesh_fields + "}}";
     try {

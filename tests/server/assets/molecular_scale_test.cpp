@@ -1,5 +1,5 @@
-// Results of the probe for two molecules, against closed forms for two atoms and on a real pair; and a scene made of
-// two files.
+// Tests the results of the probe for two molecules, with closed forms for two atoms and with a real pair. Also tests a
+// scene that consists of two files.
 #include "server/assets/molecular_scale.hpp"
 
 #include <gmock/gmock.h>
@@ -51,11 +51,11 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3(4, 0, 0)};
   const auto notes = complete_molecular_scale(field, molecules, centres, {});
-  // The attraction is strongest at (26/7)^(1/6) σ.
+  // The attraction has its maximum at (26/7)^(1/6) σ.
   const double s6 = 7.0 / 26;
   const double pull = 24 * kEpsilon / kSigma * std::pow(s6, 1.0 / 6) * (s6 - 2 * s6 * s6) / kKilojoulesPerKilocalorie;
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 1 / pull, 0.01 / pull);
-  // The energy at which V' reaches a quarter of the limit, between two steps of 0.1 Å.
+  // Expected is the energy at which V' reaches a quarter of the force limit, between two steps of 0.1 Å.
   const auto energy = [](double r) {
     const double x = std::pow(kSigma / r, 6);
     return 4 * kEpsilon * (x * x - x) / kKilojoulesPerKilocalorie;
@@ -72,7 +72,8 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr("pairs of atoms act on each other"), HasSubstr("1 N in the hand is")));
 }
 
-/// A block beside the origin with a pocket in the middle of one face. Only the lining of the pocket attracts strongly.
+/// A block beside the origin with a pocket in the middle of one face. Only the inner surface of the pocket attracts
+/// strongly.
 docking::Molecule block_with_pocket(const Vec3& pocket) {
   docking::Molecule block;
   for (int layer = 0; layer < 3; ++layer) {
@@ -95,7 +96,7 @@ docking::Molecule block_with_pocket(const Vec3& pocket) {
 TEST(MolecularScale, CountsWhatHoldsALigandWhereNoLineThroughTheCentreLeads) {
   const Vec3 pocket(40, 0, 0);
   const docking::Molecule a = block_with_pocket(pocket), b = atom();
-  double pull = 0;  // along a straight path out of the pocket
+  double pull = 0;  // largest attraction along a straight path out of the pocket
   for (double out = 0; out < 8; out += 0.05) {
     const docking::FieldResult here = docking::exact_field(a, b, {pocket + Vec3(0, 0, out), Quat::Identity()});
     pull = std::max(pull, -here.force_on_b.z() / kKilojoulesPerKilocalorie);
@@ -135,7 +136,8 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   complete_molecular_scale(field, molecules, centres, model);
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "nothing pulls";
-  // 5 N are 167 kcal/mol/Å: deep in the repulsion of the atoms, beyond the repulsion of their charges.
+  // At 0.03 N per kcal/mol/Å, a force of 5 N is 167 kcal/mol/Å. The repulsion of the charges alone does not reach this,
+  // but the repulsion of the atoms does.
   const double charges = 16 * docking::kCoulombKjAngstromPerMol / (4 * kSigma * kSigma) / kKilojoulesPerKilocalorie;
   EXPECT_GT(field.knee_kcal_per_mol(), charges);
   EXPECT_LT(field.knee_kcal_per_mol(), 3 * charges);
@@ -144,7 +146,7 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
 TEST(MolecularScale, AZeroAreaThatWouldTakeAllAttractionIsLeftOut) {
   const docking::Molecule a = atom(), b = atom();
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
-  // The centres coincide, so that no direction between them exists.
+  // The centres coincide, so there is no direction between them.
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   wire::MolecularField field = open_field();
   field.set_zero_area_kt(1);
@@ -238,7 +240,7 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   }
   EXPECT_GT(nearest_angstrom, 5) << "8 angstrom along the line of centres, askew to their surfaces";
   EXPECT_LT(nearest_angstrom, 12);
-  // The minimum energy is found. It is at most the energy of the pose in the files.
+  // The probe must find a minimum energy that is at most the energy of the pose in the files.
   const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kOplsDirectory);
   const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kOplsDirectory);
   const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);
@@ -246,7 +248,7 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   EXPECT_LT(field.minimum_kcal_per_mol(), -3) << "several kT: the zero area leaves most to be felt";
   EXPECT_GT(field.knee_kcal_per_mol(), field.minimum_kcal_per_mol());
 
-  // The line of centres is one of the lines that the probe samples.
+  // The line between the centres is one of the lines that the probe samples.
   const physics::WorldDescription& world = scene->world;
   docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
   const Pose X_AB = a.X_WB.inverse() * b.X_WB;
@@ -329,7 +331,7 @@ TEST(DockingScene, AGridBringsBackWhatTheCutOffLeavesOut) {
     EXPECT_LT(missed.norm(), 0.02 * wanted.norm()) << apart_m;
     EXPECT_GT((wanted - force_kcal_per_mol(*cut, apart_m)).norm(), 0.1 * wanted.norm()) << apart_m;
   }
-  // The results with a grid equal those of all pairs within 5 %.
+  // The results with a grid must equal those of all pairs within 5 %.
   EXPECT_NEAR(grid->world.newtons_per_kcal_per_mol_angstrom, all->world.newtons_per_kcal_per_mol_angstrom,
               0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }

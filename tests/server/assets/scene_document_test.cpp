@@ -1,5 +1,5 @@
 // scene.proto is the manual of the scene file. The ranges and defaults in its comments are compared with the table of
-// ranges and with the defaults of the loader.
+// ranges and with the loader's defaults.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// Numbers behind "default" in the comment of each "Message.field"; empty if the default is in words ("default: …").
+/// Maps each "Message.field" to the number that follows "default" in its comment. The value is empty if the default is
+/// described in words ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
@@ -35,14 +36,14 @@ std::map<std::string, std::string> documented_defaults() {
   return defaults;
 }
 
-/// Compares the range beside each field, "0..1".
+/// Compares the range that a comment states for each field, such as "0..1".
 TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::string kNumber = R"((-?\d+(?:\.\d+)?(?:e[-+]?\d+)?))";
   static const std::regex kField(R"(.*?(\w+) = \d+;(?: \})? *//.*?)" + kNumber + R"(\.\.)" + kNumber + R"(\b.*)");
   std::ifstream file(test::source_path("proto/tandem/scene.proto"));
   std::string message;
-  // Fields whose range is stated once, above their messages.
+  // These fields have a range that is stated once, above their messages.
   std::set<std::string> documented{"Sphere.radius_m",
                                    "Box.size_m",
                                    "Cylinder.radius_m",
@@ -82,7 +83,7 @@ std::string number_in(const Message& message, const FieldDescriptor& field) {
   }
 }
 
-/// Value in the notation of scene.proto: numbers of an array are separated by a space.
+/// Returns a value in the notation of scene.proto, in which the numbers of an array are separated by a space.
 std::string value_in(const Message& message, const FieldDescriptor& field) {
   if (!field.is_repeated()) return number_in(message, field);
   std::string text;
@@ -107,7 +108,7 @@ void expect_defaults_documented(const std::map<std::string, std::string>& docume
 
 TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
-  // Scene with mandatory fields only.
+  // A scene that contains only the mandatory fields.
   const auto loaded = physics::load_parts(
       {.coupling = "",
        .rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});

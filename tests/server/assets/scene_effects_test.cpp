@@ -1,4 +1,4 @@
-// Effects in scene files: defaults, and errors that state the remedy.
+// Tests effects in scene files: their defaults, and errors that state the remedy.
 #include "server/assets/scene_effects.hpp"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A wall with the effects `json`.
+/// Returns a wall as JSON, with the effects `json`.
 std::string wall_with(const std::string& json) {
   const std::string wall = physics::kWall;
   return wall.substr(0, wall.size() - 1) + R"(, "effects": [)" + json + "]}";

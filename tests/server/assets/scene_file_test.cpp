@@ -1,4 +1,4 @@
-// The scene file is a newcomer's first file, and the server trusts it. Each mistake must be refused with a message that
+// Newcomers write scene files, and the server relies on them. So each mistake must be refused with a message that
 // locates it.
 #include "server/assets/scene_file.hpp"
 
@@ -318,7 +318,8 @@ TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
 TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
   wire::Placement placement;
   for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
-  // x is unchanged by the first rotation and becomes y by the last; y becomes z, which is unchanged.
+  // The first rotation does not change x, and the last one turns it into y. The first rotation turns y into z, which
+  // the last one does not change.
   const Quat q = proto::pose_from_placement(placement).q;
   EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
@@ -342,13 +343,13 @@ TEST(MassProperties, OfPrimitivesAreTheTextbookOnes) {
                   .principal_inertia_kg_m2.isApprox(Vec3(0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04), 1e-9));
   EXPECT_TRUE(mass_of(R"({"cylinder": {"radius_m": 0.1, "length_m": 0.6}})", 12)
                   .principal_inertia_kg_m2.isApprox(Vec3(0.03 + 0.36, 0.03 + 0.36, 0.06), 1e-9));
-  // A capsule without a cylindrical part is a sphere.
+  // A capsule whose cylindrical part is negligible is a sphere.
   EXPECT_TRUE(mass_of(R"({"capsule": {"radius_m": 0.1, "length_m": 1e-6}})", 2)
                   .principal_inertia_kg_m2.isApprox(Vec3::Constant(0.4 * 2 * 0.01), 1e-4));
 }
 
 TEST(MassProperties, OfTwoShapesFollowTheParallelAxisTheorem) {
-  // Two equal spheres of 1 kg, 0.1 m radius, at x = 0 and x = 1.
+  // Two equal spheres of 1 kg and 0.1 m radius, at x = 0 and x = 1.
   const std::string ball = R"({"sphere": {"radius_m": 0.1}})";
   const MassProperties mass =
       mass_of(ball + R"(, {"sphere": {"radius_m": 0.1}, "placement": {"position_m": [1, 0, 0]}})", 2);

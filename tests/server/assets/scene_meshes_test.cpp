@@ -1,4 +1,4 @@
-// Files referenced by a scene: meshes, their cache, and the assets announced to clients.
+// Tests the files to which a scene refers: meshes, their cache, and the assets announced to clients.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -26,7 +26,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A temporary folder for files of a test.
+/// A temporary folder for the files of a test.
 class SceneFiles : public ::testing::Test {
  protected:
   SceneFiles() : directory_(std::filesystem::path(::testing::TempDir()) / unique_name()) {
@@ -143,8 +143,9 @@ TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
   write("t.obj", kTetrahedron);
   const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
-  // Corner tetrahedron of edge a = 2 with centroid a/4. About the centroid ∫x² = 3ma²/80 and ∫xy = −ma²/80. The second
-  // moments have the eigenvalues ma²/80·(1, 4, 4); the inertia is their trace minus these, ma²/80·(8, 5, 5).
+  // For the corner tetrahedron with the edge a = 2, the centroid is at a/4. About the centroid ∫x² = 3ma²/80 and ∫xy =
+  // −ma²/80. The second moments have the eigenvalues ma²/80·(1, 4, 4). The inertia is their trace minus each of them:
+  // ma²/80·(8, 5, 5).
   EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3::Constant(0.5), 1e-9));
   const double ma2 = 3.0 * 4.0;
   EXPECT_NEAR(mass.principal_inertia_kg_m2.maxCoeff(), 8 * ma2 / 80, 1e-9);
@@ -172,7 +173,7 @@ TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
   const auto append = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  // The lowest byte of 0.04 in single precision is 10 (a line feed).
+  // The lowest byte of 0.04 in single precision is 10, which is also the code of a line feed.
   for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) append(x);
   for (const auto& corners : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
     ply += '\3';
@@ -371,7 +372,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
   EXPECT_THAT(cached->notes.back(), HasSubstr("contact from cache in"));
   EXPECT_EQ(built->assets[1].sha256, cached->assets[1].sha256);
 
-  // A truncated entry is discarded.
+  // A truncated cache entry must be discarded.
   const auto entry = *std::filesystem::directory_iterator(loading.cache_directory);
   std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
   const auto rebuilt = load_with_cache();
@@ -380,7 +381,7 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
   EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr("contact from cache in")) << "and is kept again";
 }
 
-/// Invalid contents in place of a cache entry.
+/// Invalid contents that replace a cache entry.
 struct BadEntry {
   const char* name;
   std::function<void(const std::filesystem::path& entry)> write_entry;
@@ -408,7 +409,7 @@ TEST_P(BadCache, EntryIsIgnored) {
   EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr(is_replaced ? "contact from cache in" : "cannot be written"));
 }
 
-/// Puts the entry of another mesh under this one's name.
+/// Replaces the entry of this mesh by the entry of another mesh.
 void write_foreign_entry(const std::filesystem::path& entry) {
   SceneLoading loading;
   loading.cache_directory = entry.parent_path() / "other";

@@ -11,10 +11,10 @@ using Call = AgonesPlan::Call;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A server and its Agones sidecar under a virtual clock, polled every 100 ms.
+/// A server and its Agones sidecar under a virtual clock. The server polls every 100 ms.
 class Sidecar {
  public:
-  /// Calls to the sidecar within `duration`, without those to /health.
+  /// Returns the calls to the sidecar within `duration`, except those to /health.
   std::vector<Call> calls_in(Duration duration) {
     std::vector<Call> calls;
     for (const LocalTime end = now_ + duration; now_ < end; now_ += milliseconds(100)) {
@@ -30,7 +30,7 @@ class Sidecar {
 
   AgonesPlan::Seen seen{.is_healthy = true};
   bool is_reachable = true;
-  bool is_allocated = false;  ///< allocated by the cluster, not by the server
+  bool is_allocated = false;  ///< true if the cluster allocated the server
   int health_calls = 0;
   int tries = 0;
 
@@ -73,7 +73,7 @@ TEST(AgonesPlan, AllocatesItselfForItsFirstUserAndReturnsWhenItWasLeft) {
 TEST(AgonesPlan, DoesNotAllocateWhatIsAllocatedFromOutside) {
   Sidecar sidecar;
   sidecar.seen.is_ready = sidecar.is_allocated = true;
-  sidecar.calls_in(seconds(200));  // no user has joined yet: the server is not shut down
+  sidecar.calls_in(seconds(200));  // no user has joined yet, so the server is not shut down
   sidecar.seen.users = 1;
   EXPECT_EQ(sidecar.calls_in(seconds(5)), std::vector{Call::kGameServer});
 }

@@ -50,7 +50,7 @@ TEST(Health, ReadyIsWhoServesAndDoesNotStop) {
   EXPECT_EQ(standstill(pulse, {}, now), "") << "what has not begun does not stand still";
 }
 
-/// Complete response to a GET request.
+/// Returns the complete response to a GET request.
 std::string get(const Monitor& monitor, const std::string& path) {
   boost::asio::io_context io;
   boost::asio::ip::tcp::socket socket(io);

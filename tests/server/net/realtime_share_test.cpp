@@ -1,4 +1,4 @@
-// Assignment of real-time priority: io first, then the rooms with the lowest load.
+// Tests how real-time priority is assigned: first to io, then to the rooms with the lowest load.
 #include "server/net/realtime_share.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// Threads with priority after one call for two cores. Before it, all of them or none had priority.
+/// Returns the threads that have priority after one call for two cores. Before the call, all or none had priority.
 std::vector<bool> shared(const std::vector<double>& demands, bool had_priority = true) {
   std::vector<bool> have(demands.size(), had_priority);
   share_realtime(demands, have, 2);

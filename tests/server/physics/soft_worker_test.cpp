@@ -1,5 +1,5 @@
-// Soft bodies on their own thread: results are bit-identical to inline stepping, and the room never waits for the
-// thread.
+// Tests soft bodies on a separate thread. The results must be bit-identical to the results of stepping on the room's
+// thread, and the room must never wait for the separate thread.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,7 +14,7 @@
 namespace tandem::server {
 namespace {
 
-/// Wrenches and nodes that a room reads in 20 soft steps with a moving tool.
+/// Returns the wrenches and nodes that a room reads in 20 soft steps while the tool moves.
 std::vector<double> story(bool steps_aside) {
   SoftWorld world(pad_settings(16), steps_aside);
   std::vector<double> numbers;

@@ -53,8 +53,8 @@ TEST(RoomStart, WithoutUsersToWaitForNothingIsSaid) {
   EXPECT_FALSE(start.remove(UserId{1}, at(0)));
 }
 
-/// Model of the class comment in terms of sets: present users, the time since which enough are present, and whether the
-///       countdown has elapsed.
+/// Reference for the rules in the class comment. It consists of the present users, the time since which enough of them
+/// are present, and whether the countdown has elapsed.
 struct Model {
   std::size_t users;
   std::set<std::uint32_t> here{};

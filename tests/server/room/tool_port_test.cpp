@@ -1,4 +1,4 @@
-// Conditions under which a hand is extrapolated while its inputs are missing.
+// Tests the conditions under which the motion of a hand is extrapolated while its inputs are missing.
 #include "server/room/tool_port.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace tandem::server {
 namespace {
 
-/// A cube of 4 cm on a table with a tool on either side.
+/// A cube of 4 cm on a table with a tool on each side.
 class OnTable {
  public:
   OnTable() {

@@ -50,12 +50,12 @@ double sum_of(const std::vector<ContactPoint>& contacts, const auto& term) {
   return sum;
 }
 
-/// Integral of term(depth, distance from the axis) over the part of the sphere below the plane.
+/// Returns the integral of term(depth, distance from the axis) over the part of the sphere below the plane.
 double integral(double radius_m, double depth_m, const auto& term) {
   const int steps = 20'000;
   double sum = 0;
   for (int i = 0; i < steps; ++i) {
-    // Uniform steps in the root of the height, in which the integrand is smooth.
+    // The steps are uniform in the square root of the height. In this variable the integrand is smooth.
     const double root = (i + 0.5) / steps, height_m = depth_m * root * root;
     const double area_m2 = 2 * kPi * radius_m * depth_m * 2 * root / steps;
     sum += area_m2 * term(depth_m - height_m, std::sqrt(height_m * (2 * radius_m - height_m)));
@@ -72,7 +72,7 @@ TEST(BallContacts, HaveTheForceStiffnessTiltAndSlipOfTheCap) {
     const double u_m4 = sum_of(contacts, [](const ContactPoint& c) { return c.p_W.x() * c.p_W.x(); });
     const double v_m4 = sum_of(contacts, [](const ContactPoint& c) { return c.p_W.y() * c.p_W.y(); });
     const double slip_m4 = sum_of(contacts, [](const ContactPoint& c) { return c.depth_m * c.p_W.head<2>().norm(); });
-    // The depth is the small difference of two large lengths.
+    // The depth is the small difference of two large lengths, so its relative rounding error is large.
     const double rounding = 1e-12 + 4e-16 * radius_m / depth_m;
     EXPECT_NEAR(volume_m3 / (kPi * radius_m * depth_m * depth_m), 1, rounding);
     EXPECT_NEAR(area_m2 / (2 * kPi * radius_m * depth_m), 1, rounding);
@@ -88,7 +88,8 @@ TEST(BallContacts, HaveTheForceStiffnessTiltAndSlipOfTheCap) {
 
 TEST(BallContacts, HaveTheForceOfThePlanesPointsToo) {
   for_all_sizes([](double radius_m, double depth_m) {
-    // Points of the plane in the ball have the depth R − s and normals towards its centre.
+    // A point of the plane at the distance s from the ball's centre has the depth R − s. Its normal points towards the
+    // centre.
     const double height_m = radius_m - depth_m;
     const int steps = 20'000;
     double force_n = 0;
@@ -111,7 +112,8 @@ TEST(BallContacts, LieWhereTheyAreAsDeepAsTheySay) {
       EXPECT_NEAR(contact.depth_m, -contact.p_W.z(), 1e-12);
       EXPECT_LT(contact.p_W.head<2>().norm(), std::sqrt(2 * radius_m * depth_m));
     }
-    // The reduction loses little of the depth of the deepest point, and of the nearest point before contact.
+    // The reduction may lose only little depth of the deepest point. Before contact the same holds for the nearest
+    // point.
     EXPECT_LE(depth_m - on_floor(radius_m, depth_m)[0].depth_m, 8e-6 + 1e-12);
     EXPECT_LE(-depth_m - on_floor(radius_m, -depth_m, 1, 2e-3)[0].depth_m, 8e-6 + 1e-12);
   });
@@ -133,7 +135,7 @@ TEST(BallContacts, HideNoAreaOfWhatIsInTheBand) {
   }
 }
 
-/// A ball whose few points count as fine; the pair's treatment of its points is not tested here.
+/// A ball with few points, which claim a fine spacing. These tests do not depend on how the pair treats the points.
 ContactShape ball_of(double radius_m, double spacing_m = 4.5e-4) {
   ContactShape shape =
       hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, 2000), spacing_m));
@@ -146,8 +148,8 @@ ContactShape box_of(double edge_m, double spacing_m = 4.5e-4) {
   return hand_made_shape(box_field(size_m), PointShell::make(box_points(size_m, edge_m / 20), spacing_m));
 }
 
-/// Force on A and its friction part [N], with the moment of friction [N·m] about the vertical line through the centre
-/// of pressure.
+/// Force on A and its friction component [N], and the moment of friction [N·m] about the vertical line through the
+/// centre of pressure.
 struct Touch {
   Vec3 force_W = Vec3::Zero(), friction_W = Vec3::Zero();
   double moment_z = 0;
@@ -211,8 +213,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
         for (const ContactPoint& c : contacts) sum += c.area_m2 * std::max(0.0, c.depth_m + closed_m);
         return sum;
       };
-      // Includes the solver's prediction for the coming motion. A change is at most depth × area, summed over all
-      // points.
+      // The depth includes the approach that the solver predicts. The force may change at most by depth × area, summed
+      // over all points.
       for (const double closed_m : {0.0, 5e-5, kBallContactsBand_m}) {
         const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBallContactsBand_m + closed_m);
         ASSERT_NEAR(force_in(now, closed_m), force_in(before, closed_m), most) << radius_m << " " << depth_m;
@@ -222,7 +224,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
   }
 }
 
-/// A ball of 5 mm, 50 µm deep in a box of 2 cm, `inside_m` from its edge, rotated as if it had rolled there.
+/// Pose of a ball of radius 5 mm, by default 50 µm deep in a box of 2 cm. It is `inside_m` from the edge of the box,
+/// and rotated as if it had rolled there.
 Pose beside_edge(double inside_m, double depth_m = 5e-5) {
   return {Vec3(0.01 - inside_m, 0.0013, 0.015 - depth_m), quaternion_of(Vec3(0, -inside_m / 5e-3, 0))};
 }
@@ -251,12 +254,14 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // The step of single points of the ball: the box has no points in the interior of its faces.
+    // Bound of the force change when a single point of the ball leaves. The box itself has no points in the interior of
+    // its faces.
     EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
 
-/// Far from the surface a grid underestimates the distance; the planes decide on the poses that it does not exclude.
+/// Far from the surface a grid underestimates the distance. The planes decide about poses that the grid does not
+/// exclude.
 TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
   const double radius_m = 5e-3, half_m = 0.01;
   const ShapePointer ball = make_contact_sphere(radius_m);
@@ -294,7 +299,7 @@ TEST(BallContacts, KeepFrictionWhenTheyGoOverIntoPointsAndBack) {
         const Touch after = find(beside_edge(to_m));
         ASSERT_NE(start.is_closed_form, after.is_closed_form);
         ASSERT_EQ(start.is_closed_form, from_m > to_m);
-        // Normals of the plane's points are normals of the ball and slightly tilted.
+        // The normals of the plane's points are those of the ball, so they are slightly tilted.
         EXPECT_LT((after.friction_W - before.friction_W).norm(), 0.03 * before.friction_W.norm());
         EXPECT_NE(before.moment_z, 0);
         EXPECT_NEAR(after.moment_z, before.moment_z, 0.01 * std::abs(before.moment_z));
@@ -322,7 +327,7 @@ TEST(BallContacts, KeepFrictionWhileTheBallRollsAndIsPressedDeeper) {
   EXPECT_LT(find(5e-3, 5e-5).friction_W.norm(), start_W.norm());
 }
 
-/// Energy including the part stored in friction.
+/// Returns the energy, including the elastic energy stored in friction.
 double energy_j(TouchRig& rig) {
   double energy = rig.energy_j();
   for (const ContactPoint& c : rig.contacts()) {
@@ -366,7 +371,7 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
       ContactSolver solver({});
       TouchRig rig(solver);
       rig.shape = ball;
-      rig.inertia_B = Eigen::Matrix3d::Identity();  // a large inertia, so that it hardly rolls
+      rig.inertia_B = Eigen::Matrix3d::Identity();  // large inertia, so that it hardly rolls
       rig.X_WB = {slope * Vec3(0, 0, radius_m - 7e-5), slope};
       rig.add_obstacle(make_contact_box({0.3, 0.3, 0.02}), {slope * Vec3(0, 0, -0.01), slope});
       rig.gravity_m_per_s2 = kGravity_m_per_s2;
@@ -376,8 +381,8 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
         rig.gravity_m_per_s2 = kGravity_m_per_s2 * (1 + (i % period < period / 2 ? share : -share));
         rig.step();
       }
-      // Motion within a second at a depth of 73 µm. Measured 14 µm; 91 µm if the growth in each step thinned all
-      // bristles.
+      // Bound of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. It would be 91 µm if
+      // each deeper step reduced all bristles.
       EXPECT_LT((rig.X_WB.p - start).norm(), 2e-5) << share << " " << period;
     }
   }

@@ -41,7 +41,7 @@ TEST(FlatNode, ItsFourPointsHaveItsAreaMeanAndCovariance) {
          {std::pair(flat.along_S, flat.deviation_along_m), std::pair(flat.across_S, flat.deviation_across_m)}) {
       of_four += deviation * deviation * axis.cast<double>() * axis.cast<double>().transpose();
     }
-    // A polygon is an approximation within a few per cent.
+    // A polygon approximates the outline, so its moments have errors of a few per cent.
     const double extent_m = flat.half_m.norm();
     EXPECT_NEAR((flat.mean_S.cast<double>() - mean).norm(), 0, flat.is_polygon() ? 0.06 * extent_m : 1e-8);
     EXPECT_NEAR((of_four - covariance).norm(), 0, (flat.is_polygon() ? 0.15 : 1e-5) * covariance.trace() + 1e-12);
@@ -86,7 +86,8 @@ TEST(FlatNode, IsAPolygonOnlyIfItIsCoveredEvenly) {
   EXPECT_EQ(root_of(triangle).corner_count, 3U);
 }
 
-// A polygon has about the area, mean and covariance of its points for any outline, and contains about all of them.
+// For any outline, a polygon must approximate the area, mean and covariance of its points, and contain almost all of
+// them.
 TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
   for (const int sides : {3, 5, 6, 7, 8}) {
     std::vector<ShellPoint> points;
@@ -131,7 +132,8 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
 }
 
 TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
-  // Five sides: edges of one plane in different directions. Eight and 32: corners beside the rim of the end.
+  // The five-sided prism has edges of one plane in different directions. Those with 8 and 32 sides have corners near
+  // the rim of the end face.
   for (const auto& [sides, radius_m, height_m] :
        {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
     const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);
@@ -159,7 +161,7 @@ TEST(FlatNode, WhatIsAPolygonLiesOnTheSurface) {
 
 TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
   const PointShell shell = PointShell::make(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
-  // Area of the points on polygons.
+  // Sums the area of the points that are represented by polygons.
   double area_m2 = 0;
   for (std::size_t i = 0; i < shell.nodes.size();) {
     const ShellNode& node = shell.nodes[i];

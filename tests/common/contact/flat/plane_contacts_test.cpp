@@ -22,14 +22,14 @@ constexpr double kEdge_m = 0.02;
 constexpr double kPlaneContactsBand_m = 2e-4;
 constexpr double kPlaneContactsStiffness_n_per_m3 = 5e9;
 
-/// A cube mesh, rotated against the lattice of its grid.
+/// A cube mesh that is rotated relative to the lattice of its distance grid.
 std::shared_ptr<const ContactShape> oblique_cube(const Quat& q_SB) {
   geometry::TriangleMesh mesh = box_mesh(Vec3::Constant(kEdge_m));
   for (Vec3& vertex : mesh.vertices) vertex = q_SB * vertex;
   return make_contact_mesh({mesh, geometry::SurfaceKind::kSolid, {}});
 }
 
-/// Sum of the contact forces on A, about the world origin.
+/// Sum of the contact forces on A, with the torque about the world origin.
 struct Pressure {
   Wrench on_a_W;
   double stiffness_n_per_m = 0;
@@ -67,7 +67,7 @@ Pressure of_all_points(const ContactShape& a, const Pose& X_WA, const ContactSha
   return sum;
 }
 
-/// Cube A on cube B, whose upper face is z = 0. The middle of A's lower edge at x < 0 is `depth_m` deep.
+/// Cube A lies on cube B, whose upper face is z = 0. The midpoint of A's lower edge at x < 0 is `depth_m` deep.
 struct Stack {
   std::shared_ptr<const ContactShape> shape;
   Quat q_SB;
@@ -85,9 +85,9 @@ Stack oblique_stack() {
   return {oblique_cube(q_SB), q_SB};
 }
 
-// Checks the planes that a field reports for a box against its distances.
+// Compares the planes that a field reports for a box with the field's distances.
 //
-// In  at_edges_m  tolerance where several planes apply: there the samples interpolate over an edge
+// In  at_edges_m  tolerance where several planes apply, because there the samples interpolate across an edge
 void expect_planes_are_right(const DistanceField& field, double reach_m, double tolerance_m, double at_edges_m,
                              unsigned seed) {
   std::mt19937 random(seed);
@@ -113,7 +113,7 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
       for (std::size_t plane = 0; plane < field.planes().size(); ++plane) {
         if ((planes >> plane & 1U) != 0) largest = std::max(largest, field.planes()[plane].distance_m(p));
       }
-      // Deeper than contacts, and beyond edges, only the sign is right.
+      // Deeper than any contact, and beyond edges, only the sign must be correct.
       if (distance < -5e-4 && largest < -5e-4) continue;
       const double most = (std::popcount(planes) > 1 ? at_edges_m : tolerance_m) + 0.01 * std::abs(distance);
       if (largest > 0) {
@@ -134,7 +134,8 @@ TEST(PlaneMap, IsWhereSamplesLieOnAPlane) {
   expect_planes_are_right(*oblique_stack().shape->field, 0.015, 3e-6, 1.5e-4, 2);
 }
 
-// The planes of a wall extend beyond its end. All corners of an overhanging box may then be outside of them.
+// The planes of a wall extend beyond its end. Therefore all corners of an overhanging box may be outside one of the
+// planes.
 TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
   constexpr int kSides = 16;
   constexpr double kOuter_m = 0.0375, kInner_m = 0.03625, kHalf_m = 0.02;
@@ -200,7 +201,8 @@ TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
       EXPECT_FALSE(work.is_coarse);
       const Pressure few = of_contacts(pair);
       const Pressure all = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB());
-      // Distances are rounded to 2 µm, at depths of 20 µm and less. The points of an edge's sides are not uniform.
+      // Distances are rounded to 2 µm at depths of at most 20 µm. The points beside an edge are not uniformly
+      // distributed.
       const double error_n = 0.02 * all.on_a_W.f.norm() + 9e-7 * all.stiffness_n_per_m;
       EXPECT_NEAR((few.on_a_W.f - all.on_a_W.f).norm(), 0, error_n) << "tilt " << tilt << ", depth " << depth_m;
       EXPECT_NEAR((few.on_a_W.t - all.on_a_W.t).norm(), 0, error_n * kEdge_m) << "tilt " << tilt;
@@ -209,7 +211,7 @@ TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
   }
 }
 
-// Ends of prisms: polygons that are not rectangles in any direction.
+// Tests the end faces of prisms, which are polygons but not rectangles.
 TEST(PlaneContacts, OfAPolygonHaveTheForceAndMomentOfAllPoints) {
   constexpr double kHeight_m = 0.02;
   for (const int sides : {3, 6, 12}) {
@@ -248,9 +250,9 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   EXPECT_LT(pair.contacts().size(), 600U);
 }
 
-// A hole so small that the points of the face nearly have the mean and deviations of a rectangle.
+// The hole is so small that the mean and deviations of the face's points are almost those of a rectangle.
 TEST(PlaneContacts, NothingPressesOnARodInAHole) {
-  // Centre of the plate: the hole is well inside a node of some thousand points.
+  // Centre of the plate, relative to the hole. The hole is well inside a node of some thousand points.
   for (const Vec3& middle : {Vec3(0.1 / 12, 0.003125, 0), Vec3(0.125 / 12, 0.009375, 0)}) {
     const auto plate =
         make_contact_mesh({block_with_hole_mesh(3e-3, 0.1, 0.005, middle), geometry::SurfaceKind::kSolid, {}});
@@ -268,7 +270,7 @@ TEST(PlaneContacts, NothingPressesOnARodInAHole) {
   }
 }
 
-// At 5e9 N/m³ a face of 20 mm has 2 N/µm: the reduction of its points must cause no steps.
+// With 5e9 N/m³ a face of 20 mm has a stiffness of 2 N/µm. The reduction of its points must cause no force steps.
 TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
   const Stack stack = oblique_stack();
   ContactPair pair;
@@ -281,7 +283,7 @@ TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
     const double few_now_n = of_contacts(pair).on_a_W.f.norm();
     if (i % 4 == 0) {
       const double all_now_n = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB()).on_a_W.f.norm();
-      // Along edges the samples are rounder than the planes.
+      // Along edges the interpolated samples are rounder than the planes.
       EXPECT_NEAR(few_now_n, all_now_n, 0.02 * all_now_n + 0.3) << "tilt " << tilt;
       all_n = all_now_n;
     }
@@ -307,7 +309,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
     if (i == 0) whole_n = before_n = now_n;
     const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
     ASSERT_NEAR(now_n, overlap * whole_n, 0.06 * whole_n) << x_m;
-    // The points of both edges leave in one step: a strip of half a millimetre at each.
+    // In one step the points of both edges can leave: a strip of 0.5 mm at each edge.
     ASSERT_NEAR(now_n, before_n, 0.06 * whole_n) << x_m;
     before_n = now_n;
   }
@@ -315,8 +317,8 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
   EXPECT_NEAR(before_n, 0, 0.01 * whole_n);
 }
 
-// The noses of a flight of stairs lie on one plane with gaps between them. Without room for all, some of their points
-// represent them.
+// The edges of a flight of stairs lie in one plane, with gaps between them. If the budget is too small for all points,
+// some points represent them.
 TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) {
   std::vector<ShellPoint> points;
   for (int nose = 0; nose < 8; ++nose) {
@@ -331,7 +333,7 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
   std::vector<ContactPoint> contacts;
   contacts.reserve(shell.points.size() + kSmallNode);
   for (const std::size_t room : {std::size_t{0}, std::size_t{30}, std::size_t{100}, std::size_t{400}}) {
-    // Between the first two noses; the box's right side is 0.1 mm beyond the second.
+    // Positions between the first two edges; the right side of the box is 0.1 mm beyond the second edge.
     for (const double x_m : {-0.0031, -0.001}) {
       const Pose X_FP{Vec3(x_m, 0, 0.005), Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY()))};
       double deepest_m = 0;
@@ -352,7 +354,8 @@ TEST(PlaneContacts, NothingIsDeeperThanTheDeepestPointWhereThereIsNoRoomForAll) 
   }
 }
 
-// Many points and, far from them, a few: the mean of all less a deviation is a place without points.
+// There is a dense group of points and a small group far away. The mean of all points minus one standard deviation is a
+// place without points.
 TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
   std::vector<ShellPoint> points;
   for (int i = 0; i < 40; ++i) {
@@ -366,7 +369,7 @@ TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
   const auto field = box_field(Vec3(1, 1, 0.02));
   std::vector<ContactPoint> contacts;
   contacts.reserve(shell.points.size() + kSmallNode);
-  // The many are 0.1 mm above the box, the few 6 mm.
+  // The dense group is 0.1 mm above the box, the small group 6 mm.
   const Pose X_FP{Vec3(0, 0, 0.0101), Quat(Eigen::AngleAxisd(-0.1, Vec3::UnitY()))};
   for (const std::size_t room : {std::size_t{0}, std::size_t{30}, std::size_t{400}}) {
     contacts.clear();

@@ -1,4 +1,4 @@
-// Rods against closed forms, and without a jump over ends, corners and parallel axes.
+// Compares contacts of rods with closed forms. They must not jump at ends, corners and parallel axes.
 #include "common/contact/round/rod_contacts.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kLayer_n_per_m3 = 5e9;
 constexpr double kRodBand_m = 5e-5;
 
-/// Force on A, which lies above B.
+/// Contact force and torque on A, which lies above B.
 struct RodForce {
   Vec3 f = Vec3::Zero(), t = Vec3::Zero();
   double stiffness_n_per_m = 0;
@@ -48,7 +48,7 @@ std::vector<ContactPoint> rod_contacts(const Rod& a, const Pose& X_WA, const Rod
   return contacts;
 }
 
-/// Pose above a rod along z, `distance_m` from its axis in x, rotated about x.
+/// Pose of a rod that is `distance_m` along x from the axis of a rod along z, rotated about x.
 Pose across(double distance_m, double angle_rad, double along_m = 0) {
   return {Vec3(distance_m, 0, along_m), Quat(Eigen::AngleAxisd(angle_rad, Vec3::UnitX()))};
 }
@@ -99,7 +99,7 @@ TEST(RodContacts, OfABallOnARodHaveTheForceOfTheirOverlap) {
   }
 }
 
-/// Random poses close together, far from or near to ends and parallel axes.
+/// Rod A moves between two random poses close to rod B. Some are near the ends of B or nearly parallel to it.
 struct RodScene {
   Rod a, b;
   Pose from, to;  ///< poses of A in B
@@ -144,7 +144,7 @@ TEST(RodContacts, AreContinuousInThePose) {
       const Vec6 now = force_at(static_cast<double>(k) / steps);
       pressing += now.norm() > 1e-3 ? 1 : 0;
       if ((now - before).norm() > 1e-3) {
-        // Bisection: a continuous change becomes small.
+        // The interval with the largest change is bisected. If the change is continuous, it becomes small.
         double low = (k - 1.0) / steps, high = static_cast<double>(k) / steps;
         Vec6 at_low = before, at_high = now;
         for (int halving = 0; halving < 30; ++halving) {
@@ -158,7 +158,7 @@ TEST(RodContacts, AreContinuousInThePose) {
             at_low = at_middle;
           }
         }
-        // Where axes intersect, the direction of separation is not unique.
+        // If the axes intersect, the direction of separation is not unique.
         const auto at_jump = rod_contacts(scene.a, between(scene, low), scene.b);
         const double deepest_m = std::ranges::max_element(at_jump, {}, &ContactPoint::depth_m)->depth_m;
         if (deepest_m > 0.7 * (scene.a.radius_m + scene.b.radius_m)) {
@@ -204,7 +204,7 @@ TEST(RodContacts, DoNotTurnRoundWhereARodIsMovedThroughTheOther) {
     const auto deepest = std::ranges::max_element(contacts, {}, &ContactPoint::depth_m);
     EXPECT_GT(deepest->normal_W.x(), 0.99);
     EXPECT_GT(deepest->depth_m, 0.9 * (1e-4 + passed_m));
-    // Far beyond the axis the rod counts as placed on that side.
+    // If the rod is moved so far that it no longer touches the other one, it counts as placed on that side.
     contacts.clear();
     ASSERT_TRUE(pair.find(rod, across(-2.1e-4, 1), rod, {}, 1e-3, false, contacts));
     for (const ContactPoint& contact : contacts) EXPECT_LT(contact.normal_W.x(), 0);

@@ -1,4 +1,4 @@
-// Detection of thin rods in meshes, and messages about shapes that are too thin.
+// Tests the detection of thin rods in meshes, and the messages about shapes that are too thin.
 #include "common/contact/round/thin_rods.hpp"
 
 #include <gmock/gmock.h>

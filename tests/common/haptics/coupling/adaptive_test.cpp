@@ -14,7 +14,7 @@ TEST(AdaptiveFit, OfTheThesisGivesItsPublishedLine) {
     EXPECT_NEAR(c.stiffness_n_per_m, 116.53 * mass_kg + 16.21, 1e-12);
     EXPECT_EQ(c.damping_n_s_per_m, 0.2);
   }
-  // Unfit for use because of its sag: m g / k at 0.2 kg.
+  // With these values the sag m g / k of a mass of 0.2 kg would be 50 mm, which is not usable.
   EXPECT_NEAR(0.2 * 9.81 / adapted(fit, 0.2, 0, {}).stiffness_n_per_m, 0.0497, 1e-4);
 }
 

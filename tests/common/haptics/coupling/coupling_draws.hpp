@@ -1,4 +1,4 @@
-// Random states and parameters for the tests of coupling laws, and a closed path for the handle.
+// Random states and parameters for the tests of coupling laws, and a random closed path for the handle.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ inline Vec3 random_vector(Random& random, double scale) {
   return {random.uniform(-scale, scale), random.uniform(-scale, scale), random.uniform(-scale, scale)};
 }
 
-/// A random number, uniform in its logarithm.
+/// A random number whose logarithm is uniformly distributed.
 inline double random_magnitude(Random& random, double low, double high) {
   return std::exp(random.uniform(std::log(low), std::log(high)));
 }
 
-/// Random parameters within the limits of scenes, so that every section of each curve is reached.
+/// Random parameters within the limits of scenes. Every section of each curve is reached.
 inline CouplingParameters random_parameters(Random& random) {
   CouplingParameters c;
   c.stiffness_n_per_m = random_magnitude(random, 10, 3000);
@@ -35,7 +35,7 @@ inline CouplingParameters random_parameters(Random& random) {
   return c;
 }
 
-/// A number that no device and no packet may contain (NaN, infinity, extreme), or an ordinary one.
+/// An invalid or extreme number (NaN, infinity), or an ordinary one. Devices and packets may contain any of them.
 inline double hostile_number(Random& random) {
   constexpr std::array kHostile{std::numeric_limits<double>::quiet_NaN(),
                                 std::numeric_limits<double>::infinity(),
@@ -83,7 +83,8 @@ inline CouplingState hostile_state(Random& random) {
   return state;
 }
 
-/// A smooth closed curve in space with parameter s from 0 to 1; about `scale` wide, not centred at a particular point.
+/// A smooth closed curve in space with the parameter s from 0 to 1. It is about `scale` wide and has no particular
+/// centre.
 class Loop {
  public:
   Loop(Random& random, double scale) {

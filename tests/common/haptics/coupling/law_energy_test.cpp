@@ -1,5 +1,5 @@
-// Energy balance of the passive and active laws in the limit of small steps. For sampled and held forces see
-// coupling_passivity_controller.hpp.
+// Tests the energy balance of the passive and the active laws in the limit of small steps. For sampled and held forces
+// see coupling_passivity_controller.hpp.
 #include <gtest/gtest.h>
 
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kUsualSeed = 83;
 constexpr int kSteps = 4000;
 
-/// Work along a path: the net work, and the sum of its magnitudes.
+/// Work along a path: the net work, and the sum of the magnitudes of all contributions.
 struct Work {
   double net_j = 0;
   double gross_j = 0;
@@ -27,7 +27,7 @@ CouplingParameters undamped(CouplingParameters c) {
   return c;
 }
 
-/// Work on the tool while `handle` follows a loop around it.
+/// Returns the work on the tool while `handle` moves along a closed path around it.
 Work work_of_force(const CouplingLaw& law, const Loop& handle) {
   Work work;
   for (int k = 0; k < kSteps; ++k) {
@@ -52,8 +52,8 @@ Work work_of_torque(const CouplingLaw& law, const Loop& orientation) {
 
 class PassiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-// A midpoint sum over a smooth closed path errs by far less than its step squared (1e-7). At the corners of the path
-// through |θ| = π and at the knee it errs by about that.
+// Relative tolerance. The error of a midpoint sum over a smooth closed path is far below the square of its step (1e-7).
+// Where the path passes |θ| = π, and where the slope of the law changes, the error is of the order of 1e-7.
 constexpr double kQuadratureShare = 1e-5;
 
 TEST_P(PassiveCouplingLaw, ElasticForceDoesNoWorkAlongAClosedPath) {
@@ -79,13 +79,13 @@ TEST_P(PassiveCouplingLaw, ElasticTorqueDoesNoWorkAlongAClosedPath) {
   }
 }
 
-/// A handle or tool that follows a closed path, with translation and rotation.
+/// A handle or tool that translates and rotates along closed paths.
 struct MovingFrame {
   Loop place;
   Loop turn;
 
   Pose at(double s) const { return {place(s), quaternion_of(turn(s))}; }
-  /// Pose halfway between two poses, with the twist that leads from one to the other in one unit of time.
+  /// Returns the pose halfway between two poses, and the twist that moves one to the other in one unit of time.
   std::pair<Pose, Twist> between(double s, double t) const {
     const Pose a = at(s), b = at(t);
     const Twist V{b.p - a.p, rotation_vector(b.q * a.q.conjugate())};
@@ -120,7 +120,8 @@ TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, PassiveCouplingLaw, testing::ValuesIn(laws_that_are(true)), law_test_name);
 
-/// Energy that the coupling stores while the handle moves from 0 to `reach_m`, and returns on its way back.
+/// Energy that the coupling stores while the handle moves from 0 to `reach_m`, and energy that it returns on the way
+/// back.
 struct PushAndRetreat {
   double stored_j = 0;
   double returned_j = 0;
@@ -146,7 +147,7 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
     const CouplingParameters c = undamped(random_parameters(random));
-    // The range in which each curve is below the line: a sharp stable dynamic curve crosses it farther out.
+    // In this range each curve is below the straight line. A sharp stable-dynamic curve crosses the line farther out.
     const double reach_m =
         random.uniform(0.2, 1) * c.force_limit_n / c.stiffness_n_per_m * std::min(1.0, 1 / c.curve_sharpness);
     const PushAndRetreat energy = push_and_retreat(*GetParam().make(c), reach_m);
@@ -157,7 +158,7 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, ActiveCouplingLaw, testing::ValuesIn(laws_that_are(false)), law_test_name);
 
-// 4 N, 20 mm, 200 N/m, pushed in by 10 mm.
+// The example: 4 N, 200 N/m, hence a range of 20 mm. The handle is pushed in by 10 mm.
 constexpr CouplingParameters kExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
 
 TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
@@ -165,7 +166,7 @@ TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
   const PushAndRetreat blunt = push_and_retreat(*law, 0.010);
   EXPECT_NEAR(blunt.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_NEAR(blunt.returned_j, 10.0e-3, 1e-6);
-  // Both readings of the printed 2: exponent and factor.
+  // The 2 that the source prints can be an exponent or a factor. The test covers both readings.
   CouplingParameters sharp = kExample;
   sharp.curve_sharpness = 2;
   law->set_parameters(sharp);
@@ -181,7 +182,7 @@ TEST(StableDynamic, ReturnsWhatItStored) {
 
 TEST(QsaDynamic, ReturnsMoreThanItStored) {
   const PushAndRetreat energy = push_and_retreat(*make_coupling_law("qsa-dynamic", kExample), 0.010);
-  // 4 N · 20 mm · (u − 1 + e^(−u)) at u = 1/2.
+  // The closed form is 4 N · 20 mm · (u − 1 + e^(−u)) at u = 1/2.
   EXPECT_NEAR(energy.stored_j, 0.08 * (std::exp(-0.5) - 0.5), 1e-6);
   EXPECT_NEAR(energy.returned_j, 10.0e-3, 1e-6);
 }

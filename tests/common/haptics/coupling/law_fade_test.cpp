@@ -1,4 +1,5 @@
-// A change of law while the coupling is stretched: the force moves from the old law's to the new law's without a step.
+// The law changes while the coupling is stretched. The force must change from the old law's value to the new law's
+// value without a step.
 #include "common/haptics/coupling/law_fade.hpp"
 
 #include <gtest/gtest.h>
@@ -64,7 +65,7 @@ TEST(LawFade, GoesFromTheForceOfOneLawToThatOfTheOtherInEqualSteps) {
 }
 
 TEST(LawFade, IsNeverSteeperThanTheSteeperOfBothLaws) {
-  // Each law has the stiffness at which its steepest slope meets the same bound.
+  // The stiffness of each law is chosen so that its steepest slope reaches the same bound.
   const CouplingParameters flat{.stiffness_n_per_m = 1000, .force_limit_n = 20},
       curved{.stiffness_n_per_m = 1000 / steepest_slope_factor("stable-dynamic", {.curve_sharpness = 10}),
              .force_limit_n = 20,

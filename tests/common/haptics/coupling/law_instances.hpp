@@ -1,4 +1,4 @@
-// The laws of the catalog as values of parameterised tests.
+// The laws of the catalog as parameters of tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@
 
 namespace tandem::haptics {
 
-/// Prints the law of a failed test for GoogleTest.
+/// Prints the law of a failed test; called by GoogleTest.
 inline void PrintTo(const CouplingLawInfo& law, std::ostream* out) {
   *out << law.name;
 }
 
-/// Name of the test instance, such as "StableDynamicLiteral".
+/// Returns the name of the test instance, such as "StableDynamicLiteral".
 inline std::string law_test_name(const testing::TestParamInfo<CouplingLawInfo>& info) {
   std::string name;
   bool is_first = true;
@@ -28,7 +28,7 @@ inline std::string law_test_name(const testing::TestParamInfo<CouplingLawInfo>& 
   return name;
 }
 
-/// The laws that the catalog calls passive, or the active ones that pull at the tool at all.
+/// Returns the passive laws of the catalog, or the active laws that exert a force on the tool.
 inline std::vector<CouplingLawInfo> laws_that_are(bool is_passive) {
   std::vector<CouplingLawInfo> chosen;
   for (const CouplingLawInfo& law : coupling_laws()) {

@@ -33,7 +33,7 @@ const StabilityFinding* finding_of(const std::vector<StabilityFinding>& findings
   return nullptr;
 }
 
-/// `parameters` with the finding's remedy, times `factor`.
+/// Returns `parameters` with the remedy of the finding, multiplied by `factor`.
 CouplingParameters remedied(CouplingParameters parameters, const StabilityFinding& finding, double factor) {
   const double value = finding.remedy * factor;
   if (finding.parameter == "coupling.stiffness_n_per_m") parameters.stiffness_n_per_m = value;
@@ -56,7 +56,7 @@ TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
     device.period_s = model.period_s;
     device.velocity_window = model.velocity_window;
     device.delay_periods = model.delay_periods;
-    // The least damping that passes, from the remedy of the warning.
+    // The remedy of the warning is the smallest damping that passes the check.
     device.damping_n_s_per_m = 1e-6;
     for (const StabilityFinding& finding : check_coupling(parameters, model.tool_mass, 0, device)) {
       if (finding.parameter == "device.damping_n_s_per_m") device.damping_n_s_per_m = finding.remedy;
@@ -104,7 +104,7 @@ TEST(CheckCoupling, NamesTheLargestStiffnessThatIsStable) {
 TEST(CheckCoupling, NamesTheDampingWhereNoStiffnessWouldDo) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 200;
-  parameters.damping_n_s_per_m = 400;  // with 0.1 kg and 1 ms: far beyond m/T
+  parameters.damping_n_s_per_m = 400;  // far above m/T, with a mass of 0.1 kg and T = 1 ms
   LoopDevice device = damped_device();
   device.has_torque = false;
   const auto findings = check_coupling(parameters, 0.5, 0, device);
@@ -123,7 +123,7 @@ TEST(CheckCoupling, AsksForDampingWhereThereIsTooLittle) {
   CouplingParameters parameters;
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0;
-  LoopDevice device;  // frictionless, and without a hand to damp the spring
+  LoopDevice device;  // no friction, and no hand that damps the spring
   const auto findings = check_coupling(parameters, 0.1, 0, device);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].parameter, "coupling.damping_n_s_per_m");
@@ -171,19 +171,19 @@ TEST(CheckCoupling, WarnsExactlyBelowColgatesBound) {
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0.5;
   LoopDevice device;
-  device.damping_n_s_per_m = 0.651;  // k T/2 + b = 0.65
+  device.damping_n_s_per_m = 0.651;  // slightly above k T/2 + b = 0.65
   EXPECT_TRUE(check_coupling(parameters, 0.1, 0, device).empty());
   device.damping_n_s_per_m = 0.6;
   const auto findings = check_coupling(parameters, 0.1, 0, device);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].verdict, StabilityVerdict::kNotPassive);
   EXPECT_EQ(findings[0].parameter, "coupling.stiffness_n_per_m");
-  EXPECT_NEAR(findings[0].remedy, 200, 1);  // three digits, rounded down
+  EXPECT_NEAR(findings[0].remedy, 200, 1);  // rounded down to three digits
   EXPECT_LT(findings[0].spectral_radius, 1);
-  device.damping_n_s_per_m = 0.4;  // less than the coupling's damping alone
+  device.damping_n_s_per_m = 0.4;  // less than the damping of the coupling
   EXPECT_EQ(check_coupling(parameters, 0.1, 0, device).at(0).parameter, "coupling.damping_n_s_per_m");
   EXPECT_NEAR(check_coupling(parameters, 0.1, 0, device).at(0).remedy, 0.25, 1e-3);
-  device.damping_n_s_per_m = 0.1;  // less than the spring alone
+  device.damping_n_s_per_m = 0.1;  // less than the k T/2 of the spring
   EXPECT_EQ(check_coupling(parameters, 0.1, 0, device).at(0).parameter, "device.damping_n_s_per_m");
   EXPECT_NEAR(check_coupling(parameters, 0.1, 0, device).at(0).remedy, 0.65, 1e-3);
 }
@@ -208,7 +208,7 @@ TEST(CheckCoupling, ASteeperLawIsHeldToALowerStiffness) {
   device.has_torque = false;
   const double linear = check_coupling(parameters, 0.1, 0, device, 1).at(0).remedy;
   const double steep = check_coupling(parameters, 0.1, 0, device, 2).at(0).remedy;
-  EXPECT_NEAR(steep, linear / 2, 0.01 * linear);  // three digits each
+  EXPECT_NEAR(steep, linear / 2, 0.01 * linear);  // the remedies have three digits
 }
 
 TEST(CheckCoupling, ADeviceWithoutAMassOfItsOwnIsNeverAlone) {
@@ -225,11 +225,11 @@ TEST(CheckCoupling, GivesItsRemedyInNewtonsPerMetreOfTheWorld) {
   LoopDevice device = damped_device();
   device.has_torque = false;
   const double plain = check_coupling(parameters, 0.1, 0, device).at(0).remedy;
-  // Handle and hand feel a quarter of every force: the same loop with four times the numbers.
+  // Handle and hand receive a quarter of each force. This is the same loop with four times the coefficients.
   device.coupling_scale = 0.25;
   parameters.damping_n_s_per_m *= 4;
   const double scaled = check_coupling(parameters, 0.4, 0, device).at(0).remedy;
-  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // the stiffness of the fixed hand is a quarter there
+  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // for the fixed hand, the effective stiffness is a quarter
 }
 
 TEST(CheckedLoops, ScaleCouplingToolAndContactAlike) {

@@ -1,4 +1,5 @@
-// The energy that a hand can extract despite the controller of its port, and interactions that it must not disturb.
+// Tests how much energy a hand can extract despite the controller of its port, and interactions that the controller
+// must not disturb.
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +26,7 @@ Wrench hand_force_x(double f) {
   return {Vec3(f, 0, 0), Vec3::Zero()};
 }
 
-/// Energy extracted by a driver that moves along its force, from a spring that responds `delay` ticks late.
+/// Results for a driver that moves along the force of a spring whose response is `delay` ticks late.
 struct HandPassivityControllerTaken {
   double most_j = 0;
   double withheld_j = 0;
@@ -55,7 +56,7 @@ HandPassivityControllerTaken drive(int delay, bool is_controlled, std::uint64_t 
   return result;
 }
 
-/// Energy available beyond the supplied energy: the initial credit and the leak.
+/// Largest energy that a hand can extract beyond the energy that it supplied: the initial credit and the leak.
 double most_for_nothing_j(double seconds) {
   return HandPassivityController::kInitialCredit_j + HandPassivityController::kLeakRate_w * seconds + 1e-9;
 }
@@ -83,7 +84,7 @@ TEST(HandPassivityController, LeavesASmoothHandInStiffContactAlone) {
       const double x = 0.004 * std::sin(2 * std::numbers::pi * frequency_hz * k * kHandPassivityControllerPeriod);
       const double v = (x - x_before) / kHandPassivityControllerPeriod;
       x_before = x;
-      // Damping of half of k T: the least with which a sampled spring is passive.
+      // The damping is k T/2, the smallest damping with which a sampled spring is passive.
       const Wrench wanted = hand_force_x(x < 0 ? -800 * x - 0.5 * v : 0.0);
       const Wrench given = controller.apply(hand_at_x(x), wanted, kHandPassivityControllerPeriod);
       acted += (given.f - wanted.f).norm() > 1e-9 ? 1 : 0;

@@ -1,4 +1,4 @@
-// The bound on the work of the coming period, against worst-case ports.
+// Tests the bound on the work in the next period, for worst-case ports.
 #include "common/haptics/passivity/port_look_ahead.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A tool whose hand supplies the energy that it transfers to the world, and one whose hand does not.
+// Tests two kinds of tools: the hand supplies the energy that the tool transfers to the world, or it does not.
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -14,15 +14,15 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Bound of the energy created in a push of five seconds: the balance at which the brake is firm, the leak, and the
-/// work of 6 N at 0.1 m/s until it is braked away.
+/// Bound of the energy generated in a push of five seconds. It has three terms: the balance at which the brake is firm,
+/// the leak, and the work of 6 N at 0.1 m/s while the brake recovers it.
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 
-/// A coupling of at most 6 N drags a body of 0.5 kg against a damper along x. Its target moves at 0.1 m/s; the steps
-/// are implicit as in the world.
+/// A coupling with at most 6 N drags a body of 0.5 kg along x against a damper. Its target moves at 0.1 m/s. The
+/// integration is implicit, as in the world.
 struct PushedBody {
-  /// `supplied_share`: share of the work on the world that the hand reports as supplied, `report_delay` steps late.
+  /// The hand reports the fraction `supplied_share` of the work on the world as supplied, `report_delay` steps late.
   void run(int steps, double supplied_share, int report_delay) {
     std::vector<double> supplied;
     for (int k = 0; k < steps; ++k) {
@@ -93,7 +93,7 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "what the coupling stores is credited";
 }
 
-// Without contact a brake recovers no energy: a tool with an empty account would be stuck for seconds.
+// Without contact a brake recovers no energy. If such a tool were braked, an empty balance would block it for seconds.
 TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
@@ -107,7 +107,8 @@ TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
 }
 
 TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
-  // 2 N lift at 0.1 m/s, and the hand reports having supplied 1.7 N: a model that is 15 % too light.
+  // The tool lifts with 2 N at 0.1 m/s, but the hand reports that it supplies only 1.7 N. This happens if the client's
+  // model is 15 % too light.
   ToolPassivityController controller;
   controller.hand_reported(0, 0, 0);
   double into_j = 0, brake = 0;

@@ -1,4 +1,4 @@
-// One thread pushes and reads while another fits, connected by the mailboxes.
+// One thread adds and reads samples while another fits models. Mailboxes connect them.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -19,7 +19,7 @@ TEST(ForceStreamThreads, CoefficientsComeFromAnotherThread) {
     }
   });
   LocalTime now{};
-  // Runs until some fits are returned, however slow the other thread is.
+  // The loop runs until some fits are returned, for any speed of the other thread.
   for (int k = 0; k < 2'000'000 && stream.figures().fits < 20; ++k) {
     now += std::chrono::milliseconds(5);
     Wrench wrench;

@@ -1,5 +1,5 @@
-// Forecast of a trajectory that is known with a delay: movements are continued, tremor is not, and the forecast is
-// never much worse than the zero-order hold.
+// Tests the forecast of a trajectory that is known with a delay. Movements are continued and tremor is not. The
+// forecast is never much worse than the zero-order hold.
 #include "common/haptics/prediction/trajectory_forecast.hpp"
 
 #include <gtest/gtest.h>
@@ -17,13 +17,13 @@ namespace {
 
 constexpr double kTrajectoryForecastPeriod_s = 1e-3;
 
-/// Position of a minimum-jerk movement after a fraction of its time, as a fraction of its length (Flash and Hogan,
-/// 1985).
+/// Returns the position in a minimum-jerk movement as a fraction of its length, given the elapsed fraction of its time
+/// (Flash and Hogan, 1985).
 double least_jerk(double part) {
   return part * part * part * (10 - 15 * part + 6 * part * part);
 }
 
-/// Random minimum-jerk movements and pauses, with tremor.
+/// A path of random minimum-jerk movements and pauses, with tremor.
 std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
   Random random(seed);
   std::vector<Vec3> path{Vec3::Zero()};
@@ -42,7 +42,7 @@ std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
 }
 
 struct Errors {
-  double forecast_m = 0;  ///< RMS
+  double forecast_m = 0;  ///< RMS error of the forecast
   double hold_m = 0;
 };
 
@@ -70,7 +70,7 @@ TEST(TrajectoryForecast, ErrsHalfAsMuchAsToHoldOverATenthOfASecondAndLessOverThr
   }
 }
 
-/// Minimum-jerk movements along x that take 0.4 to 2 s, with pauses of up to 0.5 s.
+/// A path of minimum-jerk movements along x that take 0.4 to 2 s, with pauses of up to 0.5 s.
 std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   Random random(seed);
   std::vector<double> path{0};
@@ -84,7 +84,8 @@ std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   return path;
 }
 
-/// Coefficients that predict the change of x over a horizon from its past: least squares over the whole path.
+/// Returns the coefficients that predict the change of x over the horizon from its past, by least squares over the
+/// whole path.
 Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizon_s) {
   const double h = kTrajectoryForecastPeriod_s;
   const double fast_part = low_pass_part(TrajectoryForecast::kFast_hz, h);
@@ -114,7 +115,7 @@ TEST(TrajectoryForecast, BeginsWithWhatIsBestForMovementsOfLeastJerk) {
 }
 
 TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
-  // A random walk: its past does not predict its future.
+  // The path is a random walk, whose past does not predict its future.
   Random random(7);
   std::vector<Vec3> path{Vec3::Zero()};
   for (int k = 0; k < 60000; ++k) {

@@ -47,13 +47,13 @@ TEST(PlaneProjection, SaysSoWhenNothingIsAboveAllPlanes) {
   EXPECT_EQ(projection.point(), Vec3(0, 0, 1));
 }
 
-// The Karush-Kuhn-Tucker conditions, which hold only at the optimum of a convex problem.
+// Checks the Karush-Kuhn-Tucker conditions. For a convex problem they hold only at the optimum.
 TEST(PlaneProjection, MeetsTheConditionsOfTheOptimumForRandomPlanes) {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
   for (int round = 0; round < 2000; ++round) {
     std::vector<AllowedSide> sides;
-    // All planes leave the origin free, as the planes of the proxy leave its own position free.
+    // The origin satisfies all constraints, as the position of the proxy satisfies its own planes.
     for (int i = 0; i < 12; ++i) sides.push_back({random_vector(random).normalized(), -random.uniform()});
     PlaneProjection projection;
     const Vec3 goal = 3 * random_vector(random);

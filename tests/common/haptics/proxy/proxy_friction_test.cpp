@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kStill = 0.6;
 constexpr double kSliding = 0.4;
-constexpr double kDepth_m = 3e-3;  ///< depth of the goal below the centre's rest position
+constexpr double kDepth_m = 3e-3;  ///< depth of the goal below the height at which the ball touches the plane
 
 std::vector<ProxyObstacle> rough_planes() {
   return {with_friction(touchable(contact::half_space_field()), kStill, kSliding),
@@ -20,7 +20,7 @@ Vec3 pressed(double x) {
   return {x, 0, 1e-3 - kDepth_m};
 }
 
-/// A proxy pressed straight down at x = 0, at rest.
+/// Returns a proxy at rest that is pressed straight down at x = 0.
 GodObject at_rest_on(const ProxyObstacle& plane) {
   GodObject proxy = proxy_at({0, 0, 0.01}, {plane});
   drag(proxy, pressed(0), 20);
@@ -72,7 +72,7 @@ TEST(ProxyFriction, HoldsOnASlopeWhoseAngleIsInTheCone) {
     GodObject proxy = proxy_at(0.01 * n, {plane});
     drag(proxy, 1e-3 * n - Vec3(0, 0, 1e-6), 10);
     const Vec3 place = proxy.state().p_W;
-    // Straight down, as by a weight: the angle to the normal is the slope.
+    // The pull is vertical, as by a weight, so its angle to the normal is the slope.
     drag(proxy, 1e-3 * n - Vec3(0, 0, 5e-3), 50);
     EXPECT_EQ((proxy.state().p_W - place).norm() < 1e-5, std::tan(slope) < kStill) << slope;
   }
@@ -95,7 +95,8 @@ TEST(ProxyFriction, PullStaysInTheConeOnARoughSphere) {
     const Vec3 n = state.p_W.normalized();
     const Vec3 pull = state.p_W - state.goal_W;
     const double cone = state.is_sticking ? kStill : kSliding;
-    // The cone is reached within a step of a micrometre, at a load of three millimetres.
+    // The position is accurate to about a micrometre and the pull is three millimetres long, which bounds the error of
+    // the cone.
     EXPECT_LT((pull - pull.dot(n) * n).norm() / pull.dot(n), cone + 1e-3) << i;
     EXPECT_NEAR(state.p_W.norm(), 0.031, 2e-6);
   }

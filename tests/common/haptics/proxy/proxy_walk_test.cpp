@@ -1,4 +1,5 @@
-// Long random walks of the hand with jumps: the ball always stays outside, on its side.
+// Tests long random walks of the hand with jumps. The ball must always stay outside the obstacle and on the same side
+// of a sheet.
 #include <gmock/gmock.h>
 
 #include "common/base/random.hpp"
@@ -16,13 +17,13 @@ constexpr double kRadius_m = 1e-3;
 struct Walk {
   geometry::TriangleMesh mesh;
   Vec3 start;
-  Vec3 low;  ///< the goal stays in this box
+  Vec3 low;  ///< the goal is clamped to the box from `low` to `high`
   Vec3 high;
   double friction = 0;
 };
 
-/// Checks the clearance with the exact distance in every step. The sign of that distance checks the side; for a sheet
-/// it is valid away from its rim.
+/// Checks the clearance by the exact distance in every step. The sign of the distance shows the side; for a sheet it is
+/// valid only away from its rim.
 void expect_outside(const Walk& walk) {
   const geometry::TriangleTree tree(walk.mesh);
   GodObject proxy = proxy_at(walk.start, {with_friction(touchable(walk.mesh), walk.friction, walk.friction)}, true);

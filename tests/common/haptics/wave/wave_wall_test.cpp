@@ -1,4 +1,4 @@
-// The wave line as the room uses it: the client's port, a delay, and the handle that the tool's coupling pulls to.
+// Tests the wave line as used in a room: the client's port, a delay, and the handle to which the tool's coupling pulls.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,8 +19,8 @@ CouplingParameters coupling_parameters() {
   return parameters;
 }
 
-/// A hand of 0.3 kg presses with 200 N/m against a wall of 5 kN/m at the tool, over a line with `delay` ticks in each
-/// direction.
+/// A hand of 0.3 kg presses with 200 N/m through a line against a wall of 5 kN/m at the tool. The line has a delay of
+/// `delay` ticks in each direction.
 struct PressedWall {
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) tick();
@@ -48,7 +48,7 @@ struct PressedWall {
   void step(double x_hand) {
     const Pose X_WT = tool.move({{x_hand, 0, 0}, Quat::Identity()}, coupling_parameters(), kWaveWallTick_s);
     const RigidState target{X_WT, tool.velocity()};
-    // A tool without mass, implicit: coupling against wall.
+    // The tool has no mass. Its position is computed implicitly from the balance of coupling and wall.
     const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kWaveWallTick_s * x_tool;
     double x_next = stretch / (500 + 2 / kWaveWallTick_s);
     if (x_next > 0.005) x_next = (stretch + 5000 * 0.005) / (500 + 2 / kWaveWallTick_s + 5000);
@@ -94,7 +94,8 @@ TEST(WavePorts, TheSameWaveAgainIsNotCountedTwice) {
     x = tool.move({}, slack, kWaveWallTick_s).p.x();
     tool.settle({}, kWaveWallTick_s);
   }
-  // Without a force V = u √(2/b): 2.24 mm, less e⁻⁴ still in the filter and 4 % removed by the drift correction.
+  // Without a force V = u √(2/b), which gives 2.24 mm. A fraction of e⁻⁴ is still in the filter, and the drift
+  // correction has removed 4 %.
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(x, 0.005 * std::sqrt(2 / b), 0.08 * 0.005 * std::sqrt(2 / b));
 }

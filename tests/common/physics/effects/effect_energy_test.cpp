@@ -1,4 +1,5 @@
-// Energy balance of effects: passive ones give out no energy for any tool; the others are measured.
+// Tests the energy balance of effects. Passive effects must generate no energy for any tool; for the others the energy
+// is measured.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +17,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::array<double, 5> kMasses_kg = {0.005, 0.02, 0.05, 0.3, 2};
 
-/// The effects for which the README's table has `value` in `column`.
+/// Returns the effects that have `value` in `column` of the README's table.
 std::vector<EffectModel> models_where(const std::string& column, const std::string& value) {
   const std::vector<test::TableRow> rows = rows_of_readme();
   std::vector<EffectModel> models;
@@ -27,7 +28,7 @@ std::vector<EffectModel> models_where(const std::string& column, const std::stri
   return models;
 }
 
-/// A closed path, at rest at both ends, with the fastest motion of a hand: it includes a tremor of 15 Hz.
+/// A closed path that rests at both ends and has the fastest motion of a hand, including a tremor of 15 Hz.
 class ClosedPath {
  public:
   explicit ClosedPath(std::uint64_t seed) {
@@ -56,11 +57,11 @@ class ClosedPath {
   std::vector<Wave> waves_;
 };
 
-/// Σ F_k · (x_{k+1} − x_k), and its largest value on the way.
+/// The work Σ F_k · (x_{k+1} − x_k), and its largest value along the path.
 struct Work {
   double net_j = 0;
   double highest_j = 0;
-  Vec3 end = Vec3::Zero();  ///< an attractive effect holds the tool slightly off the path's end
+  Vec3 end = Vec3::Zero();  ///< last position of the tool; an attractive effect holds it slightly off the path
 };
 
 Work work_along(const Effect& effect, SteppedTool tool, const ClosedPath& path) {
@@ -102,7 +103,7 @@ TEST(EffectEnergy, AMagnetGivesNoMoreThanItsPotentialOnEveryPath) {
       const ClosedPath path(seed);
       const Work work = work_along(effect, tool, path);
       const double from_potential_j = magnet_potential_j(magnet, path.start) - magnet_potential_j(magnet, work.end);
-      // Tolerance relative to the magnet's depth of 35 mJ.
+      // The potential of the magnet is 35 mJ deep, so this tolerance is below 0.1 % of it.
       EXPECT_LT(work.net_j - from_potential_j, 2e-5) << "mass " << mass_kg << " seed " << seed;
     }
   }
@@ -135,7 +136,7 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
         Random random(seed);
         SteppedTool tool;
         tool.mass_kg = mass_kg;
-        // The magnet's tool starts at the potential minimum, so that kinetic energy is all that it has.
+        // For a magnet the tool starts at the minimum of the potential, so that it has only kinetic energy.
         tool.p = is_magnet ? Vec3(0.005, 0, 0) : random_vec3(random, 0.02);
         tool.v = random_vec3(random, 0.3);
         const double start_j = tool.kinetic_j();
@@ -148,7 +149,8 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
   }
 }
 
-/// Energy that a tool could recover: a spring stretched beyond breaking stores no more than at breakaway.
+/// Returns the energy that a tool could recover. If the spring is stretched beyond breaking, only the energy at
+/// breakaway counts.
 double with_spring_j(const SteppedTool& tool, const StickSlip& model) {
   const double k = tool.memory.stiffness_n_per_m;
   const double pull_n = std::min(k * (tool.p - tool.memory.anchor_E).norm(), model.breakaway_force_n);
@@ -211,10 +213,10 @@ TEST(EffectEnergy, VibrationDoesTheWorkOfASinusoidOnADamper) {
   constexpr double kHz = 20, kAmplitude_n = 0.5, kStiffness = 300, kDamping = 5, kMass_kg = 0.05;
   const Effect effect(effect_with(Vibration{kHz, kAmplitude_n, 0, Vec3::UnitX()}));
   SteppedTool tool;
-  tool.step_s = 1e-5;  // small enough for the closed form of continuous time
+  tool.step_s = 1e-5;  // small enough for the closed form in continuous time
   tool.mass_kg = kMass_kg;
   double work_j = 0;
-  constexpr int kSettle = 50000, kMeasure = 100000;  // 10 and 20 periods
+  constexpr int kSettle = 50000, kMeasure = 100000;  // 10 periods and 20 periods
   for (int i = 0; i < kSettle + kMeasure; ++i) {
     const Vec3 from = tool.p;
     const Vec3 f = tool.step_to(effect, Vec3::Zero(), kStiffness, kDamping);
@@ -225,7 +227,7 @@ TEST(EffectEnergy, VibrationDoesTheWorkOfASinusoidOnADamper) {
   EXPECT_NEAR(work_j / (kMeasure * tool.step_s), power_w, 0.01 * power_w);
 }
 
-/// Work over one crest and back down, with the normal force from `press`.
+/// Returns the work over one crest and down again, with the normal force that `press` returns.
 double texture_work_j(const std::function<double(bool is_uphill)>& press) {
   const Effect effect(effect_with(Texture{2e-4, 4e-3, 0}));
   EffectMemory memory;
@@ -233,7 +235,7 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
   constexpr int kSteps = 2000;
   for (int i = 0; i < kSteps; ++i) {
     const double way_m = 4e-3 / kSteps;
-    // The height a sin(2πx/λ) rises in the first and last quarter.
+    // The height a sin(2πx/λ) rises in the first and in the last quarter of a period.
     const bool is_uphill = i < kSteps / 4 || i >= 3 * kSteps / 4;
     const EffectInput input{0,   1e-3, {way_m * i, 0, 0}, {{way_m / 1e-3, 0, 0}, Vec3::Zero()},
                             0.3, 1e-5, press(is_uphill),  Vec3::UnitZ()};
@@ -244,7 +246,7 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
 
 TEST(EffectEnergy, TextureIsConservativeAtConstantPressureAndPaysWhoPressesDownhill) {
   EXPECT_NEAR(texture_work_j([](bool) { return 1.0; }), 0, 1e-12);
-  // Down by 2a with 1 N, up by 2a with 0.5 N.
+  // The tool moves down by 2a with 1 N, and up by 2a with 0.5 N.
   EXPECT_NEAR(texture_work_j([](bool is_uphill) { return is_uphill ? 0.5 : 1.0; }), 0.5 * 2 * 2e-4, 1e-8);
 }
 

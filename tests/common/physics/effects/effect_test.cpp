@@ -1,4 +1,4 @@
-// Each effect against its closed form, at its edges, and for invalid input.
+// Compares each effect with its closed form, and tests it at its edges and with invalid input.
 #include "common/physics/effects/effect.hpp"
 
 #include <gtest/gtest.h>
@@ -71,7 +71,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
     EffectSettings settings = ball_with(model);
     settings.X_OE = {{0.1, 0, 0.2}, quaternion_of({0.3, 0.2, 0.1})};
     if (!std::holds_alternative<Magnet>(model)) settings.region = BoxRegion{{0.02, 0.03, 0.01}};
-    // Stick-slip has jumps by design. With equal forces there are none, and the rest must be continuous.
+    // Stick-slip jumps by design when it slips. With equal forces for breakaway and slip it does not, and must be
+    // continuous.
     if (auto* stick_slip = std::get_if<StickSlip>(&settings.model)) stick_slip->slip_force_n = 1;
     const Effect effect(settings);
     EffectMemory memory;
@@ -93,7 +94,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
       last = f;
     }
     EXPECT_GT(largest, 0.1) << name_of(model) << " did nothing";
-    // The steepest effect, 2.3 N over 5 mm of smooth step (700 N/m), gives 7e-4 N a step; a jump would be larger.
+    // The steepest effect changes by 2.3 N over a smooth step of 5 mm (700 N/m). This is 7e-4 N per step; a jump would
+    // be larger.
     EXPECT_LT(largest_jump, 2e-3) << name_of(model);
     EXPECT_EQ(last, Vec3::Zero()) << name_of(model) << " reaches beyond its region";
   }
@@ -169,7 +171,8 @@ TEST(Magnet, ForceIsTheSlopeOfABoundedPotentialAroundPointLineAndPlate) {
         const Vec3 delta = kDelta_m * Vec3::Unit(axis);
         slope[axis] = (magnet_potential_j(magnet, p + delta) - magnet_potential_j(magnet, p - delta)) / (2 * kDelta_m);
       }
-      // Where the nearest point leaves a face, the second derivative jumps by at most k = 233 N/m.
+      // If the nearest point moves across an edge of the core, the second derivative of the potential jumps by at most
+      // k = 233 N/m.
       EXPECT_LT((force_at(effect, p) + slope).norm(), 233 * kDelta_m);
     }
   }
@@ -239,7 +242,7 @@ TEST(StickSlip, SlowDragIsASawtoothWithTheClosedFormOfTheAnchorsWork) {
   double highest = 0, work_j = 0;
   int snaps = 0;
   double last = 0;
-  // 1/500 m to the first snap, then one every (1 − 0.4)/500 m.
+  // The first snap occurs after 1/500 m, then one every (1 − 0.4)/500 m.
   constexpr int kSteps = 195000;
   for (int i = 0; i < kSteps; ++i) {
     input.p_OT.x() = kStep_m * i;
@@ -254,7 +257,7 @@ TEST(StickSlip, SlowDragIsASawtoothWithTheClosedFormOfTheAnchorsWork) {
   }
   EXPECT_NEAR(highest, 1, 1e-4);
   EXPECT_EQ(snaps, 1 + static_cast<int>((kSteps * kStep_m - 0.002) / 0.0012));
-  // The work equals the energy lost in the snaps plus the energy stored in the spring.
+  // The work must equal the energy lost in the snaps plus the energy stored in the spring.
   const double taken_j = snaps * (1 - 0.4 * 0.4) / (2 * 500), stored_j = last * last / (2 * 500);
   EXPECT_NEAR(work_j, taken_j + stored_j, 1e-3 * work_j);
 }
@@ -263,7 +266,7 @@ TEST(StickSlip, HoldsAToolUpToItsBreakawayForce) {
   const Effect effect(effect_with(StickSlip{500, 1, 0.4}));
   for (const double pull_n : {0.9, 1.1}) {
     SteppedTool tool;
-    // The hand's spring is as stiff as the effect's, so the hand moves twice as far as the tool.
+    // The hand's spring has the stiffness of the effect, so the hand moves twice as far as the tool.
     for (int i = 0; i < 3000; ++i) tool.step_to(effect, {2 * pull_n / 500 * std::min(1.0, i / 1000.0), 0, 0}, 500, 5);
     if (pull_n < 1) {
       EXPECT_NEAR(tool.p.x(), pull_n / 500, 1e-9);

@@ -1,4 +1,4 @@
-// Authors choose an effect from the table in README.md: it must contain every effect and be consistent.
+// Authors choose an effect from the table in README.md, so it must contain every effect and be consistent.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/effects/effect_support.hpp"

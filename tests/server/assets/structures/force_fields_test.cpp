@@ -1,4 +1,5 @@
-// GROMACS's force fields other than OPLS-AA: the supported ones give exact parameters, the others are refused.
+// Tests the force fields of GROMACS other than OPLS-AA. The supported ones must give exact parameters, and the others
+// must be refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -39,7 +40,7 @@ class ForceFields : public testing::Test {
   void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory); }
 };
 
-/// A force field that mixes σ arithmetically.
+/// A force field that uses the arithmetic mean of two σ.
 class ArithmeticForceField : public ForceFields, public testing::WithParamInterface<const char*> {
  protected:
   static docking::Molecule load(const std::string& text, Hydrogens hydrogens = Hydrogens::kGiven) {
@@ -59,7 +60,7 @@ struct Chain {
 
 const std::string kBackbone = "N H CA HA C O CB ";
 
-/// All residues and protonation states, each once between a cap and a charged end.
+/// Chains with all residues and protonation states, each once between a cap and a charged end.
 std::vector<Chain> chains() {
   const auto capped = [](const std::string& name, const std::string& atoms) {
     return residue_text("ACE", "C O CH3 H1 H2 H3", 1) + residue_text(name, atoms, 2) +

@@ -1,4 +1,4 @@
-// Built hydrogens that overlap: the moved atoms, the size of the moves, and the fixed atoms.
+// Tests built hydrogens that overlap: which atoms are moved, how far, and which atoms stay fixed.
 #include "server/assets/structures/hydrogen_relaxation.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 const std::filesystem::path kUbiquitin = "/usr/share/freesasa/test-data/1ubq.pdb";
 const std::filesystem::path kProtease = "/usr/share/pymol/data/tut/1hpv.pdb";
 
-/// A residue "SER" of carbon, oxygen and hydrogen, whose hydroxyl hydrogen was built.
+/// A residue "SER" that consists of carbon, oxygen and hydrogen. Its hydroxyl hydrogen was built.
 struct Hydroxyl {
   Hydroxyl(const std::string& id, const Vec3& oxygen, const Vec3& carbon, const Vec3& hydrogen) {
     residue.name = "SER";
@@ -63,9 +63,9 @@ struct Structure {
   const Vec3& hydrogen(std::size_t residue) const { return chains[residue].atoms[2].position_angstrom; }
 };
 
-/// Two hydroxyls, each along x from its carbon, with hydrogens 0.9 Å apart.
+/// Two hydroxyl groups, each along x from its carbon. Their hydrogens are 0.9 Å apart.
 Structure two_hydroxyls() {
-  const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // 109.5° at the oxygen
+  const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // the angle at the oxygen is 109.5°
   Structure structure;
   structure.add({"1", {0, 0, 0}, {-1.43, 0, 0}, {-down, out, 0}});
   structure.add({"2", {0, 2 * out + 0.9, 0}, {-1.43, 2 * out + 0.9, 0}, {-down, out + 0.9, 0}});
@@ -148,7 +148,7 @@ PreparedStructure built(const std::filesystem::path& file) {
   return structure;
 }
 
-/// Positions by residue and atom name.
+/// Returns the positions of the atoms by residue and atom name.
 std::map<std::string, Vec3> places(const std::vector<PdbResidue>& residues) {
   std::map<std::string, Vec3> all;
   for (const PdbResidue& residue : residues) {
@@ -157,7 +157,7 @@ std::map<std::string, Vec3> places(const std::vector<PdbResidue>& residues) {
   return all;
 }
 
-/// The structure rotated, moved, and with its residues in another order.
+/// Returns the structure rotated and displaced, with its residues in random order.
 PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::mt19937& random) {
   PreparedStructure to = from;
   std::vector<std::size_t> order(from.chains.size());
@@ -172,7 +172,7 @@ PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::m
   }
   for (BuiltGroup& group : to.groups) {
     group.residue = static_cast<std::size_t>(std::ranges::find(order, group.residue) - order.begin());
-    // Bit-identical to the carrier's position.
+    // The carrier's position must be exactly that of its atom.
     for (const PdbAtom& atom : from.chains[order[group.residue]].atoms) {
       if (atom.position_angstrom == group.carrier_angstrom) group.carrier_angstrom = X * atom.position_angstrom;
     }
@@ -227,7 +227,7 @@ docking::Molecule molecule_of(const std::vector<PdbResidue>& residues) {
   return molecule;
 }
 
-/// Smallest distance between heavy atoms of both structures [Å], at most 5.
+/// Returns the smallest distance between heavy atoms of the two structures [Å], at most 5.
 double gap_angstrom(const PreparedStructure& a, const PreparedStructure& b) {
   constexpr double kFarAngstrom = 5;
   const auto heavy = [](const PreparedStructure& structure) {
@@ -262,7 +262,7 @@ std::size_t clashes_between(const PreparedStructure& a, const PreparedStructure&
 
 TEST(HydrogenRelaxation, OfPiecesPressedTogetherClashesBecomeFewAndTheOrderDoesNotMatter) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory, kUbiquitin);
-  // The nearest heavy atoms of an interface are 2.6 to 3 Å apart, with hydrogens between them.
+  // In an interface the nearest heavy atoms are 2.6 to 3 Å apart, with hydrogens between them.
   constexpr double kGapAngstrom = 2.8;
   constexpr int kTrials = 30;
   std::mt19937 random(static_cast<std::uint32_t>(test::test_seed(1)));

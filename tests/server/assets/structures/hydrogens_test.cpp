@@ -1,4 +1,4 @@
-// Built hydrogens, against the positions of GROMACS; united atoms.
+// Compares built hydrogens with the positions of GROMACS, and tests united atoms.
 #include "server/assets/structures/hydrogens.hpp"
 
 #include <gtest/gtest.h>
@@ -52,17 +52,17 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
   EXPECT_NEAR(total(molecule.charge_e), 0, 1e-9);
   std::size_t compared = 0, moved = 0;
   for (std::size_t i = 0; i < molecule.size(); ++i) {
-    // "HB1 of MET 1 of chain A"
+    // An entry reads, for example, "HB1 of MET 1 of chain A".
     std::istringstream words(report.places[i]);
     std::string name, of, residue_name, residue;
     words >> name >> of >> residue_name >> residue;
     const auto found = expected.find(name + " of " + residue);
     if (!name.starts_with('H')) continue;
     ASSERT_NE(found, expected.end()) << report.places[i];
-    // The golden file has three decimals in nm, and so did the heavy atoms in the input of GROMACS.
+    // The golden file has three decimals in nm. The heavy atoms had the same precision in the input of GROMACS.
     const double apart = (molecule.positions_angstrom[i] - found->second).norm();
     if (apart >= 0.002) ++moved;
-    // Hydrogens that overlapped atoms of other residues are bent, by less than this.
+    // Hydrogens that overlapped with atoms of other residues are displaced by less than this.
     EXPECT_LT(apart, 0.3) << report.places[i];
     ++compared;
   }
@@ -75,7 +75,8 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
   const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
   EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
-  // Masses of the force field. Its aromatic CH (of one TYR, two PHE, one HIS: 16) has the mass of the carbon alone.
+  // These are the masses of the force field. Its aromatic CH has the mass of the carbon alone; there are 16 in one TYR,
+  // two PHE and one HIS.
   EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
   std::size_t hydrogens = 0;
   for (std::size_t i = 0; i < united.size(); ++i) {
@@ -102,7 +103,7 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   EXPECT_GT(farthest, 0.01);
 }
 
-/// GROMACS's rule places one of them 0.66 Å from CD.
+/// The rule of GROMACS would place one of the hydrogens 0.66 Å from CD.
 TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
   const std::filesystem::path protease = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, protease);
@@ -123,7 +124,8 @@ TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
 
 TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
-  // The atoms lie on a line, and CB is missing: no perpendicular directions exist, and all results must be finite.
+  // The atoms lie on a line, and CB is missing. So the perpendicular directions are not defined, but all results must
+  // be finite.
   const test::PdbFile file(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("GLY", "N CA C O", 2));
   StructureReport report;
   const docking::Molecule molecule = load_molecule(file.path(), {}, test::kOplsDirectory, Hydrogens::kBuild, &report);

@@ -1,4 +1,5 @@
-// Writing and reading a complex returns the same complex, in both formats. Data that PDB cannot hold is refused.
+// A complex that is written and read again must be the same, in both formats. Data that the PDB format cannot represent
+// must be refused.
 #include "server/assets/structures/structure_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using docking::Molecule;
 
-/// Half a unit of the last decimal [Å].
+/// Half of the last decimal place [Å].
 constexpr double kPdbRounding = 0.5e-3, kMmcifRounding = 0.5e-6;
 
 void add_atom(Molecule& molecule, const std::string& name, const std::string& element, const std::string& residue,
@@ -100,7 +101,7 @@ void expect_atoms(const PdbStructure& read, const std::vector<const Molecule*>& 
   EXPECT_EQ(read.duplicate_atoms + read.alternate_atoms, 0U);
 }
 
-/// Writes a temporary file, which the caller removes.
+/// Writes a temporary file. The caller removes it.
 fs::path written(const std::string& text, const std::string& ending) {
   const fs::path file = fs::path(testing::TempDir()) / ("tandem_writer_" + std::to_string(getpid()) + ending);
   std::ofstream(file, std::ios::binary) << text;
@@ -115,8 +116,8 @@ class RealComplex : public testing::Test {
     return load_molecule(file, {{chain}}, test::kOplsDirectory, hydrogens);
   }
 
-  /// To first order an error of the coordinates changes the energy by force · error. The bound allows the same again
-  /// for the second order.
+  /// To first order, an error of the coordinates changes the energy by force · error. The bound is twice as large, to
+  /// cover the second order.
   static void expect_reads_back(const std::string& ending, Hydrogens hydrogens, const Pose& X_AB, double rounding) {
     const Molecule a = load(test::k3al1File, "A", hydrogens), b = load(test::k3al1File, "B", hydrogens);
     const fs::path file = written("", ending);
@@ -263,7 +264,7 @@ TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
     expect_atoms(parse_mmcif(complex_mmcif(molecule, ligand, Pose{}), "x.cif"), {&molecule, &ligand}, 1e-6);
   }
   EXPECT_EQ(pdb_message(one_residue("1", "A", {9999.9994, -999.9994, 0})), "");
-  // The pose counts, not only the coordinates of the file.
+  // The coordinates are checked after the pose is applied.
   EXPECT_NE(message_of([] {
               complex_pdb(one_residue("1", "A"), one_residue("1", "B"), Pose{Vec3(1e4, 0, 0), Quat::Identity()});
             }).find("not 10000.0"),
@@ -271,7 +272,7 @@ TEST(ComplexWriter, AnswersWhatPdbCannotHoldWithTheOtherFormat) {
 }
 
 TEST(ComplexWriter, HoldsTheLargestPdbAndRefusesTheNextAtom) {
-  // One serial number for each atom, and one for each end of a chain.
+  // Each atom needs a serial number, and so does each end of a chain.
   Molecule receptor = many_atoms(99'996);
   EXPECT_EQ(pdb_message(receptor), "");
   add_atom(receptor, "C", "C", "LIG", "9999", "A", Vec3::Zero());

@@ -1,4 +1,4 @@
-// The PDB reader: accepted files, refusals with a place and a remedy, and robustness against arbitrary bytes.
+// Tests the PDB reader: accepted files, refusals that state place and remedy, and robustness against arbitrary bytes.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ TEST(PdbReader, KeepsTheAlternateLocationOfTheLargerOccupancyThroughoutAResidue)
     for (const PdbAtom& atom : structure.residues.at(0).atoms) x.push_back(atom.position_angstrom.x());
     return x;
   };
-  // At equal occupancy the location with more atoms is used, never a mixture of both.
+  // If the occupancies are equal, the location with more atoms is used, never a mixture of both.
   EXPECT_EQ(places(parse_pdb(text, "x.pdb")), (std::vector<double>{1, 3, 4, 6}));
   text.replace(text.find("  0.50"), 6, "  0.60");
   const PdbStructure structure = parse_pdb(text, "x.pdb");
