@@ -273,7 +273,7 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   LocalTime sent = begin;
   for (const auto& user : impl_->users) {
     user->silence = Duration{0};
-    user->heard_at = LocalTime{};
+    user->received_at = LocalTime{};
   }
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
