@@ -12,9 +12,9 @@
 #include <cstdint>
 #include <memory>
 
+#include "client/exchange/mailboxes.hpp"
 #include "client/haptics/clutch.hpp"
 #include "client/haptics/hand_workspace.hpp"
-#include "client/haptics/mailboxes.hpp"
 #include "client/haptics/outgoing_update.hpp"
 #include "client/haptics/port_work.hpp"
 #include "client/haptics/rendering.hpp"

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "client/model/input_history.hpp"
 #include "client/model/partner.hpp"
 #include "client/model/reconciler.hpp"
