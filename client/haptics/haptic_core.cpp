@@ -80,7 +80,7 @@ void HapticCore::enter_scene() noexcept {
   const HapticScene& scene = inbox_.scene();
   if (inbox_.is_usable()) coupling_.start(scene);
   record_.scene_generation = scene.generation;
-  record_.has_watched_body = false;
+  record_.watched_body_W.reset();
   renderings_.reset();
   stage_output_ = {};
   passivity_.reset();
@@ -113,13 +113,11 @@ void HapticCore::receive_state(const ReceivedUpdate& received) noexcept {
 // Updates are thinned on the wire: if the body is missing from this one, its last state remains valid.
 void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
-  if (watched != watched_last_) record_.has_watched_body = false;
+  if (watched != watched_last_) record_.watched_body_W.reset();
   watched_last_ = watched;
   if (watched == 0) return;
   for (const proto::BodyState& body : update.bodies) {
-    if (body.id.value != watched) continue;
-    record_.watched_body_W = body.state;
-    record_.has_watched_body = true;
+    if (body.id.value == watched) record_.watched_body_W = body.state;
   }
 }
 
@@ -246,8 +244,8 @@ void HapticCore::record_output() noexcept {
   record_.displayed_on_hand_D = output_.displayed_D();
   record_.is_local = stage_output_.is_local;
   record_.local_tool_W = stage_output_.tool;
-  record_.has_local_body = stage_output_.has_watched_body;
-  record_.local_body_W = stage_output_.watched_body;
+  record_.local_body_W.reset();
+  if (stage_output_.has_watched_body) record_.local_body_W = stage_output_.watched_body;
   record_.is_predicting = stage_output_.is_predicting;
   record_.stage_samples = stage_output_.samples;
   record_.passivity_gain = passivity_.gain();
