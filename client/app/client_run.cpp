@@ -26,7 +26,6 @@
 #include "client/commands/command_run.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
-#include "client/recording/client_recorder.hpp"
 #include "client/session/scene_from_wire.hpp"
 #include "client/view/window.hpp"
 #include "common/realtime/output.hpp"
@@ -60,6 +59,40 @@ void release_at_exit() {
   std::_Exit(1);
 }
 
+/// Last texts about the session: each is logged once.
+struct SessionTexts {
+  std::string why;
+  std::string stage_note;
+  std::string news;  ///< last news of the room
+};
+
+/// Findings of the newest coupling check, with their explanation for the user.
+struct ExplainedCoupling {
+  std::uint64_t check = 0;  ///< CouplingCheck::number
+  std::vector<haptics::StabilityFinding> findings;
+  std::string lines;
+};
+
+/// The body that the run watches in the present scene.
+struct WatchedBody {
+  std::shared_ptr<const wire::Joined> joined;
+  BodyId id;  ///< invalid: none
+  std::string name;
+};
+
+/// Wait for the common start of the room's hands.
+struct StartWait {
+  LocalTime since{};
+  bool has_begun = false;  ///< the hand follows its path
+  std::string problem;     ///< why the room did not begin in time; empty: it did
+};
+
+/// The picture of --screenshot.
+struct Screenshot {
+  LocalTime due{};
+  bool is_taken = false;
+};
+
 class ClientRun {
  public:
   ClientRun(const ClientOptions& options, realtime::Output& output);
@@ -83,11 +116,6 @@ class ClientRun {
   void keep_going();
   void drain_records();
   void on_record(const TickRecord& record);
-  void begin_recording(const std::filesystem::path& file);
-  void end_recording();
-  void switch_recording();
-  std::string recording_state() const;
-  void record_link(const ClientIoSnapshot& io, LocalTime now);
   void give_up_waiting(const ClientIoSnapshot& io, LocalTime now);
   void run_commands(const ClientIoSnapshot& io, LocalTime now);
   void set_what_is_due();
@@ -109,32 +137,16 @@ class ClientRun {
   devices::HandPath hand_path_;  ///< source of the names of the run's phases
   ClientIo io_;
   std::optional<TraceWriter> trace_;
-  std::unique_ptr<ClientRecorder> recorder_;  ///< newest recording, which may have ended; null: none yet
-  bool is_recording_ = false;
-  std::string recording_problem_;  ///< why the last recording could not begin
-  LocalTime recording_since_{};
-  Duration recorded_for_{0};
-  std::uint64_t lost_of_recordings_ = 0;
-  bool has_picture_ = false;
-  boost::json::array earlier_recordings_;
-  LocalTime next_link_record_{};
+  RunRecordings recordings_;
   RunReport report_;
-  std::shared_ptr<const wire::Joined> watched_in_;
-  BodyId watched_;
-  std::string watched_name_;
+  Screenshot screenshot_;
+  WatchedBody watched_;
   std::vector<std::string> realtime_not_granted_;
-  std::string last_why_;
-  std::string last_stage_note_;
-  std::string news_;  ///< last news of the room
+  SessionTexts texts_;
   std::size_t sets_done_ = 0;
-  std::uint64_t explained_check_ = 0;
-  std::vector<haptics::StabilityFinding> coupling_findings_;
-  std::string last_coupling_lines_;
-  bool has_begun_ = false;      ///< the hand follows its path
-  std::string waited_in_vain_;  ///< why the room did not begin in time; empty: it did
-  LocalTime waiting_since_{};
+  ExplainedCoupling coupling_;
+  StartWait start_;
   LocalTime next_status_{};
-  LocalTime picture_due_{};
   TickRecord newest_;
   bool is_over_ = false;
   std::optional<HapticLoop> loop_;      ///< destroyed before the objects that it uses
@@ -149,59 +161,10 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
       device_(devices::open_device(options_.device)),
       hand_path_(devices::hand_path_of(options.device)),
       io_(io_settings(options, safety_), *device_),
+      recordings_(options_, [&output](const std::string& news) { output.err("tandem-client: " + news + "\n"); }),
       report_(hand_path_.phases(), safety_.silence_zero) {
-  if (!options_.record.empty()) begin_recording(options_.record);
+  if (!options_.record.empty()) recordings_.begin(options_.record);
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
-}
-
-/// Fails   std::invalid_argument: the file cannot be created
-void ClientRun::begin_recording(const std::filesystem::path& file) {
-  auto recorder = std::make_unique<ClientRecorder>(
-      recording_settings(options_, file),
-      [&output = output_](const std::string& news) { output.err("tandem-client: " + news + "\n"); });
-  if (recorder_) earlier_recordings_.push_back(recording_json(*recorder_));
-  recorder_ = std::move(recorder);
-  recording_since_ = SteadyClock().now();
-  next_link_record_ = {};
-  is_recording_ = true;
-}
-
-/// Blocks main until the recording is written; no other thread waits for main.
-void ClientRun::end_recording() {
-  if (!std::exchange(is_recording_, false)) return;
-  recorder_->finish();
-  recorded_for_ = SteadyClock().now() - recording_since_;
-  lost_of_recordings_ += recorder_->lost();
-}
-
-/// Starts or ends a recording, from the window.
-void ClientRun::switch_recording() {
-  recording_problem_.clear();
-  if (is_recording_) {
-    end_recording();
-    return log(recording_state());
-  }
-  try {
-    begin_recording(next_recording_file(options_, std::chrono::system_clock::now()));
-    log(recording_state());
-  } catch (const std::exception& error) {
-    recording_problem_ = error.what();
-    log(recording_problem_);
-  }
-}
-
-/// State of the recording, shown in the window; empty: there was none.
-std::string ClientRun::recording_state() const {
-  if (!recording_problem_.empty()) return recording_problem_;
-  if (!recorder_) return {};
-  if (is_recording_) return "recording " + recording_line(*recorder_, SteadyClock().now() - recording_since_);
-  return "recorded " + recording_line(*recorder_, recorded_for_);
-}
-
-void ClientRun::record_link(const ClientIoSnapshot& io, LocalTime now) {
-  if (!is_recording_ || now < next_link_record_) return;
-  next_link_record_ = now + kStatusPeriod;
-  recorder_->add(link_figures(io, now));
 }
 
 int ClientRun::run() {
@@ -248,9 +211,9 @@ void ClientRun::open_window() {
 /// Pauses until main's next poll; with a window, draws a frame.
 void ClientRun::pause() {
   if (window_) {
-    window_->show_recording(is_recording_, recording_state());
-    window_->draw(io_.haptics().newest_view(), io_.snapshot(), last_coupling_lines_);
-    if (window_->pop_record_press()) switch_recording();
+    window_->show_recording(recordings_.is_recording(), recordings_.state());
+    window_->draw(io_.haptics().newest_view(), io_.snapshot(), coupling_.lines);
+    if (window_->pop_record_press()) log(recordings_.toggle());
   } else {
     std::this_thread::sleep_for(kMainPeriod);
   }
@@ -263,11 +226,11 @@ void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
     return;
   }
   is_over_ = is_over_ || window_->is_closed();
-  if (options_.window.screenshot.empty() || is_over_ || SteadyClock().now() < picture_due_) return;
+  if (options_.window.screenshot.empty() || is_over_ || SteadyClock().now() < screenshot_.due) return;
   if (window_->is_making()) return;
   window_->save_next_frame(options_.window.screenshot);
   pause();
-  has_picture_ = true;
+  screenshot_.is_taken = true;
   is_over_ = true;
 }
 
@@ -298,11 +261,11 @@ bool ClientRun::join() {
 
 /// Selects the body to watch in a new scene.
 void ClientRun::watch_body(const std::shared_ptr<const wire::Joined>& joined) {
-  watched_in_ = joined;
-  watched_ = watched_body(*joined);
-  io_.haptics().watch(watched_);
-  if (!watched_.is_valid()) return;
-  watched_name_ = joined->scene().bodies(static_cast<int>(watched_.value) - 1).name();
+  watched_.joined = joined;
+  watched_.id = watched_body(*joined);
+  io_.haptics().watch(watched_.id);
+  if (!watched_.id.is_valid()) return;
+  watched_.name = joined->scene().bodies(static_cast<int>(watched_.id.value) - 1).name();
 }
 
 void ClientRun::start_loop() {
@@ -329,9 +292,9 @@ void ClientRun::start_loop() {
     loop_->request_stop();
     if (second_) second_->request_stop();
   });
-  waiting_since_ = SteadyClock().now();
-  next_status_ = waiting_since_ + kStatusPeriod;
-  picture_due_ = waiting_since_ + options_.window.after;
+  start_.since = SteadyClock().now();
+  next_status_ = start_.since + kStatusPeriod;
+  screenshot_.due = start_.since + options_.window.after;
 }
 
 void ClientRun::keep_going() {
@@ -345,7 +308,7 @@ void ClientRun::keep_going() {
   follow_session(io);
   const LocalTime now = SteadyClock().now();
   give_up_waiting(io, now);
-  record_link(io, now);
+  recordings_.add_link(io, now);
   run_commands(io, now);
   if (!options_.prints_json && !commands_ && now >= next_status_) {
     next_status_ += kStatusPeriod;
@@ -361,12 +324,12 @@ void ClientRun::run_commands(const ClientIoSnapshot& io, LocalTime now) {
 
 /// Ends a run of stated duration whose room does not begin within the start time-out.
 void ClientRun::give_up_waiting(const ClientIoSnapshot& io, LocalTime now) {
-  if (io.hand_start.kind != HandStart::Kind::kAwaited || has_begun_) waiting_since_ = now;
-  if (!options_.duration || now - waiting_since_ < options_.start_timeout) return;
+  if (io.hand_start.kind != HandStart::Kind::kAwaited || start_.has_begun) start_.since = now;
+  if (!options_.duration || now - start_.since < options_.start_timeout) return;
   is_over_ = true;
   char line[96];
   std::snprintf(line, sizeof line, "the room did not begin within %g s: ", to_seconds(options_.start_timeout));
-  waited_in_vain_ = line + news_;
+  start_.problem = line + texts_.news;
 }
 
 void ClientRun::set_what_is_due() {
@@ -387,11 +350,11 @@ void ClientRun::drain_records() {
 
 void ClientRun::on_record(const TickRecord& record) {
   const int phase = hand_path_.phase_at(record.sample.path_time);
-  has_begun_ = has_begun_ || record.has_begun;
+  start_.has_begun = start_.has_begun || record.has_begun;
   report_.add(record, phase);
   if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
-  if (is_recording_) recorder_->add(record, phase);
+  recordings_.add(record, phase);
   const std::string news = report_.pop_device_news();
   if (!news.empty()) log("device " + options_.device.name + " is " + news);
   newest_ = record;
@@ -401,9 +364,9 @@ void ClientRun::on_record(const TickRecord& record) {
 void ClientRun::take_events() {
   while (const std::optional<Event> event = io_.next()) {
     if (const auto* const news = std::get_if<event::News>(&*event)) {
-      news_ = news->text;
-      log(news_);
-      if (window_) window_->show_news(news_);
+      texts_.news = news->text;
+      log(texts_.news);
+      if (window_) window_->show_news(texts_.news);
     } else if (const std::string line = log_line(*event); options_.is_verbose && !line.empty()) {
       log(line);
     }
@@ -413,16 +376,17 @@ void ClientRun::take_events() {
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {
   const SessionStatus& status = io.status;
-  if (io.joined != nullptr && io.joined != watched_in_) watch_body(io.joined);
+  if (io.joined != nullptr && io.joined != watched_.joined) watch_body(io.joined);
   if (report_.is_silent()) {
     report_.explain_silence(status.why.empty() ? "no state was received, although the connection is open" : status.why);
   }
-  if (status.why != last_why_ && !status.why.empty()) log(status.why);
-  last_why_ = status.why;
-  if (stage_line(io.stage) != stage_line(options_.stage)) log(stage_line(io.stage));
-  options_.stage = io.stage;
-  if (io.stage_note != last_stage_note_ && !io.stage_note.empty()) log(io.stage_note);
-  last_stage_note_ = io.stage_note;
+  const RenderingStatus& rendering = io.rendering;
+  if (status.why != texts_.why && !status.why.empty()) log(status.why);
+  texts_.why = status.why;
+  if (stage_line(rendering.stage) != stage_line(options_.stage)) log(stage_line(rendering.stage));
+  options_.stage = rendering.stage;
+  if (rendering.stage_note != texts_.stage_note && !rendering.stage_note.empty()) log(rendering.stage_note);
+  texts_.stage_note = rendering.stage_note;
   explain_coupling(io.coupling_check);
   end_by_itself(io);
 }
@@ -430,12 +394,12 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
 // The search for a remedy takes tens of milliseconds, so it runs here and not on the io thread, which has already
 // displayed or refused the coupling.
 void ClientRun::explain_coupling(const CouplingCheck& check) {
-  if (check.number == explained_check_) return;
-  explained_check_ = check.number;
-  coupling_findings_ = explained(check, options_.device.profile);
-  std::string lines = coupling_lines(coupling_findings_);
-  if (lines != last_coupling_lines_) output_.err(lines);
-  last_coupling_lines_ = std::move(lines);
+  if (check.number == coupling_.check) return;
+  coupling_.check = check.number;
+  coupling_.findings = explained(check, options_.device.profile);
+  std::string lines = coupling_lines(coupling_.findings);
+  if (lines != coupling_.lines) output_.err(lines);
+  coupling_.lines = std::move(lines);
 }
 
 RunSummary ClientRun::summary(ClientIoSnapshot io) const {
@@ -446,17 +410,16 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
           .trace_overflows = loop_->trace_overflows(),
           .counters = io_.haptics().counters(),
           .io = std::move(io),
-          .coupling_findings = coupling_findings_,
-          .watched = watched_,
-          .watched_name = watched_name_,
+          .coupling_findings = coupling_.findings,
+          .watched = watched_.id,
+          .watched_name = watched_.name,
           .run = report_};
 }
 
 void ClientRun::print_json(const ClientIoSnapshot& io) {
   boost::json::object report = to_json(summary(io));
   if (second_) report["second"] = second_->summary();
-  if (recorder_) report["recording"] = recording_json(*recorder_);
-  if (!earlier_recordings_.empty()) report["earlier_recordings"] = earlier_recordings_;
+  recordings_.add_to(report);
   output_.out(boost::json::serialize(report) + "\n");
 }
 
@@ -473,7 +436,7 @@ int ClientRun::finish() {
   io_.stop();
   take_events();
   explain_coupling(io.coupling_check);
-  end_recording();
+  recordings_.end();
   if (options_.prints_json) print_json(io);
   const std::vector<std::string> problems = problems_at_end(io);
   for (const std::string& problem : problems) log(problem);
@@ -489,11 +452,11 @@ std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) 
       second_ ? second_->problem() : "",
       if_true(trace_ && !trace_->flush(),
               "the trace is incomplete: " + options_.trace.string() + " could not be written"),
-      waited_in_vain_,
+      start_.problem,
       commands_ ? commands_->problem() : "",
-      if_true(lost_of_recordings_ > 0,
-              "a recording is incomplete: " + std::to_string(lost_of_recordings_) + " messages are not in it"),
-      if_true(!options_.window.screenshot.empty() && !has_picture_,
+      if_true(recordings_.lost() > 0,
+              "a recording is incomplete: " + std::to_string(recordings_.lost()) + " messages are not in it"),
+      if_true(!options_.window.screenshot.empty() && !screenshot_.is_taken,
               "--screenshot: the run ended before the picture was taken; see --after and --duration"),
       if_true(unset > 0,
               "--set: the run ended before " + std::to_string(unset) + " of the parameters were set; see --duration"),

@@ -5,11 +5,17 @@
 #include <cstdio>
 #include <ctime>
 #include <system_error>
+#include <utility>
 
 #include "common/base/time.hpp"
 #include "common/secure/key_pair.hpp"
 
 namespace tandem::client {
+namespace {
+
+constexpr Duration kLinkPeriod{std::chrono::seconds(1)};
+
+}  // namespace
 
 ClientRecording recording_settings(const ClientOptions& options, const std::filesystem::path& file) {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
@@ -43,10 +49,10 @@ std::filesystem::path next_recording_file(const ClientOptions& options,
 LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now) {
   LinkFigures figures{.at = now,
                       .state = name_of(io.status.state),
-                      .has_clock = io.has_clock,
-                      .clock_offset = io.clock_offset,
-                      .round_trip = io.round_trip,
-                      .minimum_round_trip = io.minimum_round_trip,
+                      .has_clock = io.clock.is_known,
+                      .clock_offset = io.clock.offset,
+                      .round_trip = io.clock.round_trip,
+                      .minimum_round_trip = io.clock.minimum_round_trip,
                       .sent = io.counters.datagrams_sent,
                       .received = io.counters.datagrams_received,
                       .reconnects = io.counters.reconnects};
@@ -73,6 +79,61 @@ boost::json::object recording_json(const ClientRecorder& recorder) {
           {"bytes", recorder.file().bytes_written()},
           {"messages", recorder.file().messages_written()},
           {"lost", recorder.lost()}};
+}
+
+RunRecordings::RunRecordings(const ClientOptions& options, std::function<void(const std::string&)> on_news)
+    : options_(options), on_news_(std::move(on_news)) {}
+
+void RunRecordings::begin(const std::filesystem::path& file) {
+  auto recorder = std::make_unique<ClientRecorder>(recording_settings(options_, file), on_news_);
+  if (recorder_) earlier_.push_back(recording_json(*recorder_));
+  recorder_ = std::move(recorder);
+  since_ = SteadyClock().now();
+  next_link_ = {};
+  is_recording_ = true;
+}
+
+void RunRecordings::end() {
+  if (!std::exchange(is_recording_, false)) return;
+  recorder_->finish();
+  length_ = SteadyClock().now() - since_;
+  lost_ += recorder_->lost();
+}
+
+std::string RunRecordings::toggle() {
+  problem_.clear();
+  if (is_recording_) {
+    end();
+    return state();
+  }
+  try {
+    begin(next_recording_file(options_, std::chrono::system_clock::now()));
+  } catch (const std::exception& error) {
+    problem_ = error.what();
+  }
+  return state();
+}
+
+std::string RunRecordings::state() const {
+  if (!problem_.empty()) return problem_;
+  if (!recorder_) return {};
+  if (is_recording_) return "recording " + recording_line(*recorder_, SteadyClock().now() - since_);
+  return "recorded " + recording_line(*recorder_, length_);
+}
+
+void RunRecordings::add(const TickRecord& record, int phase) {
+  if (is_recording_) recorder_->add(record, phase);
+}
+
+void RunRecordings::add_link(const ClientIoSnapshot& io, LocalTime now) {
+  if (!is_recording_ || now < next_link_) return;
+  next_link_ = now + kLinkPeriod;
+  recorder_->add(link_figures(io, now));
+}
+
+void RunRecordings::add_to(boost::json::object& summary) const {
+  if (recorder_) summary["recording"] = recording_json(*recorder_);
+  if (!earlier_.empty()) summary["earlier_recordings"] = earlier_;
 }
 
 }  // namespace tandem::client

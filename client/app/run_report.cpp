@@ -99,8 +99,8 @@ void RunReport::follow_silence(const TickRecord& record) {
 }
 
 void RunReport::follow_body(const TickRecord& record) {
-  if (!record.has_watched_body) return;
-  const Pose& X_WB = record.watched_body_W.X;
+  if (!record.watched_body_W) return;
+  const Pose& X_WB = record.watched_body_W->X;
   if (!has_seen_body_) first_body_pose_ = X_WB;
   has_seen_body_ = true;
   body_displacement_m_ = std::max(body_displacement_m_, (X_WB.p - first_body_pose_.p).norm());

@@ -119,10 +119,11 @@ json::object status_of(const ClientIoSnapshot& io, const SessionSettings& sessio
 void add_network(const ClientIoSnapshot& io, json::object& out) {
   out["reconnects"] = io.counters.reconnects;
   const auto known_ms = [&io](Duration value) {
-    return io.has_clock ? json::value(to_milliseconds(value)) : json::value();
+    return io.clock.is_known ? json::value(to_milliseconds(value)) : json::value();
   };
-  out["round_trip_ms"] = {{"newest", known_ms(io.round_trip)}, {"minimum", known_ms(io.minimum_round_trip)}};
-  out["clock_offset_ms"] = known_ms(io.clock_offset);
+  out["round_trip_ms"] = {{"newest", known_ms(io.clock.round_trip)},
+                          {"minimum", known_ms(io.clock.minimum_round_trip)}};
+  out["clock_offset_ms"] = known_ms(io.clock.offset);
   out["datagrams"] = {{"sent", io.counters.datagrams_sent},
                       {"received", io.counters.datagrams_received},
                       {"suppressed", io.counters.updates_suppressed},
@@ -137,8 +138,8 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
   const auto seconds = [](const std::optional<Duration>& after) {
     return after ? json::value(to_seconds(*after)) : json::value();
   };
-  out["local_after_s"] = seconds(io.local_after);
-  out["full_local_after_s"] = seconds(io.full_local_after);
+  out["local_after_s"] = seconds(io.rendering.local_after);
+  out["full_local_after_s"] = seconds(io.rendering.full_local_after);
 }
 
 void add_forces(const RunSummary& s, json::object& out) {
@@ -251,7 +252,7 @@ BodyId watched_body(const wire::Joined& joined) {
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest) {
   char round_trip[16] = "     -";  // shown without a connection
   if (io.status.state == SessionState::kActive) {
-    std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.round_trip) * 1e3);
+    std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.clock.round_trip) * 1e3);
   }
   char line[512];
   std::snprintf(line, sizeof line,

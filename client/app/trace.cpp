@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <concepts>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -48,6 +49,10 @@ class Row {
     pose(frame, X, is_known);
     vector(joined(frame, "v"), "m_per_s", V.v, is_known);
     vector(joined(frame, "w"), "rad_per_s", V.w, is_known);
+  }
+  void rigid_state(std::string_view frame, const std::optional<RigidState>& state) {
+    const RigidState known = state.value_or(RigidState{});
+    rigid_state(frame, known.X, known.V, state.has_value());
   }
   void wrench(std::string_view name, const Wrench& F, bool is_known = true) {
     vector(joined(name, "force"), "n", F.f, is_known);
@@ -101,10 +106,10 @@ void fill(Row& row, const TickRecord& r, LocalTime start, int phase) {
   row.whole("server_tick_faults", r.server_tick_faults);
   row.whole("held_body", r.held_body.value);
   row.number("field_energy_kj_per_mol", r.field_energy_kj_per_mol, has_state);
-  row.rigid_state("body", r.watched_body_W.X, r.watched_body_W.V, r.has_watched_body);
+  row.rigid_state("body", r.watched_body_W);
   row.whole("is_local", static_cast<int>(r.is_local));
   row.rigid_state("local_tool", r.local_tool_W.X, r.local_tool_W.V, r.is_local);
-  row.rigid_state("local_body", r.local_body_W.X, r.local_body_W.V, r.has_local_body);
+  row.rigid_state("local_body", r.local_body_W);
   row.whole("is_predicting", static_cast<int>(r.is_predicting));
   row.number("passivity_gain", r.passivity_gain);
   row.number("passivity_withheld_world_j", r.passivity_withheld_j);

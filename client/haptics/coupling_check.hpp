@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "common/haptics/coupling/stability.hpp"
 #include "common/physics/coupling_in_force.hpp"

@@ -1,7 +1,7 @@
 // Client update for the server, written at each tick.
 #pragma once
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "client/haptics/port_work.hpp"
 #include "client/haptics/stages/stage.hpp"
 #include "client/haptics/tick_record.hpp"

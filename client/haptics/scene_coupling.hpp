@@ -1,7 +1,7 @@
 // The coupling displayed to the hand: the scene's law, with coefficients bounded by this device.
 #pragma once
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "common/haptics/coupling/law_fade.hpp"
 
 namespace tandem::client {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "common/base/ids.hpp"
 #include "common/base/spatial.hpp"
@@ -27,12 +28,12 @@ struct TickRecord {
   std::uint32_t server_tick_faults = 0;  ///< bits of TickFaults in the newest state
   double field_energy_kj_per_mol = 0;    ///< from the newest state
   BodyId held_body;
-  bool has_watched_body = false;    ///< the server has sent the watched body in this scene
-  RigidState watched_body_W;        ///< newest state from the server
-  bool is_local = false;            ///< the stage has its own tool or ball
-  RigidState local_tool_W;          ///< state of that tool or ball
-  bool has_local_body = false;      ///< the stage has a copy of the watched body
-  RigidState local_body_W;          ///< state of that copy
+  /// Newest state of the watched body from the server; none: not yet sent in this scene.
+  std::optional<RigidState> watched_body_W;
+  bool is_local = false;    ///< the stage has its own tool or ball
+  RigidState local_tool_W;  ///< state of that tool or ball
+  /// State of the stage's copy of the watched body; none: no copy.
+  std::optional<RigidState> local_body_W;
   bool is_predicting = false;       ///< the wrench contains a predicted part
   std::uint64_t stage_samples = 0;  ///< StageOutput::samples
   double passivity_gain = 1;        ///< share of the stage's wrench that the passivity controller passed

@@ -8,7 +8,7 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "client/haptics/tick_record.hpp"
 #include "common/realtime/mailbox.hpp"
 

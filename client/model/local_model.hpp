@@ -2,12 +2,15 @@
 // so that contact, friction and fields respond to the hand at once, whatever the delay.
 //
 //   static bodies            same as at the server: only the tool itself is reconciled
-//   other users' tools       stepped here too, each pulled to its user's predicted hand (Partner)
+//   other users' tools       stepped here too, each pulled to its user's predicted hand (PartnerTools)
 //   bodies that any tool     predicted here; the server's state answers an old input and is compared with the model
-//   touches                  at that input; the difference is removed slowly (Reconciler)
+//   touches                  at that input; the difference is removed slowly (BodyCopy, Reconciler)
 //   bodies that others       follow the server: played out at a constant delay, then extrapolated to the present
-//   move                     by their velocity
+//   move                     by their velocity (BodyCopy)
+//   the user's grasp         predicted at the button, then the server's outcome (GraspPrediction)
 //   soft bodies              the server's linearised contact, sent before the touch (SoftFollower)
+//
+// RECONCILIATION.md explains the algorithm.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +19,11 @@
 #include <span>
 #include <vector>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
+#include "client/model/body_copy.hpp"
+#include "client/model/grasp_prediction.hpp"
 #include "client/model/input_history.hpp"
-#include "client/model/partner.hpp"
+#include "client/model/partner_tools.hpp"
 #include "client/model/reconciler.hpp"
 #include "client/model/soft_follower.hpp"
 #include "common/net/playout.hpp"
@@ -77,84 +82,78 @@ class LocalModel {
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
   /// nothing if that model has not started, or has other bodies or tools. The other model must not be stepped
-  /// afterwards. Effects start anew, and a just released body may collide with the tool.
+  /// afterwards: the two swap their states. Effects start anew, and a just released body may collide with the tool.
   ///
   /// In      scene  gives the coupling and bounds with which tools are pulled from the start, as in LocalModelInput
   void continue_from(LocalModel& other, const HapticScene& scene) noexcept;
 
-  bool has_started() const { return has_started_; }
-  RigidState tool() const { return tool_state_.tool; }
-  BodyId held() const { return tool_state_.held; }
+  bool has_started() const { return state_.has_started; }
+  RigidState tool() const { return state_.tool.tool; }
+  BodyId held() const { return state_.tool.held; }
   /// State of a body in the model.
   RigidState body(BodyId id) const { return world_.body(id); }
   /// Current contact points of the tool, or of the body it holds (World::contact_points_W()).
   std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
   /// Another user's tool in the model; `received` if the model does not contain it.
-  RigidState partner_tool(UserId user, const RigidState& received) const noexcept;
+  RigidState partner_tool(UserId user, const RigidState& received) const noexcept {
+    return state_.partners.tool_of(user, received, world_);
+  }
   /// Delay from an input to the use of the server's answer, including buffering at both ends; 0: not known yet.
-  Duration loop_delay() const { return loop_delay_; }
+  Duration loop_delay() const { return state_.loop_delay; }
   /// Residual: the server's wrench on the hand minus the model's for the same input, from the newest update that
   /// answered a known input. Consumed by the call.
   std::optional<Wrench> pop_residual() noexcept;
   /// The newest residual, consumed or not; zero before the first.
-  const Wrench& newest_residual() const { return newest_residual_; }
+  const Wrench& newest_residual() const { return state_.newest_residual; }
   /// Time of the input that the newest residual belongs to.
-  LocalTime residual_of() const { return residual_of_; }
+  LocalTime residual_of() const { return state_.residual_of; }
   /// Largest Partner::common_share() of the other users: 1 if one has a hand on a body that this user moves. 1 without
   /// others.
-  double common_share() const noexcept;
+  double common_share() const noexcept { return state_.partners.common_share(); }
   /// Net work of the hand's coupling on the model [J].
-  double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
+  double coupling_work_j() const { return state_.tool.energy_into_world_j - state_.tool.energy_from_world_j; }
   /// True if the model jumped, for example to the server's state; the displayed force must not jump. Consumed by the
   /// call.
   bool pop_jump() noexcept;
   TickFaults faults() const { return faults_; }
 
  private:
-  /// A movable body in the model.
-  struct Copy {
-    Copy(BodyId its_id, const LocalModelSettings& settings) : id(its_id), reconciler(settings.body) {}
-    BodyId id;
-    net::RigidTrack track;
-    Reconciler reconciler;
-    bool is_known = false;     ///< the server has sent its state
-    double unpressed_s = 1e9;  ///< time since any tool last pressed or held it [s]
-    double untouched_s = 1e9;  ///< time since this user's tool last held or pressed it [s]
-    Shift offset = {};         ///< remaining offset to its pose before it began to follow the server
-    bool was_followed = false;
+  /// Everything that outlives the world: another model of the scene continues with it.
+  struct State {
+    State(const physics::WorldDescription& description, const LocalModelSettings& settings);
 
-    /// True if the user's tool touches the body, or did within kTouchKept_s.
-    bool is_touched() const;
-  };
-  /// A partner and their tool in the model.
-  struct PartnerHere {
-    Partner partner;
-    std::size_t tool = 0;  ///< the tool in the model, which holds `held`
-    bool is_here = false;
-    BodyId held;
+    std::vector<BodyCopy> bodies;  ///< the movable bodies
+    PartnerTools partners;
+    InputHistory history;
+    Reconciler tool_reconciler;
+    net::PlayoutDelay playout;
+    GraspPrediction grasp;
+    SoftFollower soft;
+    physics::ToolState tool;  ///< the user's own tool after the last step
+    bool has_started = false;
+    bool has_jumped = false;
+    Duration loop_delay{0};
+    std::optional<Wrench> residual;  ///< not yet consumed
+    Wrench newest_residual;
+    LocalTime residual_of{};
+    double diverged_s = 0;  ///< time for which the tool has differed from the server's beyond kDivergence_m [s]
   };
 
-  static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
   void start(const proto::ServerUpdate& update) noexcept;
-  void set_tool_state(std::size_t tool, const physics::ToolState& state) noexcept;
   void receive_update(const LocalModelInput& input) noexcept;
+  void receive_bodies(const proto::ServerUpdate& update, const ModelThen* then) noexcept;
+  void update_loop_delay(Duration loop) noexcept;
   void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
+  void restart_from(const proto::ServerUpdate& update) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
+  void set_couplings(const HapticScene& scene) noexcept;
   void follow_buttons(const LocalModelInput& input) noexcept;
-  void receive_partners(const proto::ServerUpdate& update) noexcept;
-  void drive_partners(const LocalModelInput& input, Duration played, Duration present, double period_s) noexcept;
-  void bring_in(PartnerHere& here) noexcept;
-  PartnerSurroundings surroundings_of(const PartnerHere& here, Duration played) noexcept;
-  void remove_partner(PartnerHere& here) noexcept;
-  bool is_held_by_partner(BodyId body) const noexcept;
-  void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
-  void drive_copies(const LocalModelInput& input, double period_s) noexcept;
-  bool is_implicit(const Copy& copy) const noexcept;
-  void follow_touches(double period_s) noexcept;
-  void reconcile(Copy& copy, double period_s) noexcept;
-  RigidState seen_at_present(const Copy& copy, Duration played, Duration present) const noexcept;
-  void follow(Copy& copy, Duration played, Duration present, double period_s) noexcept;
-  void correct_tool(double period_s) noexcept;
+  void drive_bodies(const LocalModelInput& input) noexcept;
+  ModelStep step_at(Duration played, Duration present) noexcept;
+  void correct_tool() noexcept;
+  void follow_soft_contact(const proto::ServerUpdate& update, bool is_new) noexcept;
+  void note_jump(bool has_jumped) noexcept { state_.has_jumped = state_.has_jumped || has_jumped; }
+  double grip_step_m() const noexcept { return settings_.body.speed_limit_m_per_s * step_s_; }
   void remember(Tick input) noexcept;
 
   LocalModelSettings settings_;
@@ -162,25 +161,8 @@ class LocalModel {
   std::size_t tools_;  ///< number of tools in the scene
   double step_s_;
   physics::World world_;
-  std::vector<Copy> copies_;
-  InputHistory history_;
-  Reconciler tool_reconciler_;
-  net::PlayoutDelay playout_;
-  physics::ToolState tool_state_;
-  TickFaults faults_ = 0;
-  bool has_started_ = false;
-  Duration loop_delay_{0};
-  std::optional<Wrench> residual_;
-  Wrench newest_residual_;
-  LocalTime residual_of_{};
-  std::vector<PartnerHere> partners_;    ///< reserved for kMaxUsers
-  std::optional<Tick> predicted_grasp_;  ///< input of a predicted grasp or release that the server has not answered yet
-  LocalTime predicted_grasp_at_{};
-  bool grab_button_ = false;
-  bool has_jumped_ = false;
-  double diverged_s_ = 0;  ///< time for which the tool has differed from the server's beyond kDivergence_m [s]
-  SoftFollower soft_;
-  BodyId soft_of_;  ///< body that soft_ belongs to: the held body, else invalid for the tool itself
+  TickFaults faults_ = 0;  ///< of the last step
+  State state_;
 };
 
 }  // namespace tandem::client

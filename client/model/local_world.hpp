@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "client/session/asset_store.hpp"
+#include "client/exchange/asset_map.hpp"
 #include "common/base/time.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/physics/world_description.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "client/haptics/mailboxes.hpp"
-#include "client/session/asset_store.hpp"
+#include "client/exchange/asset_map.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "common/haptics/proxy/god_object.hpp"
 #include "tandem/control.pb.h"
 

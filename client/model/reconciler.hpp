@@ -19,6 +19,10 @@ struct Shift {
   Shift operator*(double scale) const { return {p * scale, theta * scale, v * scale, w * scale}; }
 };
 
+/// The displacement's position and rotation as a pose.
+inline Pose pose_of(const Shift& shift) {
+  return {shift.p, quaternion_of(shift.theta)};
+}
 /// Displacement from `from` to `to`.
 Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 

@@ -16,6 +16,12 @@ bool is_same(const SoftContact& a, const SoftContact& b) {
 
 }  // namespace
 
+void SoftFollower::attach_to(BodyId held) noexcept {
+  if (held == held_) return;
+  *this = SoftFollower{};
+  held_ = held;
+}
+
 void SoftFollower::receive(const SoftContact& received, const Pose& X_WT) noexcept {
   if (is_same(received, received_)) return;
   left_ += physics::soft_wrench(received_, X_WT) - physics::soft_wrench(received, X_WT);

@@ -153,11 +153,8 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.counters = session.counters();
   snapshot.has_state = session.has_state();
   net::ClockSync& clock_sync = session.clock_sync();
-  snapshot.has_clock = clock_sync.has_offset();
-  if (snapshot.has_clock) {
-    snapshot.clock_offset = clock_sync.offset(now);
-    snapshot.round_trip = clock_sync.round_trip();
-    snapshot.minimum_round_trip = clock_sync.minimum_round_trip();
+  if (clock_sync.has_offset()) {
+    snapshot.clock = {true, clock_sync.offset(now), clock_sync.round_trip(), clock_sync.minimum_round_trip()};
   }
   snapshot.links = transport.link_traffic();
   const net::LinkCounters& up = snapshot.links.up;
@@ -178,11 +175,8 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.pointed = session.pointed();
   snapshot.has_nudges = session.has_nudges();
   snapshot.coupling_check = session.coupling_check();
-  snapshot.stage = client.stage();
-  snapshot.stage_note = client.stage_note();
-  snapshot.model_problem = client.model_problem();
-  snapshot.local_after = client.local_after();
-  snapshot.full_local_after = client.full_local_after();
+  snapshot.rendering = {client.stage(), client.stage_note(), client.model_problem(), client.local_after(),
+                        client.full_local_after()};
   snapshot.users = session.users();
   if (!session.assets().empty() && (assets == nullptr || assets->size() != session.assets().size())) {
     assets = std::make_shared<const AssetMap>(session.assets());

@@ -31,15 +31,29 @@ struct ClientIoSettings {
   Resolve resolve = resolve_by_system;
 };
 
+/// Estimate of the server's clock and of the way to it.
+struct ClockEstimate {
+  bool is_known = false;  ///< false: the others are 0
+  Duration offset{0};     ///< server − local
+  Duration round_trip{0};
+  Duration minimum_round_trip{0};
+};
+
+/// How the scene is rendered to the hand; see the functions of the same names in Client.
+struct RenderingStatus {
+  StageSettings stage;
+  std::string stage_note;
+  std::string model_problem;
+  std::optional<Duration> local_after;
+  std::optional<Duration> full_local_after;
+};
+
 /// Copy of the session's state for other threads.
 struct ClientIoSnapshot {
   SessionStatus status;
   SessionCounters counters;
   bool has_state = false;  ///< ClientSession::has_state()
-  bool has_clock = false;  ///< the next three are valid
-  Duration clock_offset{0};
-  Duration round_trip{0};
-  Duration minimum_round_trip{0};
+  ClockEstimate clock;
   LinkTraffic links;
   std::uint64_t asset_bytes = 0;               ///< fetched and verified assets [bytes]
   std::shared_ptr<const wire::Joined> joined;  ///< answer to the last join; null before the first
@@ -55,12 +69,8 @@ struct ClientIoSnapshot {
   std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< ClientSession::pointed()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
   CouplingCheck coupling_check;                                        ///< result for the coupling in force
-  StageSettings stage;                                                 ///< Client::stage()
-  std::string stage_note;                                              ///< Client::stage_note()
-  std::string model_problem;                                           ///< Client::model_problem()
-  std::optional<Duration> local_after;                                 ///< Client::local_after()
-  std::optional<Duration> full_local_after;                            ///< Client::full_local_after()
-  std::vector<wire::UserJoined> users;                                 ///< the other users in the room
+  RenderingStatus rendering;
+  std::vector<wire::UserJoined> users;     ///< the other users in the room
   std::shared_ptr<const AssetMap> assets;  ///< assets of the scene received so far; null: none yet
 };
 

@@ -49,9 +49,9 @@ wire::RecordedTick recorded(const TickRecord& tick, int phase) {
   out.set_newest_step(tick.newest_step.value);
   out.set_server_tick_faults(tick.server_tick_faults);
   out.set_held_body(tick.held_body.value);
-  if (tick.has_watched_body) write_exact(tick.watched_body_W, *out.mutable_watched_body());
+  if (tick.watched_body_W) write_exact(*tick.watched_body_W, *out.mutable_watched_body());
   if (tick.is_local) write_exact(tick.local_tool_W, *out.mutable_local_tool());
-  if (tick.has_local_body) write_exact(tick.local_body_W, *out.mutable_local_body());
+  if (tick.local_body_W) write_exact(*tick.local_body_W, *out.mutable_local_body());
   out.set_is_predicting(tick.is_predicting);
   out.set_passivity_gain(tick.passivity_gain);
   out.set_passivity_withheld_j(tick.passivity_withheld_j);
@@ -83,12 +83,10 @@ TickRecord tick_of(const wire::RecordedTick& in) {
   tick.newest_step = Step{in.newest_step()};
   tick.server_tick_faults = in.server_tick_faults();
   tick.held_body = BodyId{in.held_body()};
-  tick.has_watched_body = in.has_watched_body();
-  if (tick.has_watched_body) tick.watched_body_W = read_exact(in.watched_body());
+  if (in.has_watched_body()) tick.watched_body_W = read_exact(in.watched_body());
   tick.is_local = in.has_local_tool();
   if (tick.is_local) tick.local_tool_W = read_exact(in.local_tool());
-  tick.has_local_body = in.has_local_body();
-  if (tick.has_local_body) tick.local_body_W = read_exact(in.local_body());
+  if (in.has_local_body()) tick.local_body_W = read_exact(in.local_body());
   tick.is_predicting = in.is_predicting();
   tick.passivity_gain = in.passivity_gain();
   tick.passivity_withheld_j = in.passivity_withheld_j();

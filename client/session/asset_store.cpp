@@ -177,12 +177,6 @@ void DiskAssetStore::make_room_for(std::uint64_t bytes) const {
 
 }  // namespace
 
-const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash) {
-  const auto key = proto::hash_from(hash);
-  const auto found = key ? assets.find(*key) : assets.end();
-  return found == assets.end() ? nullptr : found->second.get();
-}
-
 std::shared_ptr<AssetStore> memory_asset_store() {
   return std::make_shared<MemoryAssetStore>();
 }

@@ -5,22 +5,13 @@
 #include <filesystem>
 #include <functional>
 #include <future>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "proto/content_hash.hpp"
-#include "proto/datagram.hpp"
+#include "client/exchange/asset_map.hpp"
 
 namespace tandem::client {
-
-/// Available assets by content hash.
-using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
-
-/// In      hash  32 bytes, as in a message
-/// Out     null: malformed hash, or not available
-const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash);
 
 /// Bytes that a store has found; null: none of that hash and size.
 using FoundAsset = std::shared_ptr<const proto::Bytes>;

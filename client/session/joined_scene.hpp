@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "client/exchange/mailboxes.hpp"
 #include "client/haptics/coupling_check.hpp"
 #include "client/haptics/hand_workspace.hpp"
-#include "client/haptics/mailboxes.hpp"
 
 namespace tandem::client {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "tandem/control.pb.h"
 
 namespace tandem::client {

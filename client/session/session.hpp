@@ -16,9 +16,9 @@
 #include <string_view>
 #include <vector>
 
+#include "client/exchange/mailboxes.hpp"
 #include "client/haptics/coupling_check.hpp"
 #include "client/haptics/hand_workspace.hpp"
-#include "client/haptics/mailboxes.hpp"
 #include "client/session/asset_plan.hpp"
 #include "client/session/command.hpp"
 #include "client/session/event.hpp"

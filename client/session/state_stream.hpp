@@ -4,7 +4,7 @@
 #include <functional>
 #include <optional>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "client/session/session.hpp"
 #include "common/net/clock_sync.hpp"
 #include "proto/datagram_channel.hpp"

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/session/asset_store.hpp"
+#include "client/exchange/asset_map.hpp"
 #include "client/view/drawn_molecule.hpp"
 #include "common/docking/molecule.hpp"
 #include "proto/soft_shape.hpp"

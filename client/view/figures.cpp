@@ -69,7 +69,7 @@ void Figures::add(const View* view, const ClientIoSnapshot& io, LocalTime now) {
   add_link(io, now);
   next_step_ = std::max(next_step_, now - kMaxFrame);
   for (; next_step_ <= now; next_step_ += kStep) {
-    round_trip_ms.add(io.has_clock ? in_ms(io.round_trip) : 0);
+    round_trip_ms.add(io.clock.is_known ? in_ms(io.clock.round_trip) : 0);
     residual_n.add(view != nullptr ? view->residual_on_hand_W.f.norm() : 0);
   }
 }

@@ -176,14 +176,14 @@ void draw_law(const PanelContent& content) {
 /// Draws the stage: how the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
-  StageSettings wanted = io.stage;
+  StageSettings wanted = io.rendering.stage;
   const std::string stage = chosen("stage", wanted.name, strings(stage_names()));
   const std::string predictor = chosen("predictor", wanted.predictor, strings(predictor_names()));
   if (!stage.empty()) wanted.name = stage;
   if (!predictor.empty()) wanted.predictor = predictor;
   const bool is_switched = ImGui::Checkbox("passivity controller", &wanted.passivity);
   if (!stage.empty() || !predictor.empty() || is_switched) content.client->send(command::SetStage{wanted});
-  if (!io.stage_note.empty()) ImGui::TextWrapped("%s", io.stage_note.c_str());
+  if (!io.rendering.stage_note.empty()) ImGui::TextWrapped("%s", io.rendering.stage_note.c_str());
   if (io.joined == nullptr) return;
   draw_law(content);
   if (io.joined->role() != wire::ROLE_OPERATOR) {

@@ -61,7 +61,7 @@ GLFWwindow* open_window(const WindowSettings& settings) {
     throw std::runtime_error("no window with OpenGL 3.3 can be opened (" + why + "); add --headless");
   }
   glfwMakeContextCurrent(window);
-  // Frames are paced by wait_for_frame(): a hidden window must not wait for the screen.
+  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
   glfwSwapInterval(0);
   return window;
 }
@@ -93,6 +93,40 @@ bool is_down(GLFWwindow* window, int key) {
   return glfwGetKey(window, key) == GLFW_PRESS;
 }
 
+/// Paces the frames: at most one each period.
+class FramePacer {
+ public:
+  void set_period(Duration period) { period_ = period; }
+  /// Waits until the next frame is due.
+  void wait(LocalTime now) {
+    if (next_ > now) std::this_thread::sleep_for(next_ - now);
+    next_ = std::max(next_, now - period_) + period_;
+  }
+
+ private:
+  Duration period_ = kFramePeriod;
+  LocalTime next_{};
+};
+
+/// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
+class DoubleClick {
+ public:
+  /// Adds a click at a place in pixels.
+  void add(LocalTime now, const Eigen::Vector2d& at) {
+    const bool is_second = now - clicked_at_ < kDoubleClick && (at - clicked_).norm() < kDoubleClickPixels;
+    is_complete_ = is_complete_ || is_second;
+    clicked_at_ = is_second ? LocalTime{} : now;
+    clicked_ = at;
+  }
+  /// True if one was completed since the last call.
+  bool pop() { return std::exchange(is_complete_, false); }
+
+ private:
+  bool is_complete_ = false;
+  LocalTime clicked_at_{};  ///< time and place of the last click
+  Eigen::Vector2d clicked_ = Eigen::Vector2d::Zero();
+};
+
 }  // namespace
 
 struct Window::Impl {
@@ -101,7 +135,6 @@ struct Window::Impl {
 
   static void note_key(GLFWwindow* window, int key, int, int action, int modifiers);
   static void note_button(GLFWwindow* window, int button, int action, int modifiers);
-  void wait_for_frame();
   void fit() { camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m); }
   double aspect() const { return static_cast<double>(width) / std::max(1, height); }
   void handle_keys();
@@ -124,16 +157,13 @@ struct Window::Impl {
   Figures figures;
   WindowSwitches switches;
   SteadyClock clock;
-  Duration period = kFramePeriod;
-  LocalTime next_frame{};
+  FramePacer pacer;
   std::uint32_t hand_of = 0;  ///< scene generation of the hand's target
   int width = 0;              ///< size of the last frame's buffer
   int height = 0;
-  std::filesystem::path picture;    ///< file for the next frame; empty: none
-  std::vector<int> keys_pressed;    ///< since the last frame, including keys pressed and released in between
-  bool has_double_clicked = false;  ///< since the last frame
-  LocalTime clicked_at{};           ///< time and place of the last click
-  Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
+  std::filesystem::path picture;  ///< file for the next frame; empty: none
+  std::vector<int> keys_pressed;  ///< since the last frame, including keys pressed and released in between
+  DoubleClick double_click;
   bool is_holding = false;
   bool is_pointing_requested = false;
   bool is_recording = false;
@@ -160,7 +190,7 @@ Window::Impl::Impl(WindowSettings window_settings)
   apply_named(settings.molecule_colors, MoleculeStyle::kColorNames, switches.molecules.colors);
   renderer = std::make_unique<Renderer>();
   scene = std::make_unique<SceneView>(*renderer);
-  if (is_software(Renderer::driver())) period = kSoftwareFramePeriod;
+  if (is_software(Renderer::driver())) pacer.set_period(kSoftwareFramePeriod);
 }
 
 Window::Impl::~Impl() {
@@ -181,23 +211,12 @@ void Window::Impl::note_key(GLFWwindow* window, int key, int, int action, int mo
   if (action == GLFW_PRESS && self.keys_pressed.size() < kMaxKeys) self.keys_pressed.push_back(key);
 }
 
-/// Detects double clicks by event times instead of frames: at a low frame rate both clicks arrive in one frame.
 void Window::Impl::note_button(GLFWwindow* window, int button, int action, int) {
   auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(window));
   if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
   Eigen::Vector2d at;
   glfwGetCursorPos(window, &at.x(), &at.y());
-  const LocalTime now = self.clock.now();
-  const bool is_second = now - self.clicked_at < kDoubleClick && (at - self.clicked).norm() < kDoubleClickPixels;
-  self.has_double_clicked = self.has_double_clicked || is_second;
-  self.clicked_at = is_second ? LocalTime{} : now;
-  self.clicked = at;
-}
-
-void Window::Impl::wait_for_frame() {
-  const LocalTime now = clock.now();
-  if (next_frame > now) std::this_thread::sleep_for(next_frame - now);
-  next_frame = std::max(next_frame, now - period) + period;
+  self.double_click.add(self.clock.now(), at);
 }
 
 /// Number of the next enumerator, cyclic.
@@ -243,7 +262,7 @@ void Window::Impl::handle_hand_keys(double period_s) {
 
 void Window::Impl::handle_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
-  const bool is_double_click = std::exchange(has_double_clicked, false);
+  const bool is_double_click = double_click.pop();
   if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return;
   if (is_mouse() && is_double_click) hand.toggle_grab(is_holding, clock.now());
   const double right = io.MouseDelta.x / io.DisplaySize.y, down = io.MouseDelta.y / io.DisplaySize.y;
@@ -349,7 +368,7 @@ void Window::add(const TickRecord& record) {
 
 void Window::draw(const View* view, const ClientIoSnapshot& io, const std::string& notice) {
   Impl& self = *impl_;
-  self.wait_for_frame();
+  self.pacer.wait(self.clock.now());
   glfwPollEvents();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();

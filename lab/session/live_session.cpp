@@ -230,7 +230,7 @@ void LiveUser::after_tick() noexcept {
 }
 
 void LiveUser::collect_ticks() {
-  const Duration round_trip = io_.snapshot().round_trip;
+  const Duration round_trip = io_.snapshot().clock.round_trip;
   LiveTick tick;
   while (ring_.pop(tick)) {
     tick.round_trip = round_trip;

@@ -1,5 +1,7 @@
 #include "lab/session/trace.hpp"
 
+#include <optional>
+
 namespace tandem::lab {
 
 TickSample sample_of(const client::TickRecord& record) {
@@ -13,8 +15,9 @@ TickSample sample_of(const client::TickRecord& record) {
   sample.server_wrench_W = record.server_wrench_on_hand_W;
   sample.state_age = record.state_age;
   sample.held_body = record.held_body;
-  sample.view_W = record.has_local_body ? record.local_body_W.X.p : record.watched_body_W.X.p;
-  sample.has_view = record.has_local_body || record.has_watched_body;
+  const std::optional<RigidState>& view_W = record.local_body_W ? record.local_body_W : record.watched_body_W;
+  sample.has_view = view_W.has_value();
+  if (view_W) sample.view_W = view_W->X.p;
   sample.safety_faults = record.safety_faults;
   sample.server_tick_faults = record.server_tick_faults;
   sample.is_clamped = record.is_clamped;

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "client/haptics/mailboxes.hpp"
+#include "client/exchange/mailboxes.hpp"
 #include "common/base/time.hpp"
 #include "common/haptics/coupling/coupling_law.hpp"
 #include "common/haptics/wave/wave.hpp"

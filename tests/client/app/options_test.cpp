@@ -288,7 +288,7 @@ TEST(Summary, NamesTheBodyThatWasWatched) {
   summary.watched = BodyId{2};
   summary.watched_name = "peg";
   TickRecord record;
-  record.has_watched_body = true;
+  record.watched_body_W.emplace();
   summary.run.add(record, 0);
   EXPECT_EQ(written(summary).at("watched_body").at("name").as_string(), "peg");
 }

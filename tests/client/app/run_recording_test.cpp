@@ -57,5 +57,38 @@ TEST(RunRecording, SaysTheFileItsLengthAndItsSizeAndWhatIsLeftOut) {
   EXPECT_THAT(recording_line(slow, std::chrono::seconds(1)), HasSubstr("does not keep up"));
 }
 
+TEST(RunRecordings, AreBegunAndEndedByTheButtonAndNoneIsLostFromTheSummary) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "run_recordings";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  ClientOptions options;
+  options.record = folder / "first.mcap";
+  RunRecordings recordings(options, [](const std::string&) {});
+  EXPECT_EQ(recordings.state(), "");
+  recordings.add(TickRecord{}, 0);  // is not recorded
+  recordings.begin(options.record);
+  EXPECT_THAT(recordings.state(), StartsWith("recording " + options.record.string()));
+  recordings.add(TickRecord{}, 0);
+  EXPECT_THAT(recordings.toggle(), StartsWith("recorded " + options.record.string()));
+  EXPECT_FALSE(recordings.is_recording());
+  EXPECT_THAT(recordings.toggle(), StartsWith("recording " + (folder / "tandem-").string()));
+  recordings.end();
+  boost::json::object summary;
+  recordings.add_to(summary);
+  EXPECT_EQ(summary.at("earlier_recordings").as_array().size(), 1U);
+  EXPECT_EQ(summary.at("earlier_recordings").as_array()[0].at("messages").to_number<int>(), 2);
+  EXPECT_EQ(recordings.lost(), 0U);
+}
+
+TEST(RunRecordings, ReportOneThatCannotBegin) {
+  ClientOptions options;
+  options.record = "/nonexistent/a.mcap";
+  RunRecordings recordings(options, [](const std::string&) {});
+  EXPECT_THROW(recordings.begin(options.record), std::invalid_argument);
+  EXPECT_THAT(recordings.toggle(), HasSubstr("/nonexistent"));
+  EXPECT_THAT(recordings.state(), HasSubstr("/nonexistent"));
+  EXPECT_FALSE(recordings.is_recording());
+}
+
 }  // namespace
 }  // namespace tandem::client

@@ -145,12 +145,11 @@ TEST(RunReport, BodyIsMeasuredFromWhereItWasFirstSeenToItsFarthest) {
   Rig rig;
   rig.add(10);
   EXPECT_FALSE(rig.report.has_seen_body());
-  rig.record.has_watched_body = true;
-  rig.record.watched_body_W.X.p = Vec3(1, 0, 0);
+  rig.record.watched_body_W.emplace().X.p = Vec3(1, 0, 0);
   rig.add(1);
-  rig.record.watched_body_W.X = {Vec3(1, 0, 0.05), quaternion_of(Vec3(0, 0.4, 0))};
+  rig.record.watched_body_W->X = {Vec3(1, 0, 0.05), quaternion_of(Vec3(0, 0.4, 0))};
   rig.add(1);
-  rig.record.watched_body_W.X = {Vec3(1, 0, 0.01), Quat::Identity()};
+  rig.record.watched_body_W->X = {Vec3(1, 0, 0.01), Quat::Identity()};
   rig.add(1);
   EXPECT_DOUBLE_EQ(rig.report.body_displacement_m(), 0.05);
   EXPECT_NEAR(rig.report.body_rotation_rad(), 0.4, 1e-12);

@@ -329,17 +329,17 @@ TEST(HapticCore, WatchedBodyIsFoundAndSurvivesThinnedUpdates) {
   rig.core.watch(BodyId{7});
   rig.enter_scene();
   rig.run(1);
-  EXPECT_FALSE(rig.core.record().has_watched_body);
+  EXPECT_FALSE(rig.core.record().watched_body_W);
   proto::BodyState body;
   body.id = BodyId{7};
   body.state.X.p = Vec3(1, 2, 3);
   rig.received.update.bodies.push_back(body);
   rig.run(1);
-  EXPECT_TRUE(rig.core.record().has_watched_body);
+  EXPECT_TRUE(rig.core.record().watched_body_W);
   rig.received.update.bodies.clear();
   rig.run(1);
-  EXPECT_TRUE(rig.core.record().has_watched_body);
-  EXPECT_EQ(rig.core.record().watched_body_W.X.p, Vec3(1, 2, 3));
+  ASSERT_TRUE(rig.core.record().watched_body_W);
+  EXPECT_EQ(rig.core.record().watched_body_W->X.p, Vec3(1, 2, 3));
 }
 
 TEST(HapticCore, TheWaveStageSpeaksToTheServerAndKeepsItsWordThroughAMissedSample) {

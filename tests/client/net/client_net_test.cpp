@@ -48,7 +48,7 @@ TEST(ClientIo, JoinsAndGetsStateUntilItLeaves) {
   ASSERT_TRUE(test::eventually(is_in(io, SessionState::kActive))) << io.snapshot().status.why;
   EXPECT_EQ(io.snapshot().joined->scene().name(), "bench");
   ASSERT_TRUE(test::eventually(has_received(io, 100)));
-  EXPECT_TRUE(test::eventually([&io] { return io.snapshot().has_clock; }));
+  EXPECT_TRUE(test::eventually([&io] { return io.snapshot().clock.is_known; }));
   io.stop();
   EXPECT_EQ(io.snapshot().status.state, SessionState::kEnded);
   EXPECT_TRUE(test::eventually([&running] { return running.has_logged("left on request"); }));
@@ -191,14 +191,14 @@ TEST(ClientIo, ChangesItsSimulatedLinkAtOnce) {
   ScriptedDevice device;
   ClientIo io(settings, device);
   io.start();
-  ASSERT_TRUE(test::eventually([&io] { return io.snapshot().has_clock; }));
+  ASSERT_TRUE(test::eventually([&io] { return io.snapshot().clock.is_known; }));
   net::LinkParameters link;
   link.loss = 2;
   EXPECT_THROW(io.send(command::SetLinks{link}), std::invalid_argument);
   link.loss = 0;
   link.delay = std::chrono::milliseconds(60);
   io.send(command::SetLinks{link});
-  EXPECT_TRUE(test::eventually([&io] { return io.snapshot().round_trip >= std::chrono::milliseconds(120); }));
+  EXPECT_TRUE(test::eventually([&io] { return io.snapshot().clock.round_trip >= std::chrono::milliseconds(120); }));
   EXPECT_EQ(io.snapshot().status.state, SessionState::kActive);
 }
 
@@ -261,10 +261,10 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   io.start();
   ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
-  ASSERT_TRUE(snapshot.has_clock);
-  // The time stamps come from the kernel's clock. The margin covers its drift of some microseconds relative to the
-  // steady clock during a read.
-  EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
+  ASSERT_TRUE(snapshot.clock.is_known);
+  // The margin covers microseconds of drift between the kernel's clock, used for the stamps, and the steady clock
+  // during a read.
+  EXPECT_GE(snapshot.clock.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
   EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
   EXPECT_GT(snapshot.links.up.delivered, 0U);

@@ -1,5 +1,5 @@
-// Data that a client's io thread and haptic thread exchange by value: three newest-wins mailboxes. Local models own
-// memory and are handed over instead (rendering.hpp).
+// Data that a client's io thread and haptic thread exchange by value: three newest-wins mailboxes. A local model owns
+// memory and is handed over instead (client/haptics/rendering.hpp).
 #pragma once
 
 #include <array>

@@ -1,0 +1,22 @@
+// Assets of a scene in memory, by the SHA-256 of their bytes.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "proto/content_hash.hpp"
+#include "proto/datagram.hpp"
+
+namespace tandem::client {
+
+/// Available assets by content hash.
+using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
+
+/// Looks up the asset of a hash.
+///
+/// In      hash  32 bytes, as in a message
+/// Out     null: malformed hash, or not available
+const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash);
+
+}  // namespace tandem::client

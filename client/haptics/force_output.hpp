@@ -1,0 +1,67 @@
+// Output of the haptic path: from the computed wrench to the device, and the accounts of what was displayed.
+//
+//   wrench of the scene ──┐
+//   border and nudge ─────┴─▶ requested ─▶ ramp and decay, slew limit, finite check ─▶ clamp and write ─▶ displayed
+#pragma once
+
+#include <cstdint>
+
+#include "client/haptics/port_work.hpp"
+#include "common/haptics/safety.hpp"
+#include "devices/device_writer.hpp"
+
+namespace tandem::client {
+
+/// Displays wrenches on the device, all about the handle and in the device's base D.
+///
+/// Invariants  Every wrench passes the safety chain and the clamp. A refused command is not felt: the previous one
+///             remains displayed, the work is summed with it, and the force returns by the ramp.
+/// Thread      haptic: no allocation, no throw after construction
+class ForceOutput {
+ public:
+  /// In      safety  slew and speed limits are taken from the device's spec
+  ///         device  must outlive this
+  /// Fails   std::invalid_argument: bad safety settings, or device limits that DeviceWriter refuses
+  ForceOutput(const haptics::SafetySettings& safety, devices::Device& device);
+
+  /// Ends a period, in which the last displayed wrench was held, with the handle at `X_DH`.
+  void move_to(const Pose& X_DH) noexcept { work_.move_to(X_DH); }
+  /// The handle's pose is unknown: its way up to the next move_to() is not counted.
+  void lose_pose() noexcept { work_.lose_pose(); }
+
+  /// Displays the scene's wrench with the device's own force of border and nudge.
+  /// In      conditions  for the safety chain; its wrench is ignored
+  ///         is_ready    false: the device gets zero, whatever is requested
+  void write(LocalTime now, const Wrench& scene_on_hand_D, const Vec3& own_on_hand_D, haptics::SafetyInput conditions,
+             bool is_ready) noexcept;
+  /// Writes zero. Returns false while the device has not accepted it.
+  bool write_zero(LocalTime now) noexcept;
+  /// Decays to zero, then starts the ramp again.
+  void rearm() noexcept { safety_.rearm(); }
+  /// Ramps the force to zero from the next write() on.
+  void begin_shutdown() noexcept { safety_.begin_shutdown(); }
+  /// True if zero is displayed and stays so until the ramp begins.
+  bool is_quiet() const noexcept { return safety_.is_quiet(); }
+
+  /// Last command that the device accepted.
+  const Wrench& displayed_D() const noexcept { return writer_.written(); }
+  /// Its part that comes from the scene: without the share of border and nudge.
+  Wrench displayed_of_scene_D() const noexcept;
+  bool was_clamped() const noexcept { return writer_.was_clamped(); }
+  haptics::SafetyFaults faults() const noexcept { return safety_.faults(); }
+  std::uint64_t write_failures() const noexcept { return write_failures_; }
+  /// Work of the displayed wrench [device J].
+  const PortWork& work() const noexcept { return work_; }
+
+ private:
+  bool display(LocalTime now, const Wrench& on_hand_D) noexcept;
+
+  devices::DeviceWriter writer_;
+  haptics::SafetyChain safety_;
+  PortWork work_;
+  Wrench requested_D_;                ///< scene, border and nudge, before the safety chain
+  Vec3 own_D_ = Vec3::Zero();         ///< force of border and nudge in requested_D_
+  std::uint64_t write_failures_ = 0;  ///< commands that the device refused
+};
+
+}  // namespace tandem::client

@@ -1,0 +1,87 @@
+// See hand_input.hpp.
+#include "client/haptics/hand_input.hpp"
+
+#include <algorithm>
+
+#include "common/base/buttons.hpp"
+
+namespace tandem::client {
+namespace {
+
+// Minimum gap between two samples when a speed is computed. Otherwise a device that updates at 1 kHz would seem to jump
+// when it is read twice in quick succession.
+constexpr double kMinSpeedGap_s = 0.001;
+
+}  // namespace
+
+HandInput::HandInput(devices::Device& device, bool has_border)
+    : reader_(device),
+      device_path_(device.spec().position_step_m, device.spec().rotation_step_rad),
+      workspace_(device.spec(), has_border) {}
+
+void HandInput::enter(const WorkspaceMapping& scene) noexcept {
+  clutch_.reset();
+  workspace_.enter(scene);
+}
+
+void HandInput::read(LocalTime now) noexcept {
+  const devices::DeviceSample sample = reader_.read(now);
+  speed_m_per_s_ = speed_to(sample);
+  sample_ = sample;
+}
+
+// The larger of both speeds is used, so that neither a lagging filter nor a jump of the position goes unnoticed.
+double HandInput::speed_to(const devices::DeviceSample& sample) const noexcept {
+  if (!sample.is_valid) return 0;
+  const double reported_m_per_s = sample.V_DH.v.norm();
+  if (!sample_.is_valid) return reported_m_per_s;
+  const double gap_s = std::max(kMinSpeedGap_s, to_seconds(sample.taken - sample_.taken));
+  return std::max(reported_m_per_s, (sample.X_DH.p - sample_.X_DH.p).norm() / gap_s);
+}
+
+bool HandInput::is_clutched() const noexcept {
+  return (sample_.buttons & kButtonClutch) != 0 || workspace_.is_changing();
+}
+
+bool HandInput::move(const HandConditions& conditions) noexcept {
+  if (sample_.is_valid) {
+    X_DH_path_ = device_path_.follow(sample_.X_DH, sample_.V_DH, conditions.period_s);
+  } else {
+    device_path_.lose_pose();
+  }
+  if (!conditions.has_scene || !sample_.is_valid) {
+    workspace_.rest();
+    return false;
+  }
+  const bool is_remapped = apply_requested_mapping(conditions.is_quiet);
+  move_base(conditions);
+  move_handle();
+  return is_remapped;
+}
+
+// While the clutch is pressed the tool is frozen and no force is felt, so the mapping may change.
+bool HandInput::apply_requested_mapping(bool is_quiet) noexcept {
+  if (!workspace_.is_changing() || !is_quiet || !clutch_.is_pressed()) return false;
+  workspace_.apply_change();
+  return true;
+}
+
+// The base rests while the clutch is pressed.
+void HandInput::move_base(const HandConditions& conditions) noexcept {
+  if (!conditions.is_displaying || is_clutched()) return workspace_.rest();
+  workspace_.advance(sample_.X_DH.p, conditions.scene_on_hand_D, conditions.period_s);
+}
+
+void HandInput::move_handle() noexcept {
+  const WorkspaceMapping& map = workspace_.mapping();
+  RigidState raw_W{map.world_pose(sample_.X_DH), map.world_twist(sample_.V_DH)};
+  raw_W.V.v += workspace_.rate_W();
+  raw_X_WH_ = map.world_pose(X_DH_path_);
+  handle_W_ = clutch_.apply(raw_W, is_clutched());
+  X_WH_path_ = handle_W_.X;
+  if (is_clutched()) return;
+  X_WH_path_.p += raw_X_WH_.p - raw_W.X.p;
+  X_WH_path_.q = (raw_X_WH_.q * raw_W.X.q.conjugate() * X_WH_path_.q).normalized();
+}
+
+}  // namespace tandem::client

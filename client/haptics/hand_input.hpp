@@ -1,0 +1,80 @@
+// Input of the haptic path: from a sample of the device to the handle's pose and twist in the world.
+//
+//   device ─▶ reader ─▶ sample ─┬─▶ workspace mapping, border ─▶ clutch ─▶ handle in W        (the tool follows it)
+//                               └─▶ encoder path ─▶ mapping ─▶ clutch ─▶ path of the handle   (work is summed along it)
+#pragma once
+
+#include "client/haptics/clutch.hpp"
+#include "client/haptics/hand_workspace.hpp"
+#include "common/haptics/encoder_path.hpp"
+#include "devices/device_reader.hpp"
+
+namespace tandem::client {
+
+/// State of the haptic path on which the motion of the device's base depends.
+struct HandConditions {
+  double period_s = 0.001;
+  bool has_scene = false;               ///< the scene is usable
+  bool is_displaying = false;           ///< the scene's force may be displayed
+  bool is_quiet = false;                ///< no force is displayed (SafetyChain::is_quiet())
+  Vec3 scene_on_hand_D = Vec3::Zero();  ///< displayed force of the scene [N]
+};
+
+/// Reads the device and computes the handle's motion in the world.
+///
+/// Invariants  handle_W() and path_W() keep their last values while a sample is invalid. Both are frozen while the
+///             clutch counts as pressed. A requested mapping is applied only while no force is displayed and the clutch
+///             counts as pressed, so that neither force nor tool jumps.
+/// Thread      haptic: no allocation, no throw
+class HandInput {
+ public:
+  /// In      device      must outlive this
+  ///         has_border  false: no rate control and no wall at the border of the workspace
+  HandInput(devices::Device& device, bool has_border);
+
+  /// Starts another scene: the base is where the mapping places it, and the clutch has no offset.
+  void enter(const WorkspaceMapping& scene) noexcept;
+  /// Requests another mapping of the same scene.
+  void change(const WorkspaceMapping& scene) noexcept { workspace_.change(scene); }
+
+  /// Reads a sample and computes the handle's speed. Call once a tick, before move().
+  void read(LocalTime now) noexcept;
+  /// Moves handle and base for one period. Returns true if a requested mapping was applied: the handle has jumped.
+  bool move(const HandConditions& conditions) noexcept;
+
+  /// Sample of this tick.
+  const devices::DeviceSample& sample() const noexcept { return sample_; }
+  /// Larger of the reported speed and the speed between two samples [m/s]; 0 for an invalid sample.
+  double speed_m_per_s() const noexcept { return speed_m_per_s_; }
+  /// The clutch also counts as pressed while a requested mapping waits for the force to fade out.
+  bool is_clutched() const noexcept;
+  const WorkspaceMapping& mapping() const noexcept { return workspace_.mapping(); }
+  /// Force of the border [N], in D.
+  const Vec3& wall_on_hand_D() const noexcept { return workspace_.wall_on_hand_D(); }
+
+  /// Pose and twist of the handle, with clutch.
+  const RigidState& handle_W() const noexcept { return handle_W_; }
+  /// Pose of the handle with encoder steps smoothed: in the device's base, in the world without clutch, and with it.
+  const Pose& path_D() const noexcept { return X_DH_path_; }
+  const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
+  const Pose& path_W() const noexcept { return X_WH_path_; }
+
+ private:
+  double speed_to(const devices::DeviceSample& sample) const noexcept;
+  bool apply_requested_mapping(bool is_quiet) noexcept;
+  void move_base(const HandConditions& conditions) noexcept;
+  void move_handle() noexcept;
+
+  devices::DeviceReader reader_;
+  devices::DeviceSample sample_;  ///< may be invalid
+  double speed_m_per_s_ = 0;
+  haptics::EncoderPath device_path_;
+  HandWorkspace workspace_;
+  Clutch clutch_;
+  RigidState handle_W_;
+  Pose X_DH_path_;
+  Pose raw_X_WH_;
+  Pose X_WH_path_;
+};
+
+}  // namespace tandem::client

@@ -1,0 +1,55 @@
+// The scene and the server states that arrive through the mailboxes, as the haptic thread uses them.
+#pragma once
+
+#include "client/exchange/mailboxes.hpp"
+
+namespace tandem::client {
+
+/// News of one SceneInbox::poll(). At most one of the first two is true.
+struct SceneNews {
+  bool is_entered = false;      ///< another scene
+  bool is_changed = false;      ///< another version of the same scene
+  bool is_place_shown = false;  ///< another user points at HapticScene::shown_W
+};
+
+/// Newest scene and newest server state of it. Data from the wire is checked again: an unusable scene displays nothing.
+///
+/// Invariants  newest() belongs to scene(): a state that arrived before its scene is discarded.
+/// Thread      haptic: no allocation, no throw
+class SceneInbox {
+ public:
+  /// In      mailboxes      must outlive this
+  ///         device_bounds  bounds of the coupling by this user's device, in the device's units
+  SceneInbox(ClientMailboxes& mailboxes, const haptics::CouplingParameters& device_bounds) noexcept;
+
+  /// Takes the newest scene and state; once a tick.
+  SceneNews poll() noexcept;
+
+  /// The scene, with the bounds of this user's device.
+  const HapticScene& scene() const noexcept { return scene_; }
+  /// True if the scene can be rendered: its law, coefficients and mapping are in range.
+  bool is_usable() const noexcept { return is_usable_; }
+  /// True if handle and buttons are sent to the server.
+  bool is_driving() const noexcept { return is_usable_ && scene_.may_drive; }
+  /// True if the scene's force is displayed.
+  bool is_displaying() const noexcept { return is_driving() && scene_.may_display; }
+
+  /// Newest server state of the scene; null: none yet.
+  const ReceivedUpdate* newest() const noexcept { return has_state_ ? &mailboxes_.inbox.front() : nullptr; }
+  /// True if newest() arrived with the last poll().
+  bool has_new_state() const noexcept { return has_new_state_; }
+  /// Age of newest(): time since reception plus its age at the server when sent. Negative: none yet.
+  Duration state_age(LocalTime now) const noexcept;
+
+ private:
+  SceneNews take_scene(const HapticScene& scene) noexcept;
+
+  ClientMailboxes& mailboxes_;
+  haptics::CouplingParameters device_bounds_;
+  HapticScene scene_;
+  bool is_usable_ = false;
+  bool has_state_ = false;
+  bool has_new_state_ = false;
+};
+
+}  // namespace tandem::client

@@ -1,0 +1,52 @@
+#include "client/model/grasp_prediction.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// Number of inputs after a button press within which the server grants or refuses the grasp.
+constexpr std::uint64_t kGraspAnsweredAfter = 5;
+
+}  // namespace
+
+bool GraspPrediction::follow_button(bool is_down, Tick input, LocalTime now, physics::World& world,
+                                    std::size_t tool) noexcept {
+  if (is_down == is_down_) return false;
+  is_down_ = is_down;
+  predicted_ = input;
+  predicted_at_ = now;
+  const BodyId before = world.tool(tool).held;
+  if (is_down) {
+    world.grab(tool, BodyId{});
+  } else {
+    world.release(tool);
+  }
+  return world.tool(tool).held != before;
+}
+
+// A hand that is extrapolated through a gap at the server is ahead of its buttons, so the answered input alone does not
+// show that the server has received the button.
+bool GraspPrediction::remains(const proto::ServerUpdate& update) const noexcept {
+  if (!predicted_) return false;
+  const bool has_received_button = update.echoed_sent == LocalTime{} || update.echoed_sent >= predicted_at_;
+  return !has_received_button || update.answered_input.value < predicted_->value + kGraspAnsweredAfter;
+}
+
+bool GraspPrediction::mirror(const proto::ServerUpdate& update, const Pose& X_WT, double grip_step_m,
+                             physics::World& world, std::size_t tool) noexcept {
+  if (remains(update)) return false;
+  predicted_.reset();
+  const BodyId held = world.tool(tool).held;
+  if (held == update.held_body) {
+    if (held.is_valid()) world.move_grip(tool, update.X_BT, grip_step_m);
+    return false;
+  }
+  if (update.held_body.is_valid()) {
+    // Grasps at the tool's current pose on the local copy; the grip then moves to the server's.
+    world.hold(tool, update.held_body, world.body(update.held_body).X.inverse() * X_WT);
+  } else {
+    world.release(tool);
+  }
+  return true;
+}
+
+}  // namespace tandem::client
