@@ -29,8 +29,9 @@ struct LoopModel {
 ///         each period the handle is at x_{k−d} with the velocity (x_{k−d} − x_{k−d−n}) / (n T). The tool's state at
 ///         the end of the period follows from coupling and contact by implicit Euler, as in the contact solver. The
 ///         hand receives the negative coupling force of the tool until the next period.
-/// Neutral states are excluded: the position of a free device whose tool touches nothing, and, without friction, the
-/// common motion of device and tool at constant speed. Both have the eigenvalue 1 and are harmless.
+///         Neutral states are excluded: the position of a free device whose tool touches nothing, and, without
+///         friction, the common motion of device and tool at constant speed. Both have the eigenvalue 1 and are
+///         harmless.
 /// Source  our derivation
 /// Out     0 if stiffness and damping are both 0, because then there is no loop
 /// Fails   returns infinity for a model that is not finite, has a negative entry or no mass, or uses samples older than

@@ -19,16 +19,16 @@ namespace tandem::haptics {
 ///         coming step if the tool moves on as before. D is dissipated within kPayBack_s by the brake b = D /
 ///         (kPayBack_s u²). u is the tool's speed including its rotation at kLever_m, at least kSlow_m_per_s. The brake
 ///         changes gradually.
-/// b is at most kGentleBrake_n_s_per_m while the missing energy is at most kGentleUpTo_j. This limit rises linearly to
-/// kFirmBrake_n_s_per_m at the minimum balance. A stronger brake at once would shake a body that two users squeeze
-/// between them.
-/// The room applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a held or
-/// pressed body stays in place. If the client's model is too light, its hand does too little work; the body then feels
-/// heavier, but is not dropped.
-/// Pose and energy travel in one message, so the delay alone makes no balance negative: the tool responds to a handle
-/// pose whose energy arrived with it. If inputs pass through a playout buffer, so do their energies.
-/// A negative balance recovers at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives back
-/// energy that it supplied; limiting this is the task of HandPassivityController.
+///         b is at most kGentleBrake_n_s_per_m while the missing energy is at most kGentleUpTo_j. This limit rises
+///         linearly to kFirmBrake_n_s_per_m at the minimum balance. A stronger brake at once would shake a body that
+///         two users squeeze between them.
+///         The room applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a
+///         held or pressed body stays in place. If the client's model is too light, its hand does too little work; the
+///         body then feels heavier, but is not dropped.
+///         Pose and energy travel in one message, so the delay alone makes no balance negative: the tool responds to a
+///         handle pose whose energy arrived with it. If inputs pass through a playout buffer, so do their energies.
+///         A negative balance recovers at kLeakRate_w and is bounded by kMinBalance_j. E falls while the hand receives
+///         back energy that it supplied; limiting this is the task of HandPassivityController.
 /// Limits  m uses the wrench of the last step. A wrench that grows within a step (first contact) exceeds the balance
 ///         once and is braked afterwards. A pull of 6 N without any energy supply creeps at 3 mm/s when the balance is
 ///         at its minimum. Energy dissipated on the hand's side stays in the balance, up to kMaxBalance_j.
@@ -56,7 +56,7 @@ class ToolPassivityController {
                      double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
   /// Ends a step.
   /// In      on_tool_W  wrench of the coupling and its brake on the tool
-  /// net_into_world_j  running sum of this user's net input; computed by the server and therefore trusted
+  ///         net_into_world_j  running sum of this user's net input; computed by the server and therefore trusted
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// Returns the brake of the coming step [N·s/m], 0 to kFirmBrake_n_s_per_m.
   /// In      acts  whether the tool touches or holds something. If not, the tool supplies no energy to the world. A
