@@ -32,7 +32,7 @@ enum SafetyFault : std::uint32_t {
   kSafetyNotDisplaying = 1U << 7U,  ///< no force is to be displayed: an observer, or no session
   kSafetyClutched = 1U << 8U,       ///< the clutch is pressed: to zero by at most 0.1 N/ms, start ramp after release
   kSafetyLate = 1U << 9U,           ///< a tick came too late: zero within 20 ticks, then start ramp
-  kSafetySlow = 1U << 10U,          ///< the loop or the server's room runs below 90 % of its rate: zero, then start
+  kSafetySlow = 1U << 10U,          ///< loop or server's room below 90 % of its rate: zero, then start ramp
                                     ///< ramp
 };
 using SafetyFaults = std::uint32_t;
@@ -42,9 +42,7 @@ std::vector<std::string> safety_fault_names(SafetyFaults faults);
 std::string describe_safety_faults(SafetyFaults faults);
 
 struct SafetySettings {
-  Duration start_ramp{
-      from_seconds(0.5)};  ///< time from 0 to full force, at the start, for a new connection, or after silence or a
-                           ///< fault
+  Duration start_ramp{from_seconds(0.5)};       ///< time from 0 to full force, at each start of the ramp
   Duration silence_start{from_seconds(0.115)};  ///< time since the last received state up to which the force is full
   Duration silence_zero{from_seconds(0.148)};   ///< time from which the force is zero (guaranteed: zero within 150 ms)
   Duration fault_decay{from_seconds(0.015)};    ///< decay time to zero after a fault (guaranteed: within 20 ms)
