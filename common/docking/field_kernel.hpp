@@ -128,8 +128,9 @@ using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Computes the potentials of A beyond the cut-off at `places` [Å], in the frame of A's floats. They are coulomb, c6
-/// and c12, see far_grid.hpp. Each array has `count` floats, a multiple of kLanes, and is aligned to 64 bytes.
+/// Computes the potentials of A beyond the cut-off at `places` [Å], in the frame of A's floats. The three potentials
+/// are those of q, C6 and C12 (far_grid.hpp). Each array has `count` floats, a multiple of kLanes, and is aligned to 64
+/// bytes.
 using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
                                  const float* const places[3], float* const potentials[3]) noexcept;
 

@@ -33,7 +33,6 @@ enum SafetyFault : std::uint32_t {
   kSafetyClutched = 1U << 8U,       ///< the clutch is pressed: to zero by at most 0.1 N/ms, start ramp after release
   kSafetyLate = 1U << 9U,           ///< a tick came too late: zero within 20 ticks, then start ramp
   kSafetySlow = 1U << 10U,          ///< loop or server's room below 90 % of its rate: zero, then start ramp
-                                    ///< ramp
 };
 using SafetyFaults = std::uint32_t;
 /// Returns one name per set bit, in bit order: "ramping", "silence", …

@@ -15,10 +15,10 @@ double soft_limit(double magnitude, double limit);
 /// Returns the share s(E) of a pair's force and torque that is displayed. It depends only on the pair's energy, so the
 /// field remains conservative.
 ///
-/// Model   s = z · 1/√(1 + x²). z is 0 up to E_min + n kT and rises to 1 over one further kT as 3u² − 2u³. Without a
-///         zero area z is 1. Above the knee x = (E − E_knee)/w, below it 0. For a repulsion r^−12 the force grows with
-///         the energy. The width w is chosen so that s times this force approaches about a quarter of the force limit.
-///         The displayed energy then grows as the logarithm of the overlap
+/// Model   s = z · 1/√(1 + x²). z is 0 in the zero area, the energies up to E_min + n kT, and rises to 1 over one
+///         further kT as 3u² − 2u³. Without a zero area z is 1. Above the knee x = (E − E_knee)/w, below it 0. For a
+///         repulsion r^−12 the force grows with the energy. The width w is chosen so that s times this force approaches
+///         about a quarter of the force limit. The displayed energy then grows as the logarithm of the overlap
 /// Source  ours. If the share depended on the pose in any other way, closed paths would create energy
 double felt_share(const WorldDescription& world, double energy_kcal_per_mol);
 /// Returns the displayed energy ∫ s dE. It is 0 for distant molecules, unless their energy lies in the zero area or

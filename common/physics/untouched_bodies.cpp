@@ -50,7 +50,7 @@ class UntouchedBodies final : public FreeBodies {
     RigidState last = {};        ///< state after the last step
     Twist before = {};           ///< twist about the origin of W before the step
     double still_s = 0;
-    std::size_t group = 0;  ///< lowest index of the bodies in its group of bodies that press on each other
+    std::size_t group = 0;  ///< lowest index of the bodies in its group
     bool is_asleep = false;
 
     bool is_free() const { return rigid != nullptr && !rigid->is_static(); }
@@ -169,7 +169,7 @@ void UntouchedBodies::describe() {
   }
 }
 
-/// Groups the bodies that press on each other. The number of a group is the lowest index of its bodies.
+/// Groups the bodies that are in contact. The number of a group is the lowest index of its bodies.
 void UntouchedBodies::join_groups() {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (bodies_[i].is_awake()) bodies_[i].group = i;

@@ -14,8 +14,9 @@ namespace tandem::physics {
 ///          the same in both stages. The restitution of a pair is the larger of the two bodies' values. At the end of
 ///          the compression the pair receives the impulse of the compression once more. This impulse is scaled so that
 ///          the bodies separate at restitution times the speed of approach (Newton's law of impact).
-/// Sleeping bodies that press on each other form a group. A group that was slower than 0.02 mm/s and 0.5 mrad/s for 0.5
-/// s is not stepped. A wrench, a changed state, the removal of a body or a new contact wakes the whole group.
+/// Sleep    bodies that are in contact with each other form a group. A group that was slower than 0.02 mm/s and
+///          0.5 mrad/s for 0.5 s sleeps, i.e. is not stepped. A wrench, a changed state, the removal of a body or a
+///          new contact wakes the whole group.
 /// Thread   one thread at a time; no allocation after construction
 std::unique_ptr<FreeBodies> make_untouched_bodies(const WorldDescription& world);
 

@@ -77,7 +77,7 @@ struct World::Impl {
   int steps_in(double seconds) const { return static_cast<int>(std::ceil(seconds / step_s())); }
   int adoption_steps() const { return steps_in(kAdoption_s); }
 
-  // Access.
+  // Access to bodies, tools and things.
   WorldBody* body_of(BodyId id);
   RigidState tool_state(const WorldTool& tool) const;
   std::size_t thing_of(const WorldTool& tool) const;
@@ -88,7 +88,7 @@ struct World::Impl {
   template <class Change>
   void change_owner(WorldBody& body, const Change& change);
 
-  // Hands.
+  // Coupling of tools to bodies and hands.
   void attach(WorldTool& tool, std::size_t body, const Pose& X_BT);
   void detach(WorldTool& tool);
   double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
@@ -115,7 +115,7 @@ struct World::Impl {
   TickFaults step_soft() noexcept;
   void end_passing_through(WorldTool& tool) noexcept;
 
-  // Energies.
+  // Energies of the world [J].
   double mechanical_energy_j() const;
   double coupling_energy_j(std::uint32_t without_hands) const;
 

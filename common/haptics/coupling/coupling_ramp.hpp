@@ -13,8 +13,8 @@ inline constexpr double kCouplingRamp_s = 0.1;
 
 /// Coupling coefficients that move linearly in time to a target.
 ///
-/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). An increase Δk at a stretch d adds the energy ½ Δk d². This energy
-///         comes from the change of the coefficients, not from the law
+/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). An increase Δk at a displacement d adds the energy ½ Δk d². This
+///         energy comes from the change of the coefficients, not from the law
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:

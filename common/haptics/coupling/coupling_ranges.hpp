@@ -1,6 +1,6 @@
 // Accepted range of each coupling coefficient that is received or read from a file. Within these ranges arithmetic does
 // not overflow. They are wide enough for scenes from nanometres to rooms after workspace scaling. They do not protect
-// the hand: the limits of its device do.
+// the user's hand; the limits of the device do.
 #pragma once
 
 #include <array>

@@ -34,7 +34,8 @@ class LawFade final : private CouplingLaw {
 
   /// Current law, or the mixture during a fade; valid until the next call that changes this object.
   const CouplingLaw& law() const noexcept { return share_ < 1 ? static_cast<const CouplingLaw&>(*this) : *to_; }
-  /// Current coefficients, valid equally long. During a fade they change linearly from the old law's to the new law's.
+  /// Current coefficients, valid as long as law(). During a fade they change linearly from the old law's to the new
+  /// law's.
   const CouplingParameters& parameters() const noexcept { return shown_.now(); }
   /// Law at the end of the change.
   const CouplingLawInfo& target_law() const noexcept { return *wanted_; }

@@ -22,8 +22,8 @@ class PortLookAhead {
   static constexpr double kMaxAcceleration_m_per_s2 = 100;
   static constexpr double kMaxAcceleration_rad_per_s2 = 5000;
 
-  /// Ends a period with the port at `X_W`. Only the fraction `share` of its motion is extrapolated to the next period,
-  /// for periods that took too long.
+  /// Ends a period with the port at `X_W`. The next period is expected to repeat the motion of this one. If the period
+  /// took too long, it is expected to repeat only the fraction `share` of that motion.
   void move_to(const Pose& X_W, double share = 1) noexcept;
   /// Reports an unknown pose. The motion up to the next move_to() is ignored.
   void lose_pose() noexcept { has_pose_ = false; }

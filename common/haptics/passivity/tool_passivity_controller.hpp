@@ -20,8 +20,8 @@ namespace tandem::haptics {
 ///         (kPayBack_s u²). u is the tool's speed including its rotation at kLever_m, at least kSlow_m_per_s. The brake
 ///         changes gradually.
 ///         b is at most kGentleBrake_n_s_per_m while the missing energy is at most kGentleUpTo_j. This limit rises
-///         linearly to kFirmBrake_n_s_per_m at the minimum balance. A stronger brake at once would shake a body that
-///         two users squeeze between them.
+///         linearly to kFirmBrake_n_s_per_m at the minimum balance. A firm brake shakes a body that two users squeeze
+///         between them, so it is used only if much energy is missing.
 ///         The room applies b to all bodies that act for the user (World::brake()). A brake has no effect at rest, so a
 ///         held or pressed body stays in place. If the client's model is too light, its hand does too little work; the
 ///         body then feels heavier, but is not dropped.

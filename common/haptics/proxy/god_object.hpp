@@ -38,7 +38,7 @@ struct ProxyState {
   Vec3 p_W = Vec3::Zero();                 ///< centre of the ball
   Vec3 goal_W = Vec3::Zero();              ///< goal of this update
   bool is_touching = false;                ///< whether an obstacle holds the proxy back from the goal
-  bool is_sticking = false;                ///< friction holds the touching proxy in place
+  bool is_sticking = false;                ///< whether friction holds the touching proxy in place
   Vec3 surface_velocity_W = Vec3::Zero();  ///< velocity of the touched surface
   std::size_t contact_count = 0;           ///< number of pieces that hold the proxy back, at most 3
   std::uint8_t faults = 0;                 ///< bits of ProxyFault

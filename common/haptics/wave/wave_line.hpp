@@ -50,8 +50,7 @@ class WavePlayer {
     double limit_sqrt_w = 100.0;  ///< upper bound of the wave's magnitude
     double longest_gap_s = 1.0;   ///< after a longer silence of the sender, playing starts anew: the gap is not filled
     double margin_s = 0.005;      ///< length of the queue that is always left [s]
-    double skipped_share = 0.05;  ///< fraction of the played time that is skipped from a too long queue
-                                  ///< nothing is skipped
+    double skipped_share = 0.05;  ///< fraction of the played time that is skipped; 0: none
   };
   explicit WavePlayer(const Settings& settings) : settings_(settings) {}
 

@@ -38,7 +38,7 @@ class WaveHandPort {
       : impedance_(impedance), player_(player) {}
 
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
-  /// Reports that the hand's pose is unknown. The next tick() then starts from its own pose argument.
+  /// Reports that the hand's pose is unknown. The next tick() then starts a new path at its pose.
   void lose_hand() noexcept;
   /// Returns the wrench on the hand for the coming period.
   Wrench tick(const Pose& X_WH, double period_s) noexcept;

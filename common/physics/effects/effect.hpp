@@ -34,11 +34,11 @@ struct EffectMemory {
 ///         clamped; their directions do not change. The force acts at the tool's origin, so its work is the work at the
 ///         origin.
 ///         Sampling: the force is held for a step. A velocity-dependent force is limited to the force that stops the
-///         tool within the step. A position-dependent force is evaluated half a step ahead (a whole step for
-///         stick-slip). Its stiffness is at most m/(2h²). A massless tool is in equilibrium between its spring k and
-///         the force of the previous step, x ← x_H + f/k. Its force is not evaluated ahead. With m = k h² each
-///         iteration is less than half of the one before. The statements on energy then hold for any mass, and forces
-///         at rest are exact.
+///         tool within the step. A position-dependent force is evaluated half a step ahead (a whole step for stick-
+///         slip). Its stiffness is at most m/(2h²). A massless tool is in equilibrium between its spring k and the
+///         force of the previous step, x ← x_H + f/k. Its force is not evaluated ahead. With m = k h² the change in
+///         each iteration is less than half of the previous change. The statements on energy then hold for any mass,
+///         and forces at rest are exact.
 /// Source  sampled springs: Colgate, Schenkel, "Passivity of a class of sampled-data systems", 1997 (b ≥ kT/2); the
 ///         rest is our derivation
 /// Thread  one thread at a time, that of the room; no allocation, no throw

@@ -52,8 +52,7 @@ class TouchStage {
       if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
     }
   }
-  /// Writes points where `thing` was in contact under load, in W: as many as fit, distributed over all. Returns their
-  /// number.
+  /// Writes points of `thing` with a contact force, in W: as many as fit, distributed over all. Returns their number.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:

@@ -39,11 +39,9 @@ struct TouchThing {
   Role role = Role::kAbsent;
   bool makes_implicit = false;  ///< a tool or a body held or kept implicit: bodies that it touches become implicit
   std::uint32_t hands = 0;      ///< bit i: the thing is tool i, or tool i holds it
-  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< dynamics of an implicit thing
-                                                                      ///< (InertialessThings)
+  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit things
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
-  std::optional<std::size_t> passes_through = {};                     ///< index of a thing that it does not collide
-                                                                      ///< with
+  std::optional<std::size_t> passes_through = {};                     ///< index of a thing that it passes through
   TouchDrag drag = {};                                                ///< used only for a massless thing
 
   bool has_inertia() const { return dynamics == haptics::ToolDynamics::kWithMass; }
