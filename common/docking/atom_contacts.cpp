@@ -14,7 +14,7 @@
 namespace tandem::docking {
 namespace {
 
-constexpr double kHydrogen_u = 1.5;  // heavier atoms are no hydrogen
+constexpr double kHydrogen_u = 1.5;  // atoms with a larger mass are not hydrogen
 constexpr double kBonded_angstrom = 1.25;
 constexpr double kHydrogenToAcceptor_angstrom = 2.5, kDonorToAcceptor_angstrom = 3.5;
 constexpr double kMaxCosine = -0.5;  // cosine of 120° between D−H and H···A
@@ -23,7 +23,7 @@ bool is_hydrogen(const Molecule& molecule, std::size_t atom) {
   return molecule.mass_u[atom] < kHydrogen_u;
 }
 
-/// Returns whether the atom is N or O, by mass, because molecules may lack names.
+/// Returns whether the atom is N or O. It is identified by its mass, because molecules may have no names.
 bool is_polar(const Molecule& molecule, std::size_t atom) {
   constexpr std::array kMasses_u{14.007, 15.999};
   return std::ranges::any_of(kMasses_u,
@@ -42,7 +42,7 @@ bool is_heavy(const Molecule& molecule, std::size_t atom) {
   return !is_hydrogen(molecule, atom);
 }
 
-/// Points in cells as wide as the search distance, so that all neighbours are in 27 cells.
+/// Points sorted into cells. A cell is as wide as the search distance, so all neighbours of a point are in 27 cells.
 class Cells {
  public:
   explicit Cells(double width) : width_(width) {}
@@ -84,7 +84,7 @@ class Cells {
   std::vector<Entry> points_;
 };
 
-/// Pairs of atoms from `of_a` and `of_b` within `distance`.
+/// Returns the pairs of atoms from `of_a` and `of_b` within `distance`.
 AtomPairs near(const Molecule& a, const std::vector<std::size_t>& of_a, const Molecule& b,
                const std::vector<std::size_t>& of_b, const Pose& X_AB, double distance) {
   AtomPairs pairs;
@@ -106,7 +106,7 @@ AtomPairs near(const Molecule& a, const std::vector<std::size_t>& of_a, const Mo
   return pairs;
 }
 
-/// For each hydrogen the N or O that it is bound to.
+/// Returns, for each hydrogen, the N or O to which it is bound.
 std::vector<std::optional<std::size_t>> donors(const Molecule& molecule, const std::vector<std::size_t>& hydrogens,
                                                const std::vector<std::size_t>& polar) {
   std::vector<std::optional<std::size_t>> donors(molecule.size());
@@ -115,7 +115,7 @@ std::vector<std::optional<std::size_t>> donors(const Molecule& molecule, const s
   return donors;
 }
 
-/// Hydrogen bonds from donors of `d` to the polar atoms of `a`.
+/// Returns the hydrogen bonds from donors of `d` to the polar atoms of `a`.
 AtomPairs bonds_from(const Molecule& d, const Molecule& a, const Pose& X_DA) {
   const std::vector<std::size_t> hydrogens = atoms_with(d, is_hydrogen), donating = atoms_with(d, is_polar);
   const std::vector<std::size_t> accepting = atoms_with(a, is_polar);

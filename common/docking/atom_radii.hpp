@@ -1,4 +1,4 @@
-// Radii of atoms: minimum distances with and without a bond.
+// Atomic radii, which give the minimum distance of atoms with and without a bond.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,17 @@ struct AtomRadii {
   double covalent_angstrom = 0;
 };
 
-/// Radii of an element; for an unknown symbol those of the known element closest in mass.
+/// Returns the radii of an element. For an unknown symbol, returns the radii of the known element with the nearest
+/// mass.
 ///
-/// In      symbol  upper case: "ZN"
+/// In      symbol  in upper case, such as "ZN"
 ///         mass_u  used if the symbol is not in the table
 /// Source  van der Waals: Bondi, J. Phys. Chem. 68 (1964) 441; hydrogen: Rowland, Taylor, J. Phys. Chem. 100 (1996)
 ///         7384; metals: Alvarez, Dalton Trans. 42 (2013) 8617. Covalent: Cordero et al., Dalton Trans. (2008) 2832
 const AtomRadii& atom_radii(std::string_view symbol, double mass_u);
 const AtomRadii& atom_radii(const Molecule& molecule, std::size_t atom);
 
-/// Maximum excess of a bond's length over the sum of the covalent radii [Å].
+/// Maximum amount by which a bond may be longer than the sum of the covalent radii [Å].
 inline constexpr double kBondSlackAngstrom = 0.4;
 
 }  // namespace tandem::docking

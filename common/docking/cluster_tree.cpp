@@ -11,11 +11,11 @@
 namespace tandem::docking {
 namespace {
 
-/// Coordinate of the unused children of a node: farther than any cut-off, with a finite square.
+/// Coordinate of a node's unused children: farther away than any cut-off, but its square is finite.
 constexpr float kNowhere = 1e18F;
-/// Leaves are split as well, down to the atoms of the smallest register, so that fewer registers have a pair.
+/// Leaves are split as well, down to the number of atoms in the smallest register. Fewer registers then contain a pair.
 constexpr std::size_t kFewest = 4;
-/// Split directions: along the axes and, for few points, diagonal.
+/// Directions of a split: along the axes and, if there are few points, also along diagonals.
 constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -30,10 +30,11 @@ constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {1, -1, 1},
                                                           {-1, 1, 1}}};
 constexpr std::size_t kMaxOblique = 1024;
-/// Exceeds the rounding error of a conversion to float.
+/// Factor that exceeds the rounding error of a conversion to float.
 constexpr float kRoundedUp = 1 + 2 * std::numeric_limits<float>::epsilon();
 
-/// Writes centre and half sides, one float per axis with the given stride, rounded up to contain the box.
+/// Writes centre and half edge lengths, one float per axis with the given stride. The half edges are rounded up so that
+/// the stored box contains `box`.
 void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::size_t stride) {
   for (int axis = 0; axis < 3; ++axis, centre += stride, half += stride) {
     *centre = static_cast<float>(box.center()[axis]);
@@ -42,7 +43,7 @@ void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::
   }
 }
 
-/// Approximate volume [Å³] of the places closer to the box than a usual cut-off.
+/// Returns the approximate volume [Å³] of the region within a usual cut-off of the box.
 double reach_of(const Eigen::AlignedBox3d& box) {
   constexpr double kReach = 8;
   const Vec3 side = box.sizes();
@@ -93,7 +94,7 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-// The index breaks ties, so that every machine has the same clusters.
+// Ties are resolved by the index, so that every machine has the same clusters.
 void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
                         std::size_t end) {
   const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
@@ -116,7 +117,8 @@ void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::si
   if (count <= kFewest) return std::sort(at(begin), at(end));
   std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
   while (child * kChildren < count) child *= kChildren;
-  // Full children on the left; split across the direction with the least volume within reach of the halves.
+  // The left part contains only full children. The split direction is the one for which the volume within reach of both
+  // parts is smallest.
   const std::size_t children = (count + child - 1) / child;
   const std::size_t middle = begin + children / 2 * child;
   double least = std::numeric_limits<double>::infinity();

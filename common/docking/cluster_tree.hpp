@@ -1,4 +1,4 @@
-// Clusters of neighbouring atoms, and the search for close clusters of two molecules.
+// Clusters of neighbouring atoms, and the search for clusters of two molecules that are close to each other.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,23 +12,25 @@
 
 namespace tandem::docking {
 
-/// Box of one child [Å].
+/// Returns the box of one child [Å].
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
-/// A tree over leaves of kLanes atoms each (the last may have fewer), kChildren per node. The split keeps parts
-/// compact, so that few other atoms are near each; within leaves too, down to the registers of a kernel. All nodes are
-/// full except the last of each level. Child l of node n is therefore number kChildren · n + l of its level.
+/// A tree whose leaves have kLanes atoms each (the last may have fewer) and whose nodes have kChildren children. The
+/// splits keep each part compact, so that few other atoms are close to it. Leaves are split as well, down to the
+/// registers of a kernel. All nodes are full except the last of each level. Child l of node n therefore has the number
+/// kChildren · n + l in its level.
 class ClusterTree {
  public:
-  /// Cost    a second for 200,000 points
+  /// Cost    one second for 200,000 points
   explicit ClusterTree(std::span<const Vec3> points);
 
-  /// Boxes of the children of each node: leaves in the first level, one node in the last; empty without points.
+  /// Boxes of the children of each node. The children are leaves in the first level; the last level has one node. Empty
+  /// if there are no points.
   const std::vector<std::vector<ChildBoxes>>& levels() const { return levels_; }
-  /// Total number of children of the nodes of a level.
+  /// Returns the total number of children of the nodes of a level.
   std::size_t child_count(std::size_t level) const { return level == 0 ? leaf_count_ : levels_[level - 1].size(); }
-  const Eigen::AlignedBox3d& box() const { return box_; }             ///< contains all points
-  const std::vector<std::uint32_t>& order() const { return order_; }  ///< index of each point, leaf by leaf
+  const Eigen::AlignedBox3d& box() const { return box_; }             ///< box that contains all points
+  const std::vector<std::uint32_t>& order() const { return order_; }  ///< indices of the points, leaf by leaf
 
  private:
   void halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle, std::size_t end);
@@ -41,15 +43,16 @@ class ClusterTree {
   std::size_t leaf_count_ = 0;
 };
 
-/// Finds the leaves of A near each leaf of B. Stateless between calls: the result depends on the pose only.
+/// Finds the leaves of A that are close to each leaf of B. It stores nothing between calls: the result depends only on
+/// the pose.
 class NeighbourSearch {
  public:
-  /// In      near_children  kernel that the CPU runs
+  /// In      near_children  kernel that the CPU can run
   NeighbourSearch(const ClusterTree& a, const ClusterTree& b, NearChildren near_children);
 
-  /// Calls found(leaf of B, leaves of A whose box is within the cut-off of its box), in order, for each leaf of B that
-  /// has any.
-  /// Cost    the nodes near the border; no allocation
+  /// For each leaf of B with close leaves of A, calls found(leaf of B, close leaves of A), in order. A leaf of A is
+  /// close if the distance of the boxes is within the cut-off.
+  /// Cost    proportional to the nodes near the interface; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {
     if (a_.levels().empty() || b_.levels().empty()) return;
@@ -65,13 +68,14 @@ class NeighbourSearch {
   static constexpr std::uint32_t kRoot = 0;
 
   void place_b(const Pose& X_AB, double cutoff) noexcept;
-  /// A box along A's axes that contains a box along B's axes.
+  /// Returns a box along A's axes that contains `box`, whose axes are B's.
   Eigen::AlignedBox3d placed(const Eigen::AlignedBox3d& box) const noexcept;
-  /// Children of these nodes of A that are near the box.
+  /// Returns the children of these nodes of A that are close to the box.
   std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
                                       const Eigen::AlignedBox3d& box) noexcept;
 
-  /// `candidates`: nodes of A of the same level near the node of B; above A's levels the root of A.
+  /// `candidates` are the nodes of A in the same level that are close to the node of B. Above A's levels they are the
+  /// root of A.
   template <class Found>
   void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
     const bool is_above_a = level >= a_.levels().size();
@@ -92,7 +96,7 @@ class NeighbourSearch {
   const ClusterTree& a_;
   const ClusterTree& b_;
   NearChildren near_children_;
-  std::vector<std::vector<std::uint32_t>> arena_;  ///< results by level of A: children of A found
+  std::vector<std::vector<std::uint32_t>> arena_;  ///< for each level of A: numbers of the children found
   Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d abs_R_AB_ = Eigen::Matrix3d::Identity();
   Vec3 p_AB_ = Vec3::Zero();

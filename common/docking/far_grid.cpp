@@ -19,12 +19,12 @@ using Node = Eigen::Vector4f;  ///< q, √C6, √C12, unused
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Limits of nodes times atoms for the choice of the spacing, the same on every machine. The second limit applies at
-/// the coarsest spacing only.
+/// Limits on the product of nodes and atoms for the choice of the spacing; they are the same on every machine. The
+/// second limit applies only at the coarsest spacing.
 constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
-/// 64 MB.
+/// 64 MB of nodes.
 constexpr double kMaxNodes = 4e6;
-/// Nodes outside the range: splines need one, the filter another.
+/// Number of nodes outside the range on each side: the splines need one, and the filter another one.
 constexpr std::size_t kBorder = 2;
 
 Box box_of(const Molecule& molecule) {
@@ -33,34 +33,35 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// Separation at which the other molecule, short of contact, still has all atoms on the grid.
+/// Separation of the molecules, before contact, at which all atoms of B are still on the grid.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 
-/// Fade factor: 1 up to kFadeAngstrom before the end of the reach from the interval, then down to 0.
+/// Returns the factor of the fade. It is 1 up to kFadeAngstrom before the end of the reach from the interval, and then
+/// falls to 0.
 double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
   const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Nodes farther from all atoms than this many spacings H of the coarser lattice are interpolated from it. Polynomials
-/// over six of its nodes err there by 2e-4 of r^−1 and 8e-4 of r^−2.
+/// Distance from all atoms beyond which nodes are interpolated from a coarser lattice, in spacings H of that lattice.
+/// Polynomials over six of its nodes have errors there of 2e-4 of r^−1 and 8e-4 of r^−2.
 constexpr double kNearSpacings = 5;
-/// Half-width of the six nodes in spacings; they must not reach the region of the force switch.
+/// Half of the extent of the six nodes, in spacings. They must not reach the region of the force switch.
 constexpr double kHalfwaySpacings = 2.5;
-/// Source  Lagrange's polynomial of degree 5 in the middle of its nodes
+/// Source  weights of Lagrange's polynomial of degree 5 at the middle of its nodes
 constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
-/// With fewer nodes a coarser lattice does not pay.
+/// Number of nodes below which a coarser lattice saves no time.
 constexpr std::size_t kFewNodes = 4096;
 
-/// Sets each node to the potential at its place.
+/// Sets each node to the potential at its position.
 using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
 
-/// Potential of all atoms of A, with kernel coordinates relative to the centre. `constants` must outlive it.
+/// Returns the potential of all atoms of A, with kernel coordinates relative to `centre`. `constants` must outlive it.
 Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                        FarPointsKernel far_points, const Vec3& centre) {
-  // x y z c6 s3 q
+  // Arrays of x, y, z, c6, s3 and q.
   std::array<std::vector<float>, 6> atoms;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Vec3 at = a.positions_angstrom[i] - centre;
@@ -86,7 +87,7 @@ Potential potential_of(const Molecule& a, const FieldModel& model, const KernelM
         for (std::size_t begin = 0; begin < places.size(); begin += kBlock) {
           const std::size_t count = std::min(kBlock, places.size() - begin);
           for (std::size_t i = 0; i < kBlock; ++i) {
-            // The last block repeats its last place.
+            // The last block is padded with copies of its last position.
             const Vec3 at = places[begin + std::min(i, count - 1)] - centre;
             for (std::size_t axis = 0; axis < 3; ++axis)
               floats[axis][i] = static_cast<float>(at[static_cast<int>(axis)]);
@@ -97,7 +98,7 @@ Potential potential_of(const Molecule& a, const FieldModel& model, const KernelM
       };
 }
 
-/// Nodes of a cubic lattice, x fastest.
+/// Nodes of a cubic lattice; x varies fastest.
 class Lattice {
  public:
   Lattice(const Vec3& origin, double spacing, const std::array<std::size_t, 3>& count)
@@ -112,7 +113,8 @@ class Lattice {
 
   double coordinate(std::size_t i, int axis) const { return origin_[axis] + static_cast<double>(i) * spacing_; }
 
-  /// Computes the potential at each node: near an atom directly from all atoms, elsewhere from a coarser lattice.
+  /// Computes the potential at each node. Near an atom it is summed directly over all atoms; elsewhere it is
+  /// interpolated from a coarser lattice.
   void fill(const Potential& potential, std::span<const Vec3> atoms, double cutoff_angstrom) {
     nodes_.assign(size(), Node::Zero());
     const std::vector<char> is_near = near_nodes(atoms, cutoff_angstrom);
@@ -133,7 +135,7 @@ class Lattice {
     }
   }
 
-  /// Converts node values to spline coefficients that reproduce cubic polynomials exactly.
+  /// Converts node values to spline coefficients. The resulting splines reproduce cubic polynomials exactly.
   void filter() {
     const std::array<std::size_t, 3> stride{1, count_[0], count_[0] * count_[1]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -157,7 +159,7 @@ class Lattice {
             coordinate(n / count_[0] / count_[1], 2)};
   }
 
-  /// Marks the nodes near an atom; all nodes if a coarser lattice does not pay.
+  /// Marks the nodes near an atom, or all nodes if a coarser lattice would save no time.
   std::vector<char> near_nodes(std::span<const Vec3> atoms, double cutoff_angstrom) const {
     std::vector<char> is_near(size(), size() < kFewNodes ? 1 : 0);
     if (size() < kFewNodes) return is_near;
@@ -191,7 +193,7 @@ class Lattice {
     return static_cast<std::ptrdiff_t>(index(x, y, z));
   }
 
-  /// Lattice of twice the spacing around this one, with the nodes that from_coarser() needs.
+  /// Returns an empty lattice of twice the spacing around this one, with the nodes that from_coarser() needs.
   Lattice coarser_lattice() const {
     const double wide = 2 * spacing_;
     std::array<std::size_t, 3> count{};
@@ -201,8 +203,8 @@ class Lattice {
     return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
   }
 
-  /// Calls use(node of the coarser lattice, weight) for the nodes that interpolate node i along an axis: the coincident
-  /// node, or six around it.
+  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis.
+  /// These are the coincident node, or else the six nodes around it.
   template <class Use>
   static void from_coarser(std::size_t i, const Use& use) {
     const std::size_t below = kBorder + i / 2;
@@ -210,7 +212,7 @@ class Lattice {
     for (std::size_t k = 0; k < kHalfway.size(); ++k) use(below + k - 2, kHalfway[k]);
   }
 
-  /// Computes all nodes by interpolating the coarser lattice, row by row.
+  /// Computes all nodes by interpolation from the coarser lattice, row by row.
   void interpolate(const Lattice& coarser) {
     std::vector<Node> row(coarser.count_[0]);
     for (std::size_t z = 0; z < count_[2]; ++z) {
@@ -301,25 +303,26 @@ class FarGrid {
 
 namespace {
 
-/// All inputs of a grid's values: positions, σ, ε, charges, field, kernel and reach.
+/// All inputs that determine a grid's values: positions, σ, ε, charges, field, kernel and reach.
 using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
                           FarPointsKernel, double>;
 
-/// Entry of one grid, which others own.
+/// Registry entry of one grid. The grid itself is owned by its users.
 struct Made {
   explicit Made(Source initial) : source(std::move(initial)) {}
 
   const Source source;
-  std::mutex mutex;  ///< protects the rest, also while the grid is filled: only requests for the same grid wait
+  std::mutex mutex;  ///< protects `grid`, also while it is filled, so that only requests for the same grid wait
   std::weak_ptr<const FarGrid> grid;
 };
 
-/// Registry of the process's grids.
+/// Registry of the grids in this process.
 class Shelf {
  public:
   std::shared_ptr<Made> find_or_add(Source source) {
     const std::lock_guard lock(mutex_);
-    // An entry with other owners is being filled. Without them, no other thread can obtain it under mutex_.
+    // An entry that is used elsewhere may be in construction. If it is not, no other thread can obtain it while mutex_
+    // is locked.
     std::erase_if(made_, [](const auto& made) {
       if (made.use_count() != 1) return false;
       const std::lock_guard own(made->mutex);
@@ -336,7 +339,7 @@ class Shelf {
   std::vector<std::shared_ptr<Made>> made_;
 };
 
-/// Grid without values; null if no spacing is affordable.
+/// Returns a grid without values; null if the cost of every spacing exceeds the limits.
 std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   const Box box = box_of(a);
   for (double spacing = kFinestAngstrom; spacing <= kCoarsestAngstrom; spacing *= kCoarser) {
@@ -347,7 +350,7 @@ std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
 }
 
-/// Reach at which in contact no atom of B is in the fading zone, as far as kMaxNodes allow.
+/// Returns the reach for which no atom of B is in the fading zone during contact, as far as kMaxNodes allows.
 double reach_for(const Molecule& a, const Molecule& b, double spacing) {
   const Box box = box_of(b);
   double radius = 0;

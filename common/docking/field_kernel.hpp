@@ -1,8 +1,8 @@
 // Interface between the field and its kernels, which are compiled once per instruction set.
 //
-// Only plain structs of pointers may cross it, and this header may include nothing that defines inline functions. The
-// linker could keep the AVX-512 file's copy of an inline function for the whole program. On a CPU without AVX-512 the
-// program would then stop with an illegal instruction.
+// Only plain structs of pointers may be passed across it, and this header must not include anything that defines inline
+// functions. Otherwise the linker could use the AVX-512 file's copy of an inline function in the whole program. On a
+// CPU without AVX-512 the program would then stop with an illegal instruction.
 #pragma once
 
 #include <cstddef>
@@ -10,56 +10,58 @@
 
 namespace tandem::docking {
 
-/// Lanes of the widest kernel; atom counts of tiles are padded to a multiple.
+/// Number of lanes of the widest kernel. Atom counts of tiles are padded to a multiple of it.
 inline constexpr std::size_t kLanes = 16;
-/// Atoms that share one local origin. Neighbours in a file are neighbours in space. A tile is therefore small (a few
-/// residues), and a float coordinate in it has a precision of about 5e-7 Å, however large the molecule.
+/// Number of atoms that share one local origin. Atoms that are neighbours in a file are usually neighbours in space. A
+/// tile is therefore small (a few residues). A float coordinate in it has a precision of about 5e-7 Å, however large
+/// the molecule is.
 inline constexpr std::size_t kTileAtoms = 128;
-/// Number of tiles after which the float lanes are added to doubles.
+/// Number of tiles after which the sums in float lanes are added to doubles.
 inline constexpr std::size_t kDrainTiles = 8;
-/// Lower bound of Lennard-Jones distances, as the square of a fraction of σ (see exact_field.hpp).
+/// Squared ratio of the core radius to σ: smaller Lennard-Jones distances are treated as inside the core
+/// (exact_field.hpp).
 inline constexpr float kCoreFractionSquared = 0.0625F;
 
-/// A double as the sum of two floats, so that a difference of two has the full precision of a float.
+/// A double as the sum of two floats, so that the difference of two such numbers has the full precision of a float.
 struct SplitFloat {
   float high = 0, low = 0;
 };
 
-/// Atoms of A that are evaluated together. Padding repeats the last atom, without parameters.
+/// Atoms of A that are evaluated together. The padding repeats the position of the last atom, without parameters.
 struct Tile {
   std::size_t begin = 0;
-  std::size_t end = 0;   ///< a multiple of kLanes after begin
-  SplitFloat origin[3];  ///< Å, of the tile's float positions: the centre of its box
-  float half[3] = {};    ///< Å, half of the sides of a box about the origin that holds all atoms
-  float core2 = 0;       ///< Å², upper bound of the squared core radius of each pair
-  float reach2 = 0;      ///< Å²: a probe with a larger squared distance from the origin is in no core
+  std::size_t end = 0;   ///< begin plus a multiple of kLanes
+  SplitFloat origin[3];  ///< Å, origin of the tile's float positions: the centre of its box
+  float half[3] = {};    ///< Å, half edge lengths of a box about the origin that contains all atoms
+  float core2 = 0;       ///< Å², upper bound of the squared core radii of all pairs
+  float reach2 = 0;      ///< Å²; a probe whose squared distance from the origin is larger is outside all cores
 };
 
-/// Molecule A, arrays of floats aligned to 64 bytes.
+/// Molecule A, as arrays of floats aligned to 64 bytes.
 struct Target {
-  const float* x = nullptr;  ///< Å, relative to the atom's tile origin
+  const float* x = nullptr;  ///< Å, relative to the origin of the atom's tile
   const float* y = nullptr;
   const float* z = nullptr;
-  const float* c6 = nullptr;      ///< 2 √ε σ³; with arithmetic mixing 2 √ε
-  const float* s3 = nullptr;      ///< σ³; with arithmetic mixing σ/2
+  const float* c6 = nullptr;      ///< 2 √ε σ³; for arithmetic mixing 2 √ε
+  const float* s3 = nullptr;      ///< σ³; for arithmetic mixing σ/2
   const float* sigma = nullptr;   ///< Å
   const float* charge = nullptr;  ///< e
-  const Tile* tiles = nullptr;    ///< those with a Lennard-Jones term first
+  const Tile* tiles = nullptr;    ///< tiles with a Lennard-Jones term come first
   std::size_t lj_tiles = 0;
   std::size_t tile_count = 0;
 };
 
-/// Coordinate of B's padding, Å.
+/// Coordinate of the padding of B [Å].
 inline constexpr double kFarAwayAngstrom = 1e12;
-/// Atoms of molecule B in A's frame; those with a Lennard-Jones term come first. Arrays are padded to a multiple of
-/// kLanes, far away and without parameters.
+/// Atoms of molecule B in A's frame; those with a Lennard-Jones term come first. The arrays are padded to a multiple of
+/// kLanes with atoms that are far away and have no parameters.
 struct Probes {
   std::size_t lj_count = 0;
   std::size_t count = 0;
   const double* x = nullptr;  ///< Å
   const double* y = nullptr;
   const double* z = nullptr;
-  const double* arm_x = nullptr;  ///< Å, from the origin of B's frame, in A's
+  const double* arm_x = nullptr;  ///< Å, from the origin of B's frame, in A's axes
   const double* arm_y = nullptr;
   const double* arm_z = nullptr;
   const float* c6 = nullptr;
@@ -68,13 +70,13 @@ struct Probes {
   const float* charge = nullptr;  ///< e k/ε
 };
 
-/// Terms to evaluate, and their cut-off.
+/// Terms to be evaluated, and their cut-off.
 struct KernelModel {
   bool has_charges = false;
   bool is_distance_dependent = false;
-  bool is_arithmetic = false;  ///< mixing rule of σ
+  bool is_arithmetic = false;  ///< whether the mixing rule of σ is arithmetic
   float charge_core_squared = 0;
-  // Cut-off fields: forces are switched between start and cutoff, see force_switch().
+  // For fields with a cut-off: forces are switched off between start and cutoff, see force_switch().
   float start = 0;
   float cutoff = 0;
   float a12 = 0, b12 = 0, c12 = 0;
@@ -83,19 +85,19 @@ struct KernelModel {
   float third_a12 = 0, quarter_b12 = 0, third_a6 = 0, quarter_b6 = 0, third_aq = 0, quarter_bq = 0;
 };
 
-/// Sums for molecule B in kJ/mol and Å; torque about the origin of B's frame.
+/// Sums for molecule B in kJ/mol and Å; the torque is about the origin of B's frame.
 struct FieldSums {
   double lennard_jones = 0;
   double coulomb = 0;
   double force[3] = {};
   double torque[3] = {};
-  // With a cut-off, numbers of comparisons: atoms with boxes, and atoms with atoms. `pairs` counts those in registers
-  // with a pair within the cut-off, for which the field was computed.
+  // Counts for fields with a cut-off: comparisons of an atom with a box (boxes) and of two atoms (distances). `pairs`
+  // counts all pairs in registers that have a pair within the cut-off, because the field was computed for them.
   std::size_t boxes = 0, distances = 0, pairs = 0;
-  std::size_t on_grid = 0;  ///< atoms whose part beyond the cut-off came from a grid
+  std::size_t on_grid = 0;  ///< number of atoms whose part beyond the cut-off was looked up in a grid
 };
 
-/// Probes [first, last) of B, at most kLanes, and the tiles of A near them. Each of A's tiles has kLanes atoms.
+/// Probes [first, last) of B, at most kLanes, and the tiles of A close to them. Each of these tiles has kLanes atoms.
 struct NearWork {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -105,40 +107,42 @@ struct NearWork {
 
 /// Adds all pairs to `sums`, without a cut-off.
 using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&, FieldSums& sums) noexcept;
-/// Adds the pairs of `work` below the cut-off to `sums`; any atom may have a Lennard-Jones term.
+/// Adds those pairs of `work` that are within the cut-off to `sums`. Every atom may have a Lennard-Jones term.
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
-/// Factor of the squared cut-off in the search for near boxes, so that rounding of differences loses no pair.
+/// Factor on the squared cut-off in the search for close boxes, so that rounding errors do not exclude any pair.
 inline constexpr float kReachMargin = 1.0001F;
-/// Children of a node of a ClusterTree.
+/// Number of children of a node of a ClusterTree.
 inline constexpr std::size_t kChildren = 8;
-/// Boxes of a node's children, Å.
+/// Boxes of a node's children [Å].
 struct alignas(32) ChildBoxes {
   float centre[3][kChildren];
-  float half[3][kChildren];  ///< half of the sides
+  float half[3][kChildren];  ///< half edge lengths
 };
 
-/// Lists the children of these nodes whose squared distance to another box is below `reach2` [Å²]. Children are
-/// numbered kChildren · node + place, in order. Returns their number; may write kChildren numbers more.
+/// Lists the children of the `chosen` nodes whose squared distance to another box is below `reach2` [Å²]. A child has
+/// the number kChildren · node + its index; the list is in ascending order. Returns the length of the list. May write
+/// up to kChildren numbers beyond it.
 using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_t* chosen, std::size_t count,
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Computes the potential of A beyond the cut-off at places in the frame of its floats, Å: coulomb, c6 and c12, see
-/// far_grid.hpp. Three arrays each of `count` floats, a multiple of kLanes, aligned to 64 bytes.
+/// Computes the potentials of A beyond the cut-off at `places` [Å], in the frame of A's floats. The three potentials
+/// are those of q, C6 and C12 (far_grid.hpp). Each array has `count` floats, a multiple of kLanes, and is aligned to 64
+/// bytes.
 using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
                                  const float* const places[3], float* const potentials[3]) noexcept;
 
-/// Nodes of a far grid: four floats each, x fastest.
+/// Nodes of a far grid, with four floats each; x varies fastest.
 struct GridNodes {
   const float* nodes = nullptr;  ///< q, √C6, √C12, unused
   std::size_t count[3] = {};
   double origin[3] = {};  ///< Å, position of the first node
-  double last[3] = {};    ///< upper limit of look-ups in nodes; the lower limit is node 1
+  double last[3] = {};    ///< upper limit of the positions of look-ups, in units of nodes; the lower limit is 1
   double per_angstrom = 1;
 };
-/// Adds the grid's part for each atom of B. c6, s3: 2 √ε σ³ and σ³, padded like the arrays of B.
+/// Adds the grid's part for each atom of B. c6 and s3 are 2 √ε σ³ and σ³, padded like the arrays of B.
 using GridKernel = void (*)(const GridNodes&, const Probes&, const float* c6, const float* s3,
                             FieldSums& sums) noexcept;
 
@@ -149,7 +153,7 @@ std::size_t near_children_portable(const ChildBoxes*, const std::uint32_t*, std:
 void far_points_portable(const Target&, std::size_t, const KernelModel&, std::size_t, const float* const[3],
                          float* const[3]) noexcept;
 void grid_portable(const GridNodes&, const Probes&, const float*, const float*, FieldSums&) noexcept;
-/// Executes 12 × count × lanes multiply-adds in registers only: measures the limit of the CPU.
+/// Executes 12 × count × lanes multiply-adds in registers only. Used to measure the limit of the CPU.
 double multiply_adds_portable(std::size_t count) noexcept;
 #ifdef TANDEM_FIELD_X86
 void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;

@@ -1,7 +1,7 @@
-// Set-up and dispatch of the float kernels.
+// Set-up of the float kernels, and selection of the one to call.
 //
-// The float arrays of A are fixed at construction; a call transforms B's positions in double and hands both to the
-// kernel that the CPU supports (field_kernel.hpp). Sums over B's atoms are in double.
+// The float arrays of A are fixed at construction. A call transforms B's positions in double and passes both to the
+// kernel that the CPU supports (field_kernel.hpp). The sums over B's atoms are in double.
 #include "common/docking/molecular_field.hpp"
 
 #include <algorithm>
@@ -66,8 +66,8 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
-/// Index into runnable_kernels(). Process-wide, because results that must not depend on the CPU need the same kernel at
-/// both ends of a session.
+/// Index in runnable_kernels(). It applies to the whole process, because results that must not depend on the CPU need
+/// the same kernel at both ends of a session.
 std::atomic<std::size_t> default_kernel_index{0};
 
 NamedKernel kernel_named(std::string_view name) {
@@ -103,13 +103,13 @@ KernelModel kernel_model(const FieldModel& model) {
   return made;
 }
 
-/// Operations of one pair, counted as in KERNELS.md.
+/// Number of operations of one pair, counted as in KERNELS.md.
 struct PairCost {
-  std::size_t with_lennard_jones, charges_alone;  ///< per pair without a cut-off
-  std::size_t switched, distance, box;            ///< per candidate with a cut-off
+  std::size_t with_lennard_jones, charges_alone;  ///< for each pair without a cut-off
+  std::size_t switched, distance, box;            ///< for each candidate with a cut-off
 };
 
-/// Instructions with fused multiply-adds; each counts as one.
+/// Returns the cost in instructions with fused multiply-adds; each instruction counts as one.
 PairCost fused_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:
@@ -122,7 +122,8 @@ PairCost fused_cost(Dielectric dielectric) {
   return {};
 }
 
-/// Additions, multiplications, divisions and roots of the portable kernel; two count as one multiply-add.
+/// Returns the cost of the portable kernel in additions, multiplications, divisions and roots; two of these count as
+/// one multiply-add.
 PairCost separate_cost(Dielectric dielectric) {
   switch (dielectric) {
     case Dielectric::kNone:
@@ -135,7 +136,7 @@ PairCost separate_cost(Dielectric dielectric) {
   return {};
 }
 
-/// Atoms with a term: first those with Lennard-Jones parameters, then those with a charge only.
+/// Atoms with a term: first those with Lennard-Jones parameters, then those with only a charge.
 struct Interacting {
   std::vector<std::size_t> atoms;
   std::size_t lj_count = 0;
@@ -183,7 +184,8 @@ float charge_of(const Molecule& m, std::size_t i, const FieldModel& model) {
   return model.dielectric == Dielectric::kNone ? 0.0F : static_cast<float>(m.charge_e[i]);
 }
 
-// Never inline: g++ 12 -O3 merges the three axes of a place and uses the low part of a wrong axis.
+// This function must not be inlined: g++ 12 -O3 merges the three axes of a position and uses the low part of a wrong
+// axis.
 [[gnu::noinline]] SplitFloat split(double value) {
   const auto high = static_cast<float>(value);
   return {high, static_cast<float>(value - static_cast<double>(high))};
@@ -213,10 +215,10 @@ struct MolecularField::Impl {
   FieldResult evaluate(const Pose& X_AB) noexcept;
 
   FieldModel model;
-  bool is_swapped = false;  ///< "A" and "B" below are the caller's B and A
+  bool is_swapped = false;  ///< whether "A" and "B" below are the caller's B and A
   KernelModel constants;
   NamedKernel kernel;
-  std::optional<ClusterTree> tree_a, tree_b;  ///< only with a cut-off
+  std::optional<ClusterTree> tree_a, tree_b;  ///< used only with a cut-off
   std::optional<NeighbourSearch> search;
   std::shared_ptr<const FarGrid> far;
   std::size_t count_a = 0;
@@ -231,7 +233,7 @@ struct MolecularField::Impl {
   std::vector<double> x_own, y_own, z_own;  ///< atoms of B, in B's frame
   std::size_t count_b = 0, lj_count_b = 0;
   std::vector<float> c6_b, s3_b, sigma_b, charge_b;
-  std::vector<float> far_c6_b, far_s3_b;  ///< geometric mixing
+  std::vector<float> far_c6_b, far_s3_b;  ///< parameters of B for geometric mixing
   std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
 
   std::size_t all_lj_pairs() const { return lj_count_a * lj_count_b; }
@@ -405,7 +407,7 @@ FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
   Impl& f = *impl_;
   if (!f.is_swapped) return f.evaluate(X_AB_angstrom);
   const Pose X_BA = X_AB_angstrom.inverse();
-  const FieldResult of_a = f.evaluate(X_BA);  // in B's frame
+  const FieldResult of_a = f.evaluate(X_BA);  // force on the caller's A, in B's frame
   FieldResult result = of_a;
   result.force_on_b = -(X_AB_angstrom.q * of_a.force_on_b);
   result.torque_on_b = -(X_AB_angstrom.q * (of_a.torque_on_b + X_BA.p.cross(of_a.force_on_b)));

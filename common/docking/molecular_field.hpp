@@ -13,25 +13,26 @@ namespace tandem::docking {
 
 class FarGrid;
 
-/// Order of two molecules that does not depend on their roles; the first one gets the tiles or the grid. `a` is first
-/// if it has more atoms, or at equal number the greater value at the first difference (charges, σ, ε, positions).
+/// Returns whether `a` comes first in an order of two molecules that does not depend on their roles. The first molecule
+/// has the tiles or the grid. The molecule with more atoms is first. For equal numbers it is the one with the greater
+/// value at the first difference (charges, σ, ε, positions).
 bool comes_first(const Molecule& a, const Molecule& b);
 
-/// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order of summation
-/// per kernel. The same model as exact_field(), cores and cut-off included.
+/// Field evaluation at 1 kHz: pair terms in float, sums in double, arrays arranged and padded once, one fixed order of
+/// summation for each kernel. The model is that of exact_field(), including cores and cut-off.
 ///
-/// Without a cut-off all pairs are evaluated; with one, the pairs of neighbouring clusters of 16 atoms. The result
-/// depends only on the pose, never on earlier ones.
+/// Without a cut-off all pairs are evaluated; with one, the pairs of close clusters of 16 atoms. The result depends
+/// only on the present pose.
 ///
-/// Except for rounding of the pose, the result does not depend on which molecule is called A. The molecule that
-/// comes_first() has the tiles or the grid; the other one's atoms are evaluated against them.
+/// Except for rounding errors of the pose, the result does not depend on which molecule is called A. The molecule that
+/// comes_first() has the tiles or the grid; the atoms of the other molecule are evaluated against them.
 ///
-/// Cost    pair_count() pairs, no allocation in evaluate(); KERNELS.md has measured rates
-/// Thread  any, one at a time per object
+/// Cost    pair_count() pairs, no allocation in evaluate(); for measured rates see KERNELS.md
+/// Thread  any; one thread at a time for each object
 class MolecularField {
  public:
-  /// `kernel`: "" selects the default_kernel(), else a name of available_kernels(). Throws std::invalid_argument for
-  /// another name, or see the two validate().
+  /// `kernel` is one of available_kernels(), or "" for the default_kernel(). Throws std::invalid_argument for any other
+  /// name, and as the two functions validate() do.
   MolecularField(const Molecule& a, const Molecule& b, const FieldModel& model = {}, std::string_view kernel = "");
   ~MolecularField();
   MolecularField(MolecularField&&) noexcept;
@@ -39,25 +40,26 @@ class MolecularField {
 
   FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
   std::string_view kernel() const;
-  /// "all-pairs", "clusters", or "clusters and grid".
+  /// Returns "all-pairs", "clusters", or "clusters and grid".
   std::string_view method() const;
-  /// See far_grid.hpp; null without FieldModel::has_far_grid, or if the first molecule is too large for a grid.
+  /// Returns the far grid (far_grid.hpp); null without FieldModel::has_far_grid, or if the first molecule is too large
+  /// for a grid.
   const FarGrid* far_grid() const;
-  /// Number of pairs of atoms that evaluate() computes; with a cut-off, of the last call: whole registers with a pair
-  /// within it. Excludes atoms without a term.
+  /// Number of pairs of atoms that evaluate() computes. With a cut-off it is that of the last call, and counts all
+  /// pairs in registers that have a pair within the cut-off. Atoms without a term are excluded.
   std::size_t pair_count() const;
-  /// Multiply-adds of the last evaluate(), counted as in KERNELS.md; excludes set-up and sums by atom.
+  /// Multiply-adds of the last evaluate(), counted as in KERNELS.md; excludes set-up and the sums over atoms.
   std::size_t multiply_adds() const;
 
-  /// Names of the kernels this CPU can run, widest first; "portable" is always the last.
+  /// Names of the kernels that this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// Selects the kernel for "" in the whole process; "" selects the widest again. Call it before fields are made.
-  /// Throws std::invalid_argument for a name that is not one of available_kernels().
+  /// Selects the kernel that "" stands for in the whole process; "" selects the widest again. Call it before fields are
+  /// created. Throws std::invalid_argument for a name that is not in available_kernels().
   /// Thread  any
   static void use_by_default(std::string_view kernel);
-  /// Name of the kernel that "" selects.
+  /// Name of the kernel that "" stands for.
   static std::string_view default_kernel();
-  /// Runs multiply-adds in registers only, with the instructions of this kernel. Returns their number: 12 · loops ·
+  /// Executes multiply-adds in registers only, with the instructions of this kernel. Returns their number, 12 · loops ·
   /// lanes.
   static std::size_t run_multiply_adds(std::string_view kernel, std::size_t loops);
 
@@ -67,13 +69,14 @@ class MolecularField {
 };
 
 inline constexpr double kUsualCutoffAngstrom = 8;
-/// About a third of a millisecond on one AVX-512 core; server and clients each compute the pairs in every tick.
+/// Maximum number of pairs for the sum over all pairs: about a third of a millisecond on one AVX-512 core. Server and
+/// clients each compute the pairs in every tick.
 inline constexpr std::size_t kMaxAllPairs = 1'000'000;
-/// Maximum atoms of the smaller molecule for look-ups in a grid: each takes about 30 ns of every tick.
+/// Maximum number of atoms of the smaller molecule for look-ups in a grid; each atom takes about 30 ns in every tick.
 inline constexpr std::size_t kMaxOnGrid = 12'000;
-/// Sets the default summation. Up to a million pairs: all of them. Above: pairs within 8 Å, and the part beyond from a
-/// grid around the molecule that comes_first(). The grid is used if that molecule is small enough
-/// (far_grid_spacing_angstrom()) and the other has at most kMaxOnGrid atoms.
+/// Sets the default method of summation. Up to a million pairs, all pairs are summed. For more pairs, those within 8 Å
+/// are summed, and the part beyond is taken from a grid around the molecule that comes_first(). The grid is used only
+/// if that molecule is small enough (far_grid_spacing_angstrom()) and the other one has at most kMaxOnGrid atoms.
 void choose_cutoff(const Molecule& a, const Molecule& b, FieldModel& model);
 
 }  // namespace tandem::docking

@@ -1,4 +1,4 @@
-// Functions of a molecule: its centre, and the validation that every field kernel relies on.
+// Functions of a molecule: its centre, and the validation on which every field kernel relies.
 #include "common/docking/molecule.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// A rigid molecule for the field: atom positions, Lennard-Jones parameters, charges. This folder uses Å, kJ/mol and e;
-// physics::MolecularForces converts to metres and newtons.
+// A rigid molecule for the field: atom positions, Lennard-Jones parameters, charges. This folder uses the units Å,
+// kJ/mol and e; physics::MolecularForces converts them to metres and newtons.
 #pragma once
 
 #include <cstddef>
@@ -11,45 +11,49 @@
 
 namespace tandem::docking {
 
-/// Atoms with parameters; positions in the file's frame.
+/// Atoms with their parameters; positions are in the frame of the file.
 struct Molecule {
   std::vector<Vec3> positions_angstrom;
   std::vector<double> sigma_angstrom;
   std::vector<double> epsilon_kj_per_mol;
   std::vector<double> charge_e;
   std::vector<double> mass_u;
-  std::vector<std::string> atom_names;     ///< "CA"
-  std::vector<std::string> elements;       ///< upper case: "C", "ZN"
-  std::vector<std::string> residue_names;  ///< residue name per atom, "GLU"
-  std::vector<std::string> residue_ids;    ///< residue number and insertion code per atom, "12A"
-  std::vector<std::string> chains;         ///< chain per atom, "B"; empty if the file names none
-  std::vector<int> segments;               ///< per atom: number of chain ends before it in the file
-  std::vector<std::string> types;          ///< force-field type of each atom, "opls_238"
-  /// Atoms for which the force field has no exact entry, each with a notice to the user: atom, residue, stand-in.
+  std::vector<std::string> atom_names;     ///< name of each atom, such as "CA"
+  std::vector<std::string> elements;       ///< element of each atom in upper case: "C", "ZN"
+  std::vector<std::string> residue_names;  ///< name of each atom's residue, such as "GLU"
+  std::vector<std::string> residue_ids;    ///< residue number and insertion code of each atom, such as "12A"
+  std::vector<std::string> chains;         ///< chain of each atom, such as "B"; empty if the file gives none
+  std::vector<int> segments;               ///< number of chain ends before each atom in the file
+  std::vector<std::string> types;          ///< force-field type of each atom, such as "opls_238"
+  /// Atoms for which the force field has no exact entry, with a notice to the user for each: atom, residue and
+  /// substitute.
   std::map<std::size_t, std::string> guessed;
-  std::vector<std::string> notes;  ///< other notices of the loader to the user: omitted or missing atoms
-  std::string force_field;         ///< e.g. "oplsaa"
-  /// The force field's mixing rule: σ_ij = (σ_i + σ_j)/2 instead of √(σ_i σ_j). One such molecule suffices for a pair.
+  std::vector<std::string> notes;  ///< other notices of the loader to the user, about omitted or missing atoms
+  std::string force_field;         ///< name of the force field, such as "oplsaa"
+  /// Mixing rule of the force field: true for σ_ij = (σ_i + σ_j)/2, false for √(σ_i σ_j). It is arithmetic for a pair
+  /// if it is for one of the molecules.
   bool mixes_arithmetically = false;
 
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;
-  /// Moves all atoms so that their centre of mass is the origin.
-  /// Out     previous centre of mass
+  /// Moves all atoms so that their centre of mass is at the origin.
+  /// Out     the previous centre of mass
   Vec3 centre();
-  /// Radius about the origin, with equal weights; at least 1 Å, a bond's length, because a single atom has no extent.
+  /// Radius of gyration about the origin with equal weights. It is at least 1 Å, about a bond's length, because a
+  /// single atom has no extent.
   double gyration_radius_angstrom() const;
 };
 
-/// Index of the first atom of each residue, ascending. A residue is a run of atoms with one chain, residue and segment.
+/// Returns the index of the first atom of each residue, ascending. A residue consists of consecutive atoms with equal
+/// chain, residue and segment.
 ///
-/// Fails   std::invalid_argument: an atom without name or residue
+/// Fails   throws std::invalid_argument if an atom has no name or residue
 std::vector<std::size_t> residue_starts(const Molecule& molecule);
 
-/// Refuses values that the field kernels cannot bound: arrays of unequal length, coordinates not finite or beyond 1e6
-/// Å, σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, charges beyond 100 e.
+/// Refuses values for which the field kernels would not be valid: arrays of unequal length, coordinates not finite or
+/// beyond 1e6 Å, σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, charges beyond 100 e.
 ///
-/// Fails   std::invalid_argument naming the atom, the value and the range
+/// Fails   throws std::invalid_argument naming the atom, the value and the range
 void validate(const Molecule& molecule);
 
 inline constexpr double kKilojoulesPerKilocalorie = 4.184;

@@ -79,7 +79,7 @@ std::string read_text(ByteReader& reader) {
   return text;
 }
 
-/// A run of atoms with one chain, residue and segment.
+/// Consecutive atoms with equal chain, residue and segment.
 struct Residue {
   std::uint32_t first = 0;
   std::int32_t segment = 0;
@@ -118,7 +118,7 @@ void write_names(const Molecule& molecule, ByteWriter& writer) {
   }
 }
 
-/// Reads the residues; fails the reader if they do not divide all atoms into runs.
+/// Reads the residues. Sets the reader to failed if they do not divide all atoms into consecutive runs.
 std::vector<Residue> read_residues(ByteReader& reader, std::size_t atoms) {
   constexpr std::size_t kMinBytes = 2 * sizeof(std::uint32_t) + 3;
   std::vector<Residue> residues(reader.count(kMinBytes));

@@ -5,7 +5,7 @@
 
 namespace tandem::docking {
 
-/// Reports an unusable structure or force-field file; what() names file, line and remedy.
+/// Reports an unusable structure or force-field file. what() names file, line and remedy.
 class MoleculeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,25 +1,27 @@
-// Estimated path of a handle between the steps of its encoders.
+// Estimated path of a handle between the quantization steps of its encoders.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
 
-/// Smoothest path that the reported poses allow. Work along the jumps of the report would be an artefact of the
-/// encoder: a spring k whose end is reported in steps δ seems to give k δ²/2 with each step, for any path of the hand.
+/// Smoothest path that is consistent with the reported poses. Work must not be computed along the jumps of the reported
+/// pose: with a spring k whose end is reported in steps δ, each step would seem to give k δ²/2, whatever the true path.
 ///
-/// Model   p̂_k = q_k + e. Each component of e = p̂_{k−1} + v T − q_k is clamped to half a step, the interval of the
-///         true place; q the report, v the estimated velocity. The path is at rest where a report alternates between
-///         two neighbours. A wider bound would let the path lag with the estimate, which does work of its own.
-///         Rotations alike, by rotation vectors. Steps of 0: the reports themselves
+/// Model   p̂_k = q_k + e, with the report q and the estimated velocity v. Each component of e = p̂_{k−1} + v T − q_k
+///         is clamped to half a step, because the true position lies in this interval. If a report alternates between
+///         two neighbouring values, the path is at rest. With a wider interval the path would lag as the velocity
+///         estimate does, and the lag would appear as work. Rotations are treated in the same way, by rotation vectors.
+///         If the steps are 0, the path equals the reports
 /// Source  ours
 /// Thread  haptic: no allocation, no throw
 class EncoderPath {
  public:
-  /// In      …_step_…  resolution of the reported pose along its axes; 0: exact
+  /// In      …_step_…  resolution of the reported pose along its axes; 0: exact pose
   EncoderPath(double position_step_m, double rotation_step_rad) noexcept;
 
-  /// In      X, V  reported pose, estimated velocity; finite
+  /// Returns the next point of the path.
+  /// In      X, V  reported pose and estimated velocity; finite
   Pose follow(const Pose& X, const Twist& V, double period_s) noexcept;
   /// Restarts the path at the next report.
   void lose_pose() noexcept { has_pose_ = false; }

@@ -1,4 +1,4 @@
-// See safety.hpp. One gain carries ramp, silence and faults, so that no sequence of them adds up to a step.
+// See safety.hpp. One gain is used for ramp, silence and faults, so that no sequence of them causes a step of force.
 #include "common/haptics/safety.hpp"
 
 #include <algorithm>
@@ -10,22 +10,25 @@
 namespace tandem::haptics {
 namespace {
 
-// A wrench above this limit is treated like NaN. It is five orders above any device, and every sum below stays finite.
+// A wrench above this limit is treated like NaN. The limit is five orders of magnitude above any device, and sums of
+// such wrenches do not overflow.
 constexpr double kAbsurdWrench = 1e6;
-// Limits for a handle that is driven by the displayed force. Carried and shaken things move along their force at 0.5
-// m/s at most (ours). A device of 0.15 kg that nobody holds reaches 1 m/s within 15 mm under 5 N.
+// Limits for a handle that is driven by the displayed force. Bodies that a user carries or shakes move along their
+// force at 0.5 m/s at most (ours). A device of 0.15 kg that is not held reaches 1 m/s within 15 mm under 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
-// Time constants after a state ends a silence: the gain continues to fall for about the first; a rise of the wrench in
-// the meantime is displayed with the second. Neither the force nor its slope jumps.
+// Time constants after a new state ends a silence. The gain continues to fall for about kFallEnds_s. If the wrench
+// rises meanwhile, the rise is displayed with the time constant kShownAgain_s. Thus neither the force nor its slope
+// jumps.
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
 // Limits after a silence, because the first new states may differ much from the last one. The force rises, and a strong
-// force falls, more slowly than a perceptible step (0.3 N/ms). A force that has vanished in the meantime decays
-// within 15 ms. A gap that is almost a silence is treated alike.
+// force falls, more slowly than a perceptible step (0.3 N/ms). If the computed force has vanished in the meantime, the
+// displayed force decays within 15 ms. A gap that is nearly a silence is treated in the same way.
 constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kRelease_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
-// Rate of fall at a clutch, a slope that is not perceived as a step: 0.1 N/ms, and a similar torque rate.
+// Rate at which the force falls when the clutch is pressed: 0.1 N/ms is not perceived as a step. The torque falls at a
+// similar rate.
 constexpr double kClutchFall_n_per_s = 100, kClutchFall_n_m_per_s = 5;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
@@ -56,7 +59,7 @@ void check(const SafetySettings& s) {
           s.speed_limit_m_per_s, "it must be above 0");
 }
 
-/// Returns |part| / |whole|, at most 1.
+/// Returns |part| / |whole|, clamped to 1.
 double length_share(const Vec3& part, const Vec3& whole) {
   const double length = whole.norm();
   return length > 0 ? std::min(1.0, part.norm() / length) : 1.0;
@@ -67,14 +70,14 @@ bool is_plausible(const Wrench& wrench) {
          wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
 }
 
-/// Returns true when the handle moves along the displayed force faster than kDriven_m_per_s. A hand reaches this speed
-/// by itself, but not along such a force.
+/// Returns true if the handle moves along the displayed force faster than kDriven_m_per_s. A user can move it that
+/// fast, but not in the direction of such a force.
 bool is_driven_off(const Vec3& handle_v, const Vec3& force_on_hand) {
   const double force_n = force_on_hand.norm();
   return force_n >= kDriving_n && handle_v.dot(force_on_hand) > kDriven_m_per_s * force_n;
 }
 
-/// Returns `share` after an exponential approach to 1.
+/// Returns `share` after an exponential approach to 1 over the time `rise_s`.
 double risen(double share, double rise_s) {
   return 1 - (1 - share) * std::exp(-rise_s / kShownAgain_s);
 }
@@ -100,7 +103,7 @@ SafetyChain::SafetyChain(const SafetySettings& settings)
 
 Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const double since_s = advance_time(now);
-  // Ramp and slew limit count at most one period; a late tick counts as exactly one.
+  // The ramp and the slew limit advance by at most one period; a late tick counts as exactly one.
   const double period_s = to_seconds(settings_.tick);
   const bool is_late = since_s > period_s + to_seconds(settings_.late_tick);
   const double elapsed_s = is_late ? period_s : since_s;
@@ -113,8 +116,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   update_gain(input, elapsed_s, rise_s);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
-  // At either edge of the clutch the handle's speed jumps, and with it the damper's force. The computed wrench is
-  // therefore ignored until the decay has ended, even if the button has been released again.
+  // When the clutch is pressed or released, the handle's speed jumps, and with it the damper force. The computed wrench
+  // is therefore ignored until the decay has ended, even if the button has been released in the meantime.
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
@@ -122,7 +125,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   shown_force_ = risen(shown_force_, rise_s);
   shown_torque_ = risen(shown_torque_, rise_s);
   const Wrench target{input.wrench.f * (gain_ * shown_force_), input.wrench.t * (gain_ * shown_torque_)};
-  // Without a usable wrench the last one is scaled with the gain: no step, and zero when the gain is zero.
+  // Without a usable wrench the last one is scaled with the gain. There is no step, and the result is zero when the
+  // gain is zero.
   Wrench out = is_usable ? slewed(target, rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
@@ -154,7 +158,7 @@ double SafetyChain::advance_time(LocalTime now) noexcept {
 SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcept {
   SafetyFaults faults = 0;
   if (!is_plausible(input.wrench)) faults |= kSafetyNotFinite;
-  // This form counts a NaN speed as too fast.
+  // This comparison also counts a NaN speed as too fast.
   if (!(input.handle_speed_m_per_s <= settings_.speed_limit_m_per_s)) faults |= kSafetyTooFast;
   if (is_driven_off(input.handle_v, displayed_.f)) faults |= kSafetyTooFast;
   if (!input.sample_is_valid) faults |= kSafetyInvalidSample;
@@ -166,7 +170,7 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
   const double silence = silence_gain(input.state_age);
-  // A fault that ends within the decay still decays to zero; the latch is cleared only when the device has displayed
+  // A fault that ends during the decay still decays to zero. The latch is cleared only when the device has displayed
   // zero.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
@@ -180,7 +184,8 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   returning_s_ = is_gap ? kReturns_s : std::max(0.0, returning_s_ - elapsed_s);
   if (is_gap) silent_force_n_ = displayed_.f.norm();
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  // The silence gain by itself falls more slowly than this bound. The bound also spreads a silence found after a stall.
+  // The silence gain falls more slowly than this bound. After a stall of the loop the bound spreads the fall over
+  // several ticks.
   const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
   gain_ = std::max(std::min(gain_, silence), least);
   if (gain_ <= 0) {
@@ -189,28 +194,28 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
     fall_per_s_ = std::clamp((gain_before - gain_) / elapsed_s, 0.0, kSteepestFall_per_s);
   }
   faults_ |= latched_;
-  // Where nothing is to be displayed, a missing state is no silence; an old one still is.
+  // If nothing is to be displayed, a missing state does not count as silence; an old state does.
   const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
   if (is_silent) faults_ |= kSafetySilence;
   if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
   if (gain_ < 1 && latched_ == 0 && !is_silent && input.is_displaying) faults_ |= kSafetyRamping;
 }
 
-// Returns the decrease of the gain. A clutch is no fault: its decay is slow enough that the hand feels no step.
+// Returns the decrease of the gain. A pressed clutch is not a fault: its decay is so slow that the user feels no step.
 double SafetyChain::release_step(const SafetyInput& input, double elapsed_s) const noexcept {
   const double most = elapsed_s / to_seconds(settings_.fault_decay);
   const bool is_gentle = latched_ == kSafetyClutched && input.has_state && input.is_displaying;
   if (!is_gentle) return most;
   const double force_s = displayed_.f.norm() / kClutchFall_n_per_s;
   const double torque_s = displayed_.t.norm() / kClutchFall_n_m_per_s;
-  const double length_s = std::max(force_s, torque_s);  // duration of the fall from here
+  const double length_s = std::max(force_s, torque_s);  // duration of the fall to zero from the displayed wrench
   return length_s > 0 ? std::min(most, gain_ * elapsed_s / length_s) : most;
 }
 
 double SafetyChain::silence_gain(Duration state_age) const noexcept {
   const double left_s = to_seconds(settings_.silence_zero - state_age);
   const double left = std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
-  // Zero slope at both ends: a silence that has only just begun is hardly felt.
+  // The slope is zero at both ends, so that a silence that has only begun is hardly felt.
   return left * left * left * (10 - 15 * left + 6 * left * left);
 }
 

@@ -1,13 +1,13 @@
-// Safety stages between a computed force and a hand, in fixed order: ramp and decay, slew limit, finite check. The
-// clamp is the last stage, in devices/device_writer.hpp. No stage makes a force larger or faster.
+// Safety stages between a computed force and a hand, in a fixed order: ramp and decay, slew limit, check for finite
+// values. The clamp follows as the last stage, in devices/device_writer.hpp. No stage increases a force or its rate.
 //
-//   gain   1 ┤          ________                 ______      rises with the start ramp only, falls with
-//            │        ／        ＼             ／            silence (115 → 148 ms) or a fault (15 ms)
+//   gain   1 ┤          ________                 ______      rises only with the start ramp, falls in a
+//            │        ／        ＼             ／            silence (115 → 148 ms) or after a fault (15 ms)
 //          0 ┤______／            ＼__________／
 //               start        silence      state again
 //
 // The deadline for zero force takes precedence over the slew limit: while the gain falls, the output falls at least in
-// the same proportion. The output is exactly zero when the gain is.
+// proportion. If the gain is zero, the output is exactly zero.
 #pragma once
 
 #include <cstdint>
@@ -20,89 +20,87 @@
 
 namespace tandem::haptics {
 
-/// Why the displayed force differs from the computed one.
+/// Reasons why the displayed force differs from the computed one.
 enum SafetyFault : std::uint32_t {
-  kSafetyRamping = 1U << 0U,    ///< start ramp, or re-arming after silence or a fault
-  kSafetySilence = 1U << 1U,    ///< no server state, or none for longer than silence_start: decaying or zero
+  kSafetyRamping = 1U << 0U,    ///< start ramp, at the start or after silence or a fault
+  kSafetySilence = 1U << 1U,    ///< no server state, or none for longer than silence_start: force decaying or zero
   kSafetySlewed = 1U << 2U,     ///< the change was limited by the slew rate
-  kSafetyNotFinite = 1U << 3U,  ///< the computed wrench was NaN, infinite or absurd: zero, then re-armed by the ramp
-  kSafetyTooFast = 1U << 4U,    ///< handle faster than the device's limit, or driven off: zero within 20 ms, re-armed
-  kSafetyInvalidSample = 1U << 5U,  ///< the hand's pose was lost or is implausible: zero within 20 ms, then re-armed
-  kSafetyStopping = 1U << 6U,       ///< shutting down
+  kSafetyNotFinite = 1U << 3U,  ///< the computed wrench was NaN, infinite or implausibly large: zero, then start ramp
+  kSafetyTooFast = 1U << 4U,    ///< handle too fast, or driven by the force: zero within 20 ms, then start ramp
+  kSafetyInvalidSample = 1U << 5U,  ///< the hand's pose is lost or implausible: zero within 20 ms, then start ramp
+  kSafetyStopping = 1U << 6U,       ///< the program shuts down
   kSafetyNotDisplaying = 1U << 7U,  ///< no force is to be displayed: an observer, or no session
-  kSafetyClutched = 1U << 8U,       ///< the clutch is pressed: to zero by 0.1 N/ms at most, ramped in after release
-  kSafetyLate = 1U << 9U,           ///< a tick came too late: zero within 20 ticks, then re-armed by the ramp
-  kSafetySlow = 1U << 10U,          ///< the loop or the server's room runs below 90 % of its rate: zero, then re-armed
+  kSafetyClutched = 1U << 8U,       ///< the clutch is pressed: to zero by at most 0.1 N/ms, start ramp after release
+  kSafetyLate = 1U << 9U,           ///< a tick came too late: zero within 20 ticks, then start ramp
+  kSafetySlow = 1U << 10U,          ///< loop or server's room below 90 % of its rate: zero, then start ramp
 };
 using SafetyFaults = std::uint32_t;
-/// Returns one word per set bit, in bit order: "ramping", "silence", …
+/// Returns one name per set bit, in bit order: "ramping", "silence", …
 std::vector<std::string> safety_fault_names(SafetyFaults faults);
-/// Returns the names joined, e.g. "ramping|slewed"; "none" for 0.
+/// Returns the names joined by "|", such as "ramping|slewed"; "none" for 0.
 std::string describe_safety_faults(SafetyFaults faults);
 
 struct SafetySettings {
-  Duration start_ramp{
-      from_seconds(0.5)};  ///< time from 0 to full force after start, a new connection, silence or a fault
-  Duration silence_start{from_seconds(0.115)};  ///< time since the last arrival up to which the force is full …
-  Duration silence_zero{from_seconds(0.148)};   ///< … and from which it is zero (promise: zero within 150 ms)
-  Duration fault_decay{from_seconds(0.015)};    ///< decay time to zero after a fault (promise: within 20 ms)
-  Duration late_tick{from_seconds(0.020)};      ///< delay of a tick beyond which it is a fault
+  Duration start_ramp{from_seconds(0.5)};       ///< time from 0 to full force, at each start of the ramp
+  Duration silence_start{from_seconds(0.115)};  ///< time since the last received state up to which the force is full
+  Duration silence_zero{from_seconds(0.148)};   ///< time from which the force is zero (guaranteed: zero within 150 ms)
+  Duration fault_decay{from_seconds(0.015)};    ///< decay time to zero after a fault (guaranteed: within 20 ms)
+  Duration late_tick{from_seconds(0.020)};      ///< delay beyond which a tick counts as a fault
   Duration tick{from_seconds(0.001)};           ///< period of the loop
-  double slew_n_per_s = 4000.0;                 ///< set from DeviceSpec
+  double slew_n_per_s = 4000.0;                 ///< slew limits; set from DeviceSpec
   double slew_n_m_per_s = 200.0;
   double speed_limit_m_per_s = 3.0;
 };
 
-/// Inputs of the safety chain, including the wrench.
+/// Inputs of the safety chain.
 struct SafetyInput {
-  Wrench wrench;              ///< computed, on the hand
-  Duration state_age{0};      ///< time since the last arrival from the server
-  bool has_state = false;     ///< false: no state received yet in this session
-  bool is_displaying = true;  ///< false: observer, or not joined; zero force, whether states come or not
-  /// The handle stands still in the world while the hand moves. A force computed from it would push the hand without
-  /// end, with energy that has no source.
+  Wrench wrench;              ///< computed wrench on the hand
+  Duration state_age{0};      ///< time since the last state was received from the server
+  bool has_state = false;     ///< whether a state was received in this session
+  bool is_displaying = true;  ///< false for an observer or before joining: zero force, even if states arrive
+  /// Whether the clutch is pressed. The handle then stands still in the world while the hand moves. A force computed
+  /// from it would push the hand without end, with energy that has no source.
   bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;
-  Vec3 handle_v = Vec3::Zero();  ///< [m/s], in the wrench's frame
+  Vec3 handle_v = Vec3::Zero();  ///< velocity of the handle [m/s], in the wrench's frame
   bool is_room_slow = false;     ///< flag kFaultRoomSlow received from the server
 };
 
-/// Safety stages before the clamp. Called once a tick.
+/// Safety stages before the clamp. apply() is called once a tick.
 ///
-/// Model   gain g: rises by dt / start_ramp and is at most the silence gain, a smooth function of the state's age from
-///         1 to 0.
-///         The end of a silence is smooth as well. After a fault g falls by dt / fault_decay to 0 before it may rise
-///         again.
-///         It falls at the same rate while there is no state or nothing is displayed.
-///         A handle that moves along a displayed force of 1 N or more at above 1 m/s counts as driven: no hand holds
-///         it.
-///         The clutch alone reduces the wrench no faster than 100 N/s and 5 N·m/s.
-///         out = slew(g · wrench). While g falls, |out| ≤ |displayed before| · g / g_before, for force and torque each.
-///         The part held back by this bound returns within 60 ms once g stops falling. Without a usable wrench
-///         (no state, no sample, not finite, clutched) out is the displayed one · g / g_before. The decay after a fault
-///         ends when zero has been displayed, not only computed.
-///         While the loop is stopped (a stopped process, a suspended machine) the device holds the last force. A late
-///         tick is therefore a fault and counts as one tick in time: the force decays from there in steps, for any
-///         new wrench and age of the state.
-///         For 0.5 s after a silence, or after a gap at most 15 ms shorter, the force changes by at most 0.28 N/ms.
-///         The torque is limited to the same share of its slew limit. A decrease to zero still takes at most 15 ms. A
-///         falling gain reduces the force by at most 0.25 N/ms.
+/// Model   gain g: rises by dt / start_ramp and is at most the silence gain, a smooth function of the state's age that
+///         falls from 1 to 0. After a silence g returns smoothly, too. After a fault g falls by dt / fault_decay to 0
+///         before it may rise again. It falls at the same rate while there is no state or nothing is displayed.
+///         If the handle moves faster than 1 m/s along a displayed force of 1 N or more, it counts as driven by the
+///         force: no hand holds it.
+///         If the clutch is the only reason, the wrench falls no faster than 100 N/s and 5 N·m/s.
+///         out = slew(g · wrench). While g falls, |out| ≤ |displayed before| · g / g_before, separately for force and
+///         torque. The part removed by this bound returns within 60 ms once g stops falling. If there is no usable
+///         wrench (no state, no sample, not finite, clutched), out is the displayed wrench times g / g_before. The
+///         decay after a fault ends when zero has been displayed, not when it has been computed.
+///         While the loop does not run (a stopped process, a suspended machine), the device holds the last force. A
+///         late tick is therefore a fault. It counts as one tick of time, so that the force decays from its held value
+///         in steps, for any new wrench and any age of the state.
+///         For 0.5 s after a silence, or after a gap at most 15 ms shorter than a silence, the force changes by at most
+///         0.28 N/ms. The torque is limited to the same share of its slew limit. A decrease to zero still takes at most
+///         15 ms. A falling gain reduces the force by at most 0.25 N/ms.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
-  /// Fails   std::invalid_argument for settings that cannot keep the promises (names field, value and remedy)
+  /// Fails   throws std::invalid_argument for settings that cannot meet the guaranteed times (names field, value and
+  ///         remedy)
   explicit SafetyChain(const SafetySettings& settings);
-  /// Returns the wrench for the device writer; always finite.
+  /// Returns the wrench for the device writer. It is always finite.
   Wrench apply(LocalTime now, const SafetyInput& input) noexcept;
   /// Sets the wrench that was displayed after the clamp. The next change is measured from it, so that a clamped force
-  /// does not wind up. Without this call the result of apply() counts.
+  /// does not wind up. Without this call the result of apply() is used.
   void set_displayed(const Wrench& wrench) noexcept { displayed_ = wrench; }
-  /// Decays to zero over fault_decay, then starts the ramp again.
+  /// Lets the force decay to zero over fault_decay, then starts the ramp again.
   void rearm() noexcept { latched_ |= kSafetyRamping; }
-  /// Ramps down over fault_decay and stays at zero.
+  /// Lets the force decay to zero over fault_decay; it then remains zero.
   void begin_shutdown() noexcept { is_stopping_ = true; }
-  /// Returns true when zero is displayed and stays so until the gain rises.
+  /// Returns true if zero is displayed and will be until the gain rises.
   bool is_quiet() const noexcept;
   SafetyFaults faults() const noexcept { return faults_; }
 
@@ -119,15 +117,15 @@ class SafetyChain {
   LocalTime last_time_{};
   bool has_time_ = false;
   double gain_ = 0.0;
-  double fall_per_s_ = 0.0;      ///< rate of fall of the gain in a silence; decays after it
-  double returning_s_ = 0.0;     ///< remaining time after a silence in which changes are limited more strictly
+  double fall_per_s_ = 0.0;      ///< rate at which the gain falls in a silence; it decays afterwards
+  double returning_s_ = 0.0;     ///< remaining time after a silence during which the force may change only slowly
   double silent_force_n_ = 0.0;  ///< force displayed when the silence ended
   Wrench displayed_;
-  /// Displayed share of the wrench times the gain. It falls while the gain falls and the wrench rises, then returns to
-  /// 1.
+  /// Fraction of (gain times wrench) that is displayed. It falls if the gain falls while the wrench rises, and then
+  /// returns to 1.
   double shown_force_ = 1;
   double shown_torque_ = 1;
-  SafetyFaults latched_ = 0;  ///< faults whose decay has not yet reached zero
+  SafetyFaults latched_ = 0;  ///< faults whose decay has not reached zero yet
   bool is_stopping_ = false;
   SafetyFaults faults_ = 0;
 };

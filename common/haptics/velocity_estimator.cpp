@@ -6,19 +6,19 @@
 namespace tandem::haptics {
 namespace {
 
-/// Samples in the window, relative to the newest and newest first, of either translation or rotation.
+/// Samples in the window, relative to the newest sample and newest first, for translation or rotation.
 struct History {
   std::array<Vec3, VelocityEstimator::kMaxSamples> x;
-  std::array<double, VelocityEstimator::kMaxSamples> age_s;  ///< age of each x, ≥ 0
+  std::array<double, VelocityEstimator::kMaxSamples> age_s;  ///< age of each sample in x, ≥ 0
   std::size_t count = 0;
 };
 
 struct Line {
   Vec3 slope = Vec3::Zero();
-  std::size_t window = 0;  ///< periods; 0: none
+  std::size_t window = 0;  ///< number of periods; 0: no line
 };
 
-/// Returns true when no component of a position is further than `tolerance` from the line.
+/// Returns true if no component of any position deviates from the line by more than `tolerance`.
 bool lies_on(const History& history, std::size_t window, const Vec3& mean, double mean_age_s, const Vec3& slope,
              double tolerance) {
   for (std::size_t i = 0; i <= window; ++i) {
@@ -28,8 +28,8 @@ bool lies_on(const History& history, std::size_t window, const Vec3& mean, doubl
   return true;
 }
 
-// Fits lines by least squares over growing windows until a sample lies off the line. A quantised position errs by at
-// most half a step and the fit by as much again, except at the ends of short windows.
+// Fits lines by least squares over growing windows until a sample deviates from the line. A quantized position has an
+// error of at most half a step. The fit has an error of the same size, except at the ends of short windows.
 Line longest_line(const History& history, double step, std::size_t most) {
   Line line;
   if (history.count < 2) return line;
@@ -80,7 +80,7 @@ Twist VelocityEstimator::add(LocalTime taken, const Pose& X) noexcept {
   const Line travel = longest_line(linear, position_step_m_, window_);
   const Line turn = longest_line(angular, rotation_step_rad_, window_);
   const Twist found{travel.slope, turn.slope};
-  // The fit can overflow for positions near the end of the number range.
+  // The fit can overflow for extremely large positions.
   if (is_finite(found)) twist_ = found;
   linear_delay_ = from_seconds(linear.age_s[travel.window] / 2);
   angular_delay_ = from_seconds(angular.age_s[turn.window] / 2);

@@ -1,4 +1,5 @@
-// Velocity of a handle whose position is quantised: a step of 0.03 mm in one period is 30 mm/s of noise.
+// Estimates the velocity of a handle whose position is quantized. A step of 0.03 mm in one period would give 30 mm/s of
+// noise.
 #pragma once
 
 #include <array>
@@ -9,8 +10,8 @@
 
 namespace tandem::haptics {
 
-/// First-order adaptive windowing: uses the longest window over which the positions lie on a line to within their
-/// resolution. The window is long at rest (little noise) and short when the hand turns (little delay).
+/// First-order adaptive windowing: uses the longest window in which the positions lie on a line within their
+/// resolution. The window is long at rest (little noise) and short when the direction of motion changes (little delay).
 ///
 /// Source  Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for velocity estimation", IEEE T-CST
 ///         8(6), 2000
@@ -19,15 +20,16 @@ class VelocityEstimator {
  public:
   static constexpr std::size_t kMaxSamples = 32;
   static constexpr std::size_t kWindow = 20;
-  /// In      …_step_…  resolution; 0: exact positions, the window is one period
-  ///         window    largest window [periods], below kMaxSamples
+  /// In      …_step_…  resolution of the positions; 0: exact positions, with a window of one period
+  ///         window    longest window [periods], below kMaxSamples
   explicit VelocityEstimator(double position_step_m = 0, double rotation_step_rad = 0, std::size_t window = kWindow);
 
-  /// Adds a sample and returns the velocity. A sample that is not newer than the last, or not finite, changes nothing.
+  /// Adds a sample and returns the velocity. A sample that is not finite, or not newer than the previous one, is
+  /// ignored.
   Twist add(LocalTime taken, const Pose& X) noexcept;
   void reset() noexcept;
 
-  /// Delay of the last estimate: half its window.
+  /// Delay of the last estimate: half of its window.
   Duration linear_delay() const noexcept;
   Duration angular_delay() const noexcept;
 

@@ -5,8 +5,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Limit of the damping of a fluid around a massless tool, as a share of m/h of the owner. Its reaction on the owner
-/// acts one step late; up to this limit it slows the owner without reversing its motion.
+/// Limit of the damping of a fluid around a massless tool, as a share of m/h of the owner. The reaction on the owner
+/// acts one step late. Up to this limit it slows the owner without reversing its motion.
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {
@@ -17,13 +17,13 @@ bool is_massless(const TouchThing& thing) {
   return thing.dynamics == haptics::ToolDynamics::kMassless;
 }
 
-/// Largest row sum of absolute values: an upper bound of the largest eigenvalue of a symmetric matrix, exact for a free
-/// ball.
+/// Returns the largest row sum of absolute values. It is an upper bound of the largest eigenvalue of a symmetric
+/// matrix, and exact for a free ball.
 double bound_of(const Eigen::Matrix3d& matrix) {
   return matrix.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// Mobility of a thing: acceleration by a force at a point, and by a torque.
+/// Mobility of a thing: acceleration per force at a point, and per torque.
 struct Mobility {
   Eigen::Matrix3d linear = Eigen::Matrix3d::Zero();   ///< [1/kg]
   Eigen::Matrix3d angular = Eigen::Matrix3d::Zero();  ///< [1/(kg m²)]
@@ -39,15 +39,15 @@ Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
   return {linear + cross.transpose() * inverse_inertia * cross, inverse_inertia};
 }
 
-/// Mobility of a massless tool: a force f moves it by f/k within the step, like a mass k h².
+/// Returns the mobility of a massless tool. A force f moves it by f/k within the step, as it would move a mass k h².
 Mobility mobility_of(const Joint& tether, double step_s) {
-  constexpr double kLeast = 1e-9;  // lower limit, for a spring of zero
+  constexpr double kLeast = 1e-9;  // lower limit, used if a stiffness is zero
   const double squared = step_s * step_s;
   return {Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_per_m * squared),
           Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_m_per_rad * squared)};
 }
 
-/// Velocity of the thing's point at `p_W`, from the velocity of its centre.
+/// Returns the velocity of the thing's point at `p_W`, given the velocity of its centre.
 Twist velocity_at(const Twist& V_WC, const TouchThing& thing, const Vec3& p_W) {
   return {V_WC.v + V_WC.w.cross(p_W - thing.rigid->centre_W()), V_WC.w};
 }
@@ -63,8 +63,8 @@ struct EffectStage::Meeting {
   const TouchCoupling& tool;
   Pose X_WO;
   Twist V_WT;         ///< velocity of the tool's origin
-  Twist V_WO;         ///< velocity of the owner's point at the tool's origin
-  Mobility of_owner;  ///< mobility there; zero: it does not move
+  Twist V_WO;         ///< velocity of the owner's point at the position of the tool's origin
+  Mobility of_owner;  ///< mobility of the owner at that point; zero if it cannot move
 };
 
 EffectStage::EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools)
@@ -134,7 +134,7 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
   if (owner) push(step_s, things[*owner], *owner, -on_tool_W, p_WT);
 }
 
-/// Applies the reaction of the last step's fluid to the owner, then sets the fluid of this step.
+/// Applies the reaction of the last step's fluid to the owner, and then computes the fluid of this step.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                              TouchDrag& flow) noexcept {
   const EffectSettings& settings = meeting.effect.settings();

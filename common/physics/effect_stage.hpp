@@ -1,4 +1,4 @@
-// Application of the scene's effects (common/physics/effects) to the tools in a step. Private to the world.
+// Applies the scene's effects (common/physics/effects) to the tools in a step. Private to the world.
 #pragma once
 
 #include <span>
@@ -9,34 +9,35 @@
 
 namespace tandem::physics {
 
-/// Applies effects as outside wrenches on tools, and the opposite on the bodies that own the effects.
+/// Applies effects as external wrenches on tools, and the opposite wrenches on the bodies that own the effects.
 ///
-/// Effects are applied one after the other, each with the velocities that the earlier ones leave. Overlapping dampers
-/// therefore slow a tool as one damper would, and never turn it back. Contacts are those of the last step. A body's own
-/// effects do not act on a tool that holds it. A body that several tools hold gets an equal share of the effect at
-/// each.
+/// Effects are applied one after another, each with the velocities that result from the previous ones. Overlapping
+/// dampers therefore slow a tool as one damper would and never reverse its motion. Contact forces are those of the last
+/// step. The effects of a body do not act on a tool that holds this body. If several tools hold a body, each applies an
+/// equal share of the effect.
 ///
-/// A massless tool yields by its coupling: k h² takes the place of a mass. Fluids around it are solved for by
-/// TouchStage (TouchDrag), because a wrench from the last step's velocity would be unstable from b = k h/2 on.
+/// A massless tool is displaced against the spring of its coupling; for an effect this corresponds to a mass of k h².
+/// Fluids around such a tool are included in the solution of TouchStage (TouchDrag). A wrench computed from the
+/// velocity of the last step would be unstable for b ≥ k h/2.
 ///
-/// Third law: both wrenches have one line of action, through the tool's origin. The reaction of such a fluid on its
-/// owner acts one step later, when it is known.
+/// Third law: the forces on tool and owner have the same line of action, through the tool's origin. For a massless tool
+/// in a fluid, the reaction on the owner is known, and acts, one step later.
 class EffectStage {
  public:
   EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools);
 
   bool is_empty() const { return effects_.empty(); }
-  /// Clears the memory of the effects for this tool, whose user changed or left.
+  /// Resets the state of the effects for this tool, when its user changes or leaves.
   void forget(std::size_t tool) noexcept;
-  /// Adds the effects to `wrench_W` of implicit and external things. External things also get them as applied wrenches.
-  /// No allocation.
+  /// Adds the effects to `wrench_W` of implicit and external things. External things also receive them as applied
+  /// wrenches. Allocates nothing.
   /// In      things  bodies first, in the order of the scene
-  ///         tools   couplings of the tools that a hand moves
+  ///         tools   couplings of the tools that are coupled to a hand
   void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const TouchCoupling> tools,
              const TouchStage& touch) noexcept;
 
  private:
-  /// One effect and one tool in this step.
+  /// One effect and one tool in the current step.
   struct Meeting;
 
   void apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things,
@@ -46,10 +47,10 @@ class EffectStage {
   void push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W, const Vec3& p_W) noexcept;
 
   std::vector<Effect> effects_;
-  std::vector<EffectMemory> memories_;  ///< index: tool · effects + effect
-  std::vector<TouchDrag> flows_;        ///< same index: the fluid around a massless tool in the last step
-  std::vector<int> hands_;              ///< number of couplings at each thing
-  std::vector<Twist> velocities_;       ///< velocities of the things' centres, updated by the effects so far
+  std::vector<EffectMemory> memories_;  ///< index: tool · number of effects + effect
+  std::vector<TouchDrag> flows_;        ///< fluid around a massless tool in the last step; same index
+  std::vector<int> hands_;              ///< number of couplings of each thing
+  std::vector<Twist> velocities_;       ///< velocities of the things' centres, including the effects applied so far
 };
 
 }  // namespace tandem::physics

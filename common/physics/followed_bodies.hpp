@@ -1,4 +1,4 @@
-// Free bodies of a client, which follow the server's states.
+// Free bodies of a client. Their states are those received from the server.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace tandem::physics {
 
-/// Moves each body freely from the last state set (World::set_body()). No weight, contact or applied wrench changes its
-/// momentum.
+/// Creates free bodies that move without forces from the last state set by World::set_body(). Weight, contact and
+/// applied wrenches do not change their momentum.
 /// In      bodies  number of bodies in the description
 std::unique_ptr<FreeBodies> make_followed_bodies(std::size_t bodies);
 

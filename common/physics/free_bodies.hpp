@@ -1,5 +1,5 @@
-// Interface of the component that moves the bodies that no tool touches. At the server it is the contact solver
-// (UntouchedBodies), at a client it follows the server's states (FollowedBodies).
+// Interface of the component that moves the bodies that no tool touches. At the server a contact solver moves them
+// (UntouchedBodies). At a client they follow the server's states (FollowedBodies).
 #pragma once
 
 #include <cstddef>
@@ -9,17 +9,19 @@
 
 namespace tandem::physics {
 
-/// Thread  one at a time (the world's)
+/// Component that moves the free bodies of a world.
+///
+/// Thread  one thread at a time, that of the world
 class FreeBodies {
  public:
   virtual ~FreeBodies() = default;
 
-  /// Adds `rigid`, body `index` of the description, until it is removed; its address must not change meanwhile. Static
-  /// bodies are added too: others collide with them.
+  /// Adds `rigid`, body `index` of the description. Until remove() its address must not change. Static bodies are
+  /// added, too, because other bodies collide with them.
   virtual void add(std::size_t index, RigidBody& rigid) = 0;
   virtual void remove(std::size_t index) = 0;
-  /// Moves the added bodies by a step from their present states, and consumes their applied wrenches
-  /// (RigidBody::apply_wrench()). The world checks the new states for non-finite values.
+  /// Moves the added bodies by one step from their present states. Uses and clears their applied wrenches
+  /// (RigidBody::apply_wrench()). The world checks the new states for values that are not finite.
   virtual TickFaults step(double step_s) noexcept = 0;
 };
 

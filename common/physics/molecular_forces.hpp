@@ -1,4 +1,4 @@
-// Molecular field for the world's bodies: newtons and metres outside, kJ/mol and Å inside.
+// Molecular field between the world's bodies. Converts between N, m and the field's units kJ/mol, Å.
 #pragma once
 
 #include <span>
@@ -8,42 +8,43 @@
 
 namespace tandem::physics {
 
-/// Bounds `magnitude` by `limit`: unchanged up to half the limit, then approaching the limit. It is once continuously
-/// differentiable, so a hand feels no edge.
+/// Limits `magnitude` smoothly. It is unchanged up to half of `limit` and then approaches `limit`. The function is once
+/// continuously differentiable, so the user feels no edge.
 double soft_limit(double magnitude, double limit);
 
-/// Share s(E) of a pair's force and torque that is felt. It depends on the pair's energy only, so the field stays
-/// conservative.
+/// Returns the share s(E) of a pair's force and torque that is displayed. It depends only on the pair's energy, so the
+/// field remains conservative.
 ///
-/// Model   s = z · 1/√(1 + x²). z is 0 up to E_min + n kT and rises to 1 over one more kT as 3u² − 2u³; without a zero
-///         area it is 1. x = (E − E_knee)/w above the knee, 0 below. With this w, a repulsion r^−12, whose force grows
-///         with its energy, approaches about a quarter of the force limit. The felt energy then grows as the logarithm
-///         of overlap
-/// Source  ours; a scale that depends on the pose in any other way creates energy on closed paths
+/// Model   s = z · 1/√(1 + x²). z is 0 in the zero area, the energies up to E_min + n kT, and rises to 1 over one
+///         further kT as 3u² − 2u³. Without a zero area z is 1. Above the knee x = (E − E_knee)/w, below it 0. For a
+///         repulsion r^−12 the force grows with the energy. The width w is chosen so that s times this force approaches
+///         about a quarter of the force limit. The displayed energy then grows as the logarithm of the overlap
+/// Source  ours. If the share depended on the pose in any other way, closed paths would create energy
 double felt_share(const WorldDescription& world, double energy_kcal_per_mol);
-/// Integral ∫ s dE. It is 0 where the molecules are apart, if neither the zero area nor the knee includes that energy.
+/// Returns the displayed energy ∫ s dE. It is 0 for distant molecules, unless their energy lies in the zero area or
+/// above the knee.
 double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kcal_per_mol);
 
-/// Molecular forces between all pairs of bodies with a molecule.
+/// Molecular forces between all pairs of bodies that have a molecule.
 ///
 /// Model   x [m] = S_x · x [Å], f [N] = s(E) · S_f · f [kcal/mol/Å], τ [N·m] = s(E) · S_f · S_x · τ [kcal/mol]. L is
-///         the pair's mean radius of gyration. If √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) exceeds half the scene's force
-///         limit, both are scaled down together. Directions are kept and action equals reaction, but there the field is
-///         not conservative.
+///         the mean radius of gyration of the pair. If √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) exceeds half of the scene's
+///         force limit, f and τ are scaled down by the same factor. Directions are unchanged and the third law holds,
+///         but in this range the field is not conservative.
 class MolecularForces {
  public:
   /// In      world  must outlive this object
   explicit MolecularForces(const WorldDescription& world);
   ~MolecularForces();
 
-  /// Adds each body's wrench about its origin. Returns true when a pair had to be bounded.
-  /// In      X_WB, wrenches_W  one for each body of the scene
-  /// Cost    linear in the pairs of atoms; no allocation
+  /// Adds the wrench on each body about its origin. Returns true if the wrench of a pair was limited.
+  /// In      X_WB, wrenches_W  one entry for each body of the scene
+  /// Cost    linear in the number of atom pairs; no allocation
   bool add_wrenches(std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept;
 
   /// Energy of all pairs at the last add_wrenches().
   double energy_kj_per_mol() const { return energy_kj_per_mol_; }
-  /// Felt energy of all pairs, in the world's joules.
+  /// Displayed energy of all pairs, in joules of the world.
   double energy_j() const;
 
  private:

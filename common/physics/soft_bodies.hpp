@@ -1,4 +1,4 @@
-// Interface of a world to its soft bodies.
+// Interface between a world and its soft bodies.
 #pragma once
 
 #include <optional>
@@ -9,20 +9,23 @@
 
 namespace tandem::physics {
 
-/// Thread  one at a time (the world's)
+/// Soft bodies of a world.
+///
+/// Thread  one thread at a time, that of the world
 class SoftBodies {
  public:
   virtual ~SoftBodies() = default;
 
-  /// Advances by a step, after the things have their new poses.
-  /// In      X_WT  poses of the world's tools, then of its bodies; none: touches nothing
+  /// Advances by a step, after the rigid things have moved to their new poses.
+  /// In      X_WT  poses of the world's tools, then of its bodies; an empty entry touches nothing
   virtual TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept = 0;
-  /// Contact of a tool or body for soft_wrench(), valid until the next advance(). Empty for an absent one.
+  /// Returns the contact of a tool or body for soft_wrench(), valid until the next advance(). It is empty for a thing
+  /// without a pose.
   virtual const SoftContact& contact(std::size_t tool) const noexcept = 0;
-  /// Positions of the nodes of a soft body, for viewers.
+  /// Positions of the nodes of a soft body, for display.
   virtual std::span<const Vec3> nodes_W(std::size_t body) const = 0;
-  /// Sets the nodes of a soft body, at rest, before the first advance(). Nodes that are glued down stay.
-  /// Fails   std::invalid_argument: wrong number of nodes
+  /// Sets the nodes of a soft body at rest; only before the first advance(). Fixed nodes do not move.
+  /// Fails   throws std::invalid_argument for a wrong number of nodes
   virtual void set_nodes(std::size_t body, std::span<const Vec3> nodes_W) = 0;
 };
 

@@ -5,11 +5,11 @@
 namespace tandem::physics {
 namespace {
 
-/// End of the fading, in trust radii.
+/// Lateral distance at which the wrench has faded to zero, in trust radii.
 constexpr double kFadeEnd = 4;
-/// Share of the initial force along its direction below which the whole wrench is scaled down.
+/// Share of the initial force, along its direction, below which the whole wrench is scaled down.
 constexpr double kReleaseShare = 0.25;
-/// Depth beyond which the force no longer grows.
+/// Change of depth beyond which the force does not grow further.
 constexpr double kDeepest_m = 0.05;
 
 }  // namespace

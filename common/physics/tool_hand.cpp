@@ -50,7 +50,7 @@ Joint ToolHand::tether(const Pose& X_WT) const noexcept {
 
 double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
   if (!pulls()) return 0;
-  constexpr int kPieces = 64;  // Simpson's rule; even
+  constexpr int kPieces = 64;  // number of intervals for Simpson's rule; must be even
   const haptics::CouplingState end = haptics::coupling_state(target_.X, {}, X_WT, {});
   double sum = 0;
   for (int i = 0; i <= kPieces; ++i) {
@@ -66,7 +66,8 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
 }
 
 bool ToolHand::is_saturated() const noexcept {
-  // With a softened saturation the force never quite reaches its limit; without one it does up to rounding.
+  // With a softened saturation the force never reaches its limit exactly. With a hard limit it does, except for
+  // rounding.
   constexpr double kAtLimit = 1 - 1e-9;
   const haptics::CouplingParameters& c = fade_.parameters();
   const double share = kAtLimit * (1 - c.saturation_softness / 2);
@@ -76,8 +77,8 @@ bool ToolHand::is_saturated() const noexcept {
 
 void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
   wrench_on_tool_W_ = on_tool_W;
-  // Without a handle, the holding force belongs to the world and is not accounted.
-  // Adding zero turns a negative zero into zero, which the wire leaves out.
+  // Without a handle the holding force belongs to the world, and its work is not summed. Adding zero converts a
+  // negative zero to zero, which is omitted from messages.
   const Wrench by_user_W = (has_handle() ? on_tool_W : Wrench{}) + Wrench{};
   if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
   const double work_j = held_work_j(by_user_W, X_WT_before, tool.X);

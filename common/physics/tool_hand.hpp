@@ -1,4 +1,4 @@
-// Coupling of one user's handle to a tool, with the account of its work.
+// Coupling of one user's handle to a tool, and the work done through it.
 #pragma once
 
 #include <string_view>
@@ -9,47 +9,49 @@
 
 namespace tandem::physics {
 
-/// Lever of the brake: its rotational damping is the translational one times the lever squared. About the reach of a
-/// grip.
+/// Lever arm of the brake: its rotational damping is the translational damping times the lever arm squared. The value
+/// is about the extent of a grip.
 inline constexpr double kBrakeLever_m = 0.03;
 
-/// Coupling of a handle to a tool. Each step calls coupling() before the solver and settle() with its result.
+/// Coupling of a handle to a tool. In each step coupling() is called before the solver, and settle() with the solver's
+/// result.
 ///
 /// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, with the mean wrench of the step about T. Positive
-///         and negative work are summed separately: both sums only grow, so a lost update does no harm
+///         and negative work are summed separately. Both sums never decrease, so a lost update does no harm
 class ToolHand {
  public:
-  /// In      law  a name that find_coupling_law() accepts
+  /// In      law  a name known to find_coupling_law()
   ToolHand(std::string_view law, const haptics::CouplingParameters& coupling)
       : fade_(*haptics::find_coupling_law(law), coupling) {}
 
-  /// Sets law and coefficients; advance() fades to them (LawFade).
+  /// Sets a new target of law and coefficients; advance() fades to it (LawFade).
   void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& coupling) noexcept {
     fade_.fade_to(law, coupling);
   }
   void advance(double step_s) noexcept;
-  /// Resets for a new user, with this coupling at once: no handle, empty account.
+  /// Resets the state for a new user and sets the coefficients without a fade. There is no handle, and the sums of work
+  /// are zero.
   void reset(const haptics::CouplingParameters& coupling) noexcept;
   void set_handle(const RigidState& handle) noexcept;
-  /// Couples the tool to its present pose, at rest, until the next handle.
+  /// Couples the tool to its present pose, at rest, until the next set_handle().
   void anchor_at(const Pose& X_WT) noexcept;
-  /// Ends the coupling.
+  /// Ends the coupling to a handle or pose.
   void release() noexcept;
 
-  /// Sets the additional damping of the tool's velocity in the world; 0 at first.
+  /// Sets an additional damping of the tool's velocity in the world; initially 0.
   void set_brake(double n_s_per_m) noexcept { brake_n_s_per_m_ = n_s_per_m; }
 
   bool has_handle() const { return has_handle_; }
   bool pulls() const { return pulls_; }
-  /// Dynamics of a tool that holds nothing, as the law defines it.
+  /// Dynamics of a tool that holds nothing, as given by the law.
   haptics::ToolDynamics dynamics() const { return fade_.law().tool_dynamics(); }
-  /// Coefficients in force now.
+  /// Coefficients that currently apply.
   const haptics::CouplingParameters& parameters() const { return fade_.parameters(); }
-  /// Pose that the tool is coupled to. Only while it pulls.
+  /// Pose to which the tool is coupled; valid only while pulls().
   const Pose& target_pose() const { return target_.X; }
   const RigidState& target() const { return target_; }
 
-  /// Input for the solver: the coupling on `body`, with the tool at `X_WT`. Only while it pulls.
+  /// Input for the solver: the coupling acting on `body`, with the tool at `X_WT`. Valid only while pulls().
   contact::SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
     return {body,
             &fade_.law(),
@@ -59,18 +61,19 @@ class ToolHand {
             brake_n_s_per_m_,
             brake_n_s_per_m_ * kBrakeLever_m * kBrakeLever_m};
   }
-  /// Equivalent spring without damping: force over displacement, for the stretch to a tool at `X_WT`. Only while it
-  /// pulls.
+  /// Equivalent spring without damping, for a tool at `X_WT`: its stiffness is force over displacement. Valid only
+  /// while pulls().
   Joint tether(const Pose& X_WT) const noexcept;
-  /// Elastic energy stored in the coupling: the force at rest, integrated along the stretch to a tool at `X_WT`.
+  /// Elastic energy stored in the coupling: the integral of the static force over the displacement to a tool at `X_WT`.
   double stored_energy_j(const Pose& X_WT) const noexcept;
-  /// Accounts for a step in which the tool moved from `X_WT_before` under the coupling's wrench `on_tool_W` about the
+  /// Adds the work of a step in which the tool moved from `X_WT_before`. `on_tool_W` is the coupling's wrench about the
   /// tool's origin.
   void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
-  /// Whether the last step's force or torque was at its limit: past half of the bend of the saturation.
+  /// Returns whether force or torque of the last step was near its limit: beyond half of the range in which the
+  /// saturation bends.
   bool is_saturated() const noexcept;
 
-  /// Wrench of the last step on the hand, about the handle (reaction_on_hand()). Zero without a handle.
+  /// Wrench of the last step on the hand, about the handle (reaction_on_hand()); zero without a handle.
   Wrench wrench_on_hand_W() const noexcept { return wrench_on_hand_W_; }
   double energy_into_world_j() const { return energy_into_world_j_; }
   double energy_from_world_j() const { return energy_from_world_j_; }
@@ -79,7 +82,7 @@ class ToolHand {
   haptics::LawFade fade_;
   double brake_n_s_per_m_ = 0;
   bool pulls_ = false;
-  bool has_handle_ = false;  ///< coupled to a handle; else to a former pose of the tool
+  bool has_handle_ = false;  ///< whether the target is a handle; otherwise it is a previous pose of the tool
   RigidState target_;
   Wrench wrench_on_tool_W_;
   Wrench wrench_on_hand_W_;

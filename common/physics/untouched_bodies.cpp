@@ -10,12 +10,12 @@
 namespace tandem::physics {
 namespace {
 
-/// A body that is slower than both limits for kRest_s is at rest.
+/// A body is at rest if it was slower than both limits for kRest_s.
 constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4, kRest_s = 0.5;
-/// Slower impacts do not bounce. Gravity alone adds 0.01 m/s in a step, so resting contact stays below the limit.
+/// Slower impacts do not bounce. Gravity adds only 0.01 m/s in a step, so a resting contact remains below the limit.
 constexpr double kBounce_m_per_s = 0.05;
 
-/// Twist about the origin of W, the reference point of contact wrenches.
+/// Returns the twist about the origin of W, the reference point of contact wrenches.
 Twist twist_at_origin(const RigidBody& body) {
   const Twist& V = body.velocity_of_centre_W();
   return {V.v - V.w.cross(body.centre_W()), V.w};
@@ -25,8 +25,8 @@ double power_w(const Wrench& on_a_W, const Twist& a, const Twist& b) {
   return on_a_W.f.dot(a.v - b.v) + on_a_W.t.dot(a.w - b.w);
 }
 
-/// Power of `wrench_W` in the acceleration that it causes on one body: the rate of the relative velocity along it,
-/// times its size.
+/// Returns the power of `wrench_W` with the acceleration that it causes on a body: the rate of change of the relative
+/// velocity along the wrench, times the magnitude of the wrench.
 double yield_of(const RigidBody& body, const Wrench& wrench_W) {
   if (body.is_static()) return 0;
   const Wrench at_centre_W{wrench_W.f, wrench_W.t - body.centre_W().cross(wrench_W.f)};
@@ -46,11 +46,11 @@ class UntouchedBodies final : public FreeBodies {
   struct Body {
     const BodyDescription* description = nullptr;
     JointLaw anchor = {};
-    RigidBody* rigid = nullptr;  ///< null: not stepped here
+    RigidBody* rigid = nullptr;  ///< null: not stepped by this object
     RigidState last = {};        ///< state after the last step
     Twist before = {};           ///< twist about the origin of W before the step
     double still_s = 0;
-    std::size_t group = 0;  ///< lowest index of the bodies that press on each other
+    std::size_t group = 0;  ///< lowest index of the bodies in its group
     bool is_asleep = false;
 
     bool is_free() const { return rigid != nullptr && !rigid->is_static(); }
@@ -58,10 +58,10 @@ class UntouchedBodies final : public FreeBodies {
     bool is_disturbed() const;
     RigidState now() const { return {rigid->centre_pose(), rigid->velocity_of_centre_W()}; }
   };
-  /// Pair of bodies from the first contact to the end of the compression.
+  /// Contact of a pair of bodies from its beginning to the end of the compression.
   struct Impact {
     std::size_t a = 0, b = 0;
-    double met_m_per_s = 0;  ///< closing speed before contact; 0: too slow to bounce
+    double met_m_per_s = 0;  ///< speed of approach before the contact; 0: too slow to bounce
     Wrench impulse_on_a_W = {};
     bool is_pressing = false;
     bool is_over = false;
@@ -158,8 +158,8 @@ void UntouchedBodies::describe() {
     TouchThing& thing = things_[i];
     thing = {body.rigid, &body.description->touch, Role::kAbsent, false, 0};
     if (body.rigid == nullptr) continue;
-    // A sleeping body is in the solution with its inertia but without weight, which its support carries. The wrench of
-    // a contact wakes it.
+    // A sleeping body takes part in the solution with its inertia. Its weight is omitted, because its support carries
+    // it. The wrench of a contact wakes the body.
     thing.role = body.rigid->is_static() ? Role::kStatic : body.is_asleep ? Role::kExternal : Role::kImplicit;
     if (has_restitution_ && !body.rigid->is_static()) body.before = twist_at_origin(*body.rigid);
     if (!body.is_awake()) continue;
@@ -169,7 +169,7 @@ void UntouchedBodies::describe() {
   }
 }
 
-/// Groups bodies that press on each other; a group has the lowest index of its bodies.
+/// Groups the bodies that are in contact. The number of a group is the lowest index of its bodies.
 void UntouchedBodies::join_groups() {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (bodies_[i].is_awake()) bodies_[i].group = i;
@@ -223,7 +223,7 @@ void UntouchedBodies::follow_impacts(double step_s) {
 
 void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s) {
   if (restitution(a, b) <= 0) return;
-  // A pair's order changes when one of its bodies wakes.
+  // The order of a pair changes when one of its bodies wakes.
   const auto is_its = [a, b](const Impact& impact) {
     return (impact.a == a && impact.b == b) || (impact.a == b && impact.b == a);
   };
@@ -240,7 +240,7 @@ void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchRe
   if (!impact->is_over) impact->impulse_on_a_W += result.on_a_W * (sign * step_s);
 }
 
-/// Applies the impulse, which acts in the next step.
+/// Applies the restitution impulse, which takes effect in the next step.
 void UntouchedBodies::bounce(Impact& impact, double step_s) {
   const Wrench& impulse_W = impact.impulse_on_a_W;
   const double size = impulse_W.f.norm();
@@ -249,7 +249,7 @@ void UntouchedBodies::bounce(Impact& impact, double step_s) {
   RigidBody& b = *bodies_[impact.b].rigid;
   const double parting = power_w(impulse_W, twist_at_origin(a), twist_at_origin(b)) / size;
   const double wanted = restitution(impact.a, impact.b) * impact.met_m_per_s;
-  // The compression continues while the bodies close faster than this.
+  // While the bodies approach each other faster than this, the compression continues.
   if (parting < -kBounce_m_per_s / 2) return;
   impact.is_over = true;
   const double yield = yield_of(a, impulse_W) + yield_of(b, impulse_W);

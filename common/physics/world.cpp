@@ -1,4 +1,4 @@
-// Construction of the world from its description, access to its state, and corrections from outside.
+// Construction of the world from its description, access to its state, and external corrections of that state.
 #include "common/physics/world.hpp"
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Radius of a thing that cannot be touched; it limits the rotation speed.
+/// Radius assumed for a thing without shapes; it limits the rotational speed.
 constexpr double kRadiusOfNone_m = 0.01;
 
-/// Radius of the ball about the centre of mass.
+/// Returns the radius of the bounding sphere about the centre of mass.
 double radius_m(const TouchModel& touch, const MassProperties& mass) {
   return touch.can_be_touched() ? touch.radius_m + mass.X_BC.p.norm() : kRadiusOfNone_m;
 }
@@ -79,7 +79,7 @@ std::uint32_t World::Impl::holders_of(std::size_t body) const {
   return holders;
 }
 
-/// Index for the soft bodies, which list tools first.
+/// Returns the index in the arrays of the soft bodies, which list tools first.
 std::size_t World::Impl::soft_index_of(std::size_t thing) const {
   return thing < bodies.size() ? tools.size() + thing : thing - bodies.size();
 }

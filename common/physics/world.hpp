@@ -1,5 +1,5 @@
-// A simulated scene of bodies, tools, contacts and fields, stepped at a fixed rate. The server has one for each room, a
-// client one as its local model.
+// A simulated scene of bodies, tools, contacts and fields, stepped at a fixed rate. The server has one world for each
+// room. A client has one as its local model.
 #pragma once
 
 #include <cstdint>
@@ -17,24 +17,24 @@
 
 namespace tandem::physics {
 
-/// Result of a grab; kBusy is returned by the room only, see Room.
+/// Result of a grab. kBusy is returned only by the room (Room).
 enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding, kBusy };
 
 /// State of one user's tool after a step.
 struct ToolState {
   RigidState tool;
-  Wrench wrench_on_hand_W;  ///< wrench of the coupling, about the handle
-  Wrench pull_on_tool_W;    ///< its opposite, about the tool's origin
+  Wrench wrench_on_hand_W;  ///< wrench of the coupling on the hand, about the handle
+  Wrench pull_on_tool_W;    ///< opposite of wrench_on_hand_W, about the tool's origin
   BodyId held;
-  bool has_handle = false;         ///< the tool is coupled to a handle
-  RigidState handle;               ///< this handle
-  double energy_into_world_j = 0;  ///< Σ of positive work of the coupling on the world
-  double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
+  bool has_handle = false;         ///< whether the tool is coupled to a handle
+  RigidState handle;               ///< state of the handle; valid if has_handle
+  double energy_into_world_j = 0;  ///< sum of the positive work of the coupling on the world
+  double energy_from_world_j = 0;  ///< sum of the work drawn from the world, ≥ 0
 };
 
-/// Contacts of a tool in a step.
+/// Contacts of a tool in the last step.
 struct TouchSummary {
-  std::uint32_t contacts = 0;  ///< number of points with a force
+  std::uint32_t contacts = 0;  ///< number of contact points with a force
   double deepest_m = 0;
   double force_n = 0;       ///< magnitude of the total contact force
   double soft_force_n = 0;  ///< magnitude of the force of soft bodies
@@ -42,139 +42,145 @@ struct TouchSummary {
 
 /// A simulated scene.
 ///
-/// Each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. With other laws
-/// (ToolDynamics) it is massless and at the equilibrium of coupling and contact, or it is placed at the handle. While a
-/// tool holds a body, the two move as one. The coupling then acts on the body at the tool's grip, and the tool neither
-/// collides nor adds mass. Several tools may hold the same body. A tool that releases a body from inside passes through
-/// it until they have separated. A body that a tool of the scene holds from the start is kept there at rest until any
-/// tool takes or touches it.
+/// Each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. With some laws
+/// (ToolDynamics) it is massless and in equilibrium between coupling and contact, or it is placed at the handle. While
+/// a tool holds a body, the two move as one. The coupling then acts on the body at the tool's grip; the tool does not
+/// collide and adds no mass. Several tools may hold the same body. If a tool releases a body while it is inside that
+/// body, it passes through the body until the two have separated. A body that is held by a tool from the start of the
+/// scene remains at rest until a tool takes or touches it.
 ///
-/// Tools, held bodies and the bodies they touch are stepped by the implicit solver of common/contact
-/// (touch/touch_stage.hpp). Coupling, anchors, contact and friction are in one solution, so no tool is too light and no
-/// coupling or surface too stiff. FreeBodies steps the bodies that no tool touches. Soft bodies step at their own rate.
+/// Tools, held bodies and the bodies that they touch are stepped by the implicit solver of common/contact
+/// (touch/touch_stage.hpp). It solves coupling, anchors, contact and friction together. Light tools and stiff couplings
+/// or surfaces therefore do not make it unstable. FreeBodies steps the bodies that no tool touches. Soft bodies have a
+/// step rate of their own.
 ///
-/// Deterministic: the same calls in the same order give the same bits on the same machine. Tools and bodies are
+/// Deterministic: on the same machine the same calls in the same order give bit-identical results. Tools and bodies are
 /// identified by their index in the description. A tool index must be valid; a body id may be invalid.
 ///
-/// Thread  one at a time (the room's, or the client's haptic loop)
+/// Thread  one thread at a time: the room's, or the client's haptic loop
 class World {
  public:
-  /// In      soft  null without soft bodies
+  /// In      soft_bodies  null if there are no soft bodies
   World(std::shared_ptr<const WorldDescription> description, std::unique_ptr<FreeBodies> free_bodies,
         std::unique_ptr<SoftBodies> soft_bodies);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
-  /// Replaces this world by another one. References to this object stay valid.
+  /// Replaces this world by another one. References to this object remain valid.
   World& operator=(World&& other) noexcept;
 
   /// Activates a tool at its start pose, and attaches the body that it holds from the start. The body is moved to its
-  /// start pose, unless another tool holds it; then the tool appears at its grip on the body.
-  /// In      takes_its_body  false: the tool starts empty, and no body is moved
+  /// start pose unless another tool holds it; in that case the tool is placed at its grip on the body.
+  /// In      takes_its_body  false: the tool starts without a body, and no body is moved
   void activate_tool(std::size_t tool, bool takes_its_body = true);
   /// Deactivates a tool and releases the body that it holds.
   void deactivate_tool(std::size_t tool);
-  /// Sets the newest handle of the tool's user. The tool is coupled to it until clear_handle().
+  /// Sets the newest state of the user's handle. The tool is coupled to it until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
-  /// Ends the input until the next set_handle(). A free tool drifts, damped; a held body is held softly in place.
+  /// Ends the coupling to the handle until the next set_handle(). A free tool drifts and is damped; a held body is
+  /// softly coupled to its present pose.
   void clear_handle(std::size_t tool);
 
-  /// Grabs a body; an invalid `body` stands for the nearest graspable body in reach.
+  /// Grabs a body. If `body` is invalid, grabs the nearest graspable body within reach.
   GrabResult grab(std::size_t tool, BodyId body);
-  /// Attaches a body at the grip `X_BT`, wherever the tool is, as decided outside this world. A body held before is
-  /// released. Ignored for an unknown or static body and for an inactive tool.
+  /// Attaches a body with the grip `X_BT`. The distance from tool to body is not checked: the caller decides, for
+  /// example from the server's state. A body held before is released. Ignored for an unknown or static body and for an
+  /// inactive tool.
   void hold(std::size_t tool, BodyId body, const Pose& X_BT);
-  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad for each metre of it. This merges
-  /// the local grip with the one decided outside without a jerk.
+  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad per metre of `most_m`. The local
+  /// grip thus approaches the server's grip without a jerk.
   void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
   void release(std::size_t tool);
 
-  /// Replaces the coupling's law and coefficients, faded by LawFade from the next step on. Coefficients that the law
-  /// chooses for a tool stay (coupling_in_force()). Ignored when a coefficient is negative or not finite, or when the
-  /// law cannot replace the scene's (are_exchangeable()).
+  /// Sets a new target for the coupling's law and coefficients; LawFade fades to it from the next step on. Coefficients
+  /// that the law determines for a tool are not changed (coupling_in_force()). Ignored if a coefficient is negative or
+  /// not finite, or if the law cannot replace the scene's law (are_exchangeable()).
   void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters);
-  /// Replaces the coefficients only.
+  /// Sets new coefficients for the present law.
   void set_coupling(const haptics::CouplingParameters& parameters);
-  /// Sets the limits of the user's device for the coupling of this tool (rendered_coupling()), until the tool is
-  /// deactivated. Ignored when one is negative or NaN.
+  /// Sets the limits of the user's device for the coupling of this tool (rendered_coupling()). They apply until the
+  /// tool is deactivated. Ignored if a limit is negative or NaN.
   void set_coupling_bounds(std::size_t tool, const haptics::CouplingParameters& bounds);
-  /// Coefficients in force for the tool.
+  /// Coefficients that currently apply to the tool.
   const haptics::CouplingParameters& coupling(std::size_t tool) const;
 
   /// Adds a brake to the tool's coupling: a damping of the velocity in the world, and of the rotation with the lever
-  /// kBrakeLever_m. At rest a brake has no force, so a held body stays held. A tool at its handle
-  /// (ToolDynamics::kAtHandle) is not braked. Ignored when negative or not finite.
+  /// arm kBrakeLever_m. At rest a brake has no force, so a held body remains held. A tool at its handle
+  /// (ToolDynamics::kAtHandle) is not braked. Ignored if negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
-  /// Excludes a body from contact and field until set_body() or hold() gives its pose.
+  /// Excludes a body from contact and field until set_body() or hold() provides its pose.
   void remove_body(BodyId body);
-  /// Sets the state of a body, or of a tool that holds nothing, as decided outside this world. Ignored when not finite.
+  /// Sets the state of a body, or of a tool that holds nothing, for example to the server's state. Ignored if not
+  /// finite.
   void set_body(BodyId body, const RigidState& state);
   void set_tool(std::size_t tool, const RigidState& state);
-  /// Applies a small correction between steps, which no energy account includes. The displacement `by_W` turns about
-  /// the centre of mass; `dv` is added to the centre's velocity. Ignored for a tool that holds a body: it moves with
-  /// the body.
+  /// Applies a small correction between steps, which is not included in any energy sum. The displacement `by_W` rotates
+  /// about the centre of mass; `dv` is added to the velocity of the centre. Ignored for a tool that holds a body,
+  /// because it moves with the body.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// Keeps the body in the touch stage for at least this time; 0: only while it is held or touched.
+  /// Leaves the body in the touch stage for at least this time; with 0, only while it is held or touched.
   void keep_implicit(BodyId body, double seconds);
-  /// Sets the contact of the tool, or of its held body, with soft bodies, until the next call. For a world without soft
-  /// bodies of its own.
+  /// Sets the contact of the tool, or of its held body, with soft bodies, until the next call. For worlds that do not
+  /// simulate the soft bodies.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
-  /// Advances by step_s: answer(), then finish(). No throw; faults are bits.
+  /// Advances by step_s: calls answer(), then finish(). Does not throw; faults are returned as bits.
   TickFaults step() noexcept;
-  /// First part of a step: moves implicit bodies and tools, and so gives everything that hands feel. Until finish(),
-  /// body() extrapolates external bodies (see the README) by their previous velocity, without the contacts of this
-  /// step. Call finish() before any other non-const function.
+  /// First part of a step: moves implicit bodies and tools, and thereby computes everything that the users feel. Until
+  /// finish(), body() extrapolates external bodies (see the README) with their previous velocity, without the contacts
+  /// of this step. Call finish() before any other non-const function.
   TickFaults answer() noexcept;
-  /// Second part of a step. Does nothing without a preceding answer().
+  /// Second part of a step. Does nothing if answer() was not called before.
   TickFaults finish() noexcept;
-  /// Finds contacts and field of the next step in idle time after a step, from the present poses. The step repeats the
-  /// search if a thing has changed its pose or moves farther than predicted. Afterwards contact_points_W() returns
-  /// none.
+  /// Searches contacts and field of the next step in idle time after a step, from the present poses. The step repeats
+  /// the search if a thing has changed its pose or moves farther than predicted. Afterwards contact_points_W() returns
+  /// no points.
   void look_ahead() noexcept;
-  /// Runs several steps without look_ahead() and returns the processor time of the quickest. The minimum suppresses the
-  /// influence of other load.
+  /// Runs several steps without look_ahead() and returns the processor time of the fastest. The minimum is nearly
+  /// independent of other load.
   Duration quickest_step() noexcept;
 
-  /// Bodies that the last step returned to their starts, at rest. Causes: a request, a state that is not finite, or a
-  /// position beyond limits.bounds_m while no tool holds the body.
+  /// Bodies that the last step returned to their start poses, at rest. Possible reasons: a request, a state that is not
+  /// finite, or a position beyond limits.bounds_m while no tool holds the body.
   std::span<const BodyId> returned_bodies() const noexcept;
-  /// Requests that the next step returns each moving body to its start, at rest. Tools release their bodies, except a
-  /// body that the tool holds from the start.
+  /// Requests that the next step returns each moving body to its start pose, at rest. Tools release their bodies,
+  /// except bodies that they hold from the start.
   void return_all() noexcept;
-  /// Nodes of a soft body after the last step; for viewers.
+  /// Nodes of a soft body after the last step, for display.
   std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
   /// Sets the nodes of a soft body, at rest. Only before the first step, and only in a world with soft bodies.
-  /// Fails   std::invalid_argument: wrong number of nodes
+  /// Fails   throws std::invalid_argument for a wrong number of nodes
   void set_soft_nodes(std::size_t soft_body, std::span<const Vec3> nodes_W);
   ToolState tool(std::size_t tool) const;
   /// Contacts of the tool, or of its held body, in the last step.
   TouchSummary touch(std::size_t tool) const;
-  /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0: none.
+  /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0 means no contact.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
-  /// Writes contact points of the tool, or of its held body, in the last step: as many as fit, spread over all. Returns
-  /// their number.
+  /// Writes contact points of the tool, or of its held body, in the last step: as many as fit, distributed over all.
+  /// Returns their number.
   std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
-  /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body; zero: no contact.
+  /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body, or zero without
+  /// contact.
   Vec3 pressing_normal_W(std::size_t tool, BodyId body) const;
-  /// Bit i: tool i holds the body, or pressed on it in the last step, directly or through other moving bodies. 0 for a
-  /// static body.
+  /// Bit i is set if tool i holds the body or was in contact with it in the last step, directly or through other moving
+  /// bodies. Returns 0 for a static body.
   std::uint32_t hands_on(BodyId body) const;
-  /// State of a body; at rest at the origin for an unknown id.
+  /// State of a body. For an unknown id, returns a state at rest at the origin.
   RigidState body(BodyId id) const;
-  /// Molecular energy of the whole scene at the start of the last step; 0 without molecules.
+  /// Molecular energy of the whole scene at the start of the last step; 0 if there are no molecules.
   double field_energy_kj_per_mol() const;
-  double field_energy_j() const;  ///< the felt share of it, in the world's joules
-  /// Energy stored in the world [J]. It includes the kinetic and gravitational energy of moving bodies and tools, the
-  /// energy of anchors and couplings as in force, and the felt molecular energy. The molecular part ignores the bound
-  /// of the force, and the energy of contacts is not included.
+  double field_energy_j() const;  ///< displayed share of the molecular energy, in joules of the world
+  /// Energy stored in the world [J]. It is the sum of the kinetic and gravitational energy of moving bodies and tools,
+  /// the energy of anchors and current couplings, and the displayed molecular energy. The molecular part ignores the
+  /// limit of the force, and the energy of contacts is not included.
   /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Energy stored in a tool's coupling [J].
   double coupling_energy_j(std::size_t tool) const;
-  /// Energy of a tool [J]: kinetic energy if it has mass and holds nothing, plus the energy stored in its coupling.
+  /// Energy of a tool [J]: kinetic energy if the tool has mass and holds nothing, plus the energy stored in its
+  /// coupling.
   double energy_of_tool_j(std::size_t tool) const;
 
  private:

@@ -1,4 +1,4 @@
-// Plain data from which a world is built. The server builds it from a scene file, a client from received data.
+// Plain data from which a world is built. The server creates it from a scene file, a client from received data.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,13 @@
 namespace tandem::physics {
 
 struct WorldLimits {
-  double body_speed_m_per_s = 10;        ///< faster bodies are slowed to this speed, and reported
-  double grab_reach_m = 0.02;            ///< a body farther than this is not grabbed
-  std::uint32_t contact_points = 768;    ///< limit for a pair of shapes in a step
-  std::size_t contact_pairs = 64;        ///< limit of pairs of shapes near each other
-  std::uint32_t atom_pairs = 2'500'000;  ///< limit of the molecular field in a step
-  double bounds_m = 10;                  ///< a body farther from the origin that no tool holds returns to its start
-  double reset_after_s = 30;             ///< an empty room is reset after this time; 0: never
+  double body_speed_m_per_s = 10;        ///< faster bodies are slowed to this speed, and a fault is reported
+  double grab_reach_m = 0.02;            ///< distance up to which a body can be grabbed
+  std::uint32_t contact_points = 768;    ///< limit for each pair of shapes in a step
+  std::size_t contact_pairs = 64;        ///< limit on the pairs of shapes that are close to each other
+  std::uint32_t atom_pairs = 2'500'000;  ///< limit on the atom pairs of the molecular field in a step
+  double bounds_m = 10;                  ///< a free body returns to its start beyond this distance from the origin
+  double reset_after_s = 30;             ///< time after which an empty room is reset; 0: never
 };
 
 struct BodyDescription {
@@ -32,9 +32,9 @@ struct BodyDescription {
   MassProperties mass;
   BodyTraits traits;
   Pose X_WB;                                          ///< start pose
-  bool is_graspable = false;                          ///< only for a body with a mass
+  bool is_graspable = false;                          ///< possible only for a body with a mass
   std::shared_ptr<const docking::Molecule> molecule;  ///< its origin is the centre of mass; null: no molecular field
-  std::optional<Joint> anchor;                        ///< to the start pose; only for a body with a mass
+  std::optional<Joint> anchor;                        ///< joint to the start pose; possible only for a body with a mass
 };
 
 struct ToolDescription {
@@ -42,29 +42,29 @@ struct ToolDescription {
   MassProperties mass;
   double friction = 0.5;
   Pose X_WT;                              ///< start pose
-  std::optional<std::size_t> holds_body;  ///< index of the body held from the start
+  std::optional<std::size_t> holds_body;  ///< index of the body that the tool holds from the start
 };
 
-/// Share of the molecular force limit at which the felt force has its knee.
+/// Share of the molecular force limit at which the displayed force has its knee.
 inline constexpr double kKneeOfLimit = 0.25;
 
-/// Immutable while a world runs.
+/// Description of a world. It does not change while the world runs.
 struct WorldDescription {
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double step_s = 1e-3;
   WorldLimits limits;
-  std::vector<BodyDescription> bodies;  ///< body_id_at(i) is bodies[i]
+  std::vector<BodyDescription> bodies;  ///< body_id_at(i) is the id of bodies[i]
   std::vector<ToolDescription> tools;
   SceneCoupling coupling;
-  // Scales from molecular to device quantities, consistent in work (MolecularForces).
+  // Scales from molecular quantities to those of the world; work is scaled consistently (MolecularForces).
   double metres_per_angstrom = 0.01;                ///< S_x
   double newtons_per_kcal_per_mol_angstrom = 0.03;  ///< S_f
-  double molecular_force_limit_n = 20;              ///< smooth limit of the molecular force between two bodies
+  double molecular_force_limit_n = 20;              ///< smooth limit on the molecular force between two bodies
   docking::FieldModel field_model;
-  // Felt share of the molecular field.
-  double molecular_zero_kt = 0;               ///< height of the zero area above the minimum [kT]; 0: none
+  // Share of the molecular field that is displayed (felt_share()).
+  double molecular_zero_kt = 0;               ///< height of the zero area above the minimum [kT]; 0: no zero area
   double molecular_minimum_kcal_per_mol = 0;  ///< lowest energy of two molecules
-  double molecular_knee_kcal_per_mol = 0;     ///< above it, less than the full force is felt
+  double molecular_knee_kcal_per_mol = 0;     ///< energy above which less than the full force is displayed
   std::vector<EffectSettings> effects;
 };
 

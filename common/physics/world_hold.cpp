@@ -9,7 +9,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Depth in a released body up to which the tool still presses on it. A deeper tool was inside, and passes through.
+/// Overlap with a released body up to which the tool counts as touching it from outside. A tool with more overlap was
+/// inside, and passes through the body.
 constexpr double kPressedDepth_m = 2e-4;
 
 }  // namespace
@@ -28,7 +29,7 @@ void World::Impl::detach(WorldTool& tool) {
   tool.rigid.set_state(tool_state(tool));
   tool.soft = {};
   WorldBody& body = bodies[*tool.held];
-  // The body is free again when no tool has touched it for a while (adopt()).
+  // adopt() makes the body free again when no tool has touched it for a while.
   --body.hands;
   body.adopted = adoption_steps();
   const Pose X_WT = tool.rigid.pose(), X_WB = body.rigid.pose();
@@ -48,7 +49,8 @@ void World::Impl::couple(WorldTool& tool) const {
   tool.hand.set_coupling(*haptics::find_coupling_law(coupling.law), coupling_of(tool));
 }
 
-/// Distance to the body's surface; for a molecule, from the tool's origin to the nearest atom.
+/// Returns the distance to the body's surface. For a molecule it is the distance from the tool's origin to the nearest
+/// atom.
 double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double limit_m) const {
   const WorldBody& body = bodies[index];
   const Pose X_WT = tool.rigid.pose();
@@ -123,7 +125,7 @@ GrabResult World::grab(std::size_t index, BodyId id) {
     const WorldBody& body = impl_->bodies[i];
     if (!body.description->is_graspable || body.is_absent || (id.is_valid() && i + 1 != id.value)) continue;
     const double distance = impl_->distance_m(tool, i, nearest_m);
-    // The scene's order decides between equally near bodies: the first one wins.
+    // If two bodies are equally near, the first one in the scene is chosen.
     if (distance < nearest_m || (distance == nearest_m && !nearest)) {
       nearest_m = distance;
       nearest = i;
@@ -164,7 +166,8 @@ void World::release(std::size_t index) {
 void World::set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters) {
   SceneCoupling& coupling = impl_->coupling;
   const bool is_other_law = law.name != coupling.law;
-  // Called every tick: unchanged values return early, because deriving each tool's coefficients is expensive.
+  // This function is called in every tick. It returns early for unchanged values, because computing each tool's
+  // coefficients is expensive.
   if ((!is_other_law && parameters == coupling.parameters) || !haptics::is_usable(parameters)) return;
   if (is_other_law && !haptics::are_exchangeable(law, *haptics::find_coupling_law(coupling.law))) return;
   coupling.law = law.name;

@@ -1,5 +1,5 @@
-// Internals of the world: its bodies and tools, their couplings, and the working data of a step. Private to the world.
-// Sources: world.cpp (construction, access), world_hold.cpp (grabs, couplings), world_step.cpp, world_energy.cpp.
+// Internals of the world: bodies, tools, couplings, and the working data of a step. Private to the world. Sources:
+// world.cpp (construction, access), world_hold.cpp (grabs, couplings), world_step.cpp, world_energy.cpp.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -24,14 +24,14 @@ namespace tandem::physics {
 struct WorldBody {
   RigidBody rigid;
   const BodyDescription* description = nullptr;
-  JointLaw anchor = {};    ///< anchor from the description
-  int hands = 0;           ///< number of tools that hold it
-  int adopted = 0;         ///< remaining steps in the touch stage after the last touch
-  int kept = 0;            ///< remaining steps in the touch stage by keep_implicit()
-  bool is_absent = false;  ///< excluded until its pose is set
-  bool waits = false;      ///< kept at its start, for the tool that holds it from the start
+  JointLaw anchor = {};    ///< anchor given in the description
+  int hands = 0;           ///< number of tools that hold the body
+  int adopted = 0;         ///< remaining number of steps in the touch stage after the last contact
+  int kept = 0;            ///< remaining number of steps in the touch stage by keep_implicit()
+  bool is_absent = false;  ///< whether the body is excluded until its pose is set
+  bool waits = false;      ///< held at its start pose for the tool that holds it from the start
 
-  /// It stays in the touch stage, and bodies that it touches enter that stage.
+  /// Returns whether the body stays in the touch stage, so that bodies that it touches become implicit as well.
   bool makes_implicit() const { return hands > 0 || kept > 0; }
   bool is_free() const { return !makes_implicit() && adopted == 0; }
   bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
@@ -45,30 +45,30 @@ struct WorldTool {
   ToolHand hand;
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
   bool is_active = false;
-  std::optional<std::size_t> held = {};            ///< index of a body
-  Pose X_BT = {};                                  ///< grip: pose of the tool on the held body
-  std::optional<std::size_t> passes_through = {};  ///< body that was released with the tool inside
-  SoftContact soft = {};                           ///< from set_soft_contact()
-  std::optional<std::size_t> pull = {};            ///< index in the pulls of this step
+  std::optional<std::size_t> held = {};            ///< index of the held body
+  Pose X_BT = {};                                  ///< grip: pose of the tool relative to the held body
+  std::optional<std::size_t> passes_through = {};  ///< body that was released while the tool was inside
+  SoftContact soft = {};                           ///< contact from set_soft_contact()
+  std::optional<std::size_t> pull = {};            ///< index in `pulls` of this step
 
   bool is_free() const { return is_active && !held; }
   bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
 };
 
-/// Time for which a touched body stays in the touch stage. It keeps taps and slides from changing the owner at every
-/// bounce.
+/// Time for which a body remains in the touch stage after its last contact with a tool. Without it, a bouncing contact
+/// (tapping, sliding) would move the body between the two solvers at every bounce.
 inline constexpr double kAdoption_s = 0.25;
 
-/// A pose that is unequal to every pose.
+/// A pose that compares unequal to every pose.
 inline const Pose kNowhere{Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), Quat::Identity()};
 
-/// Bit of a tool in a set of hands. There are at most as many tools as users.
+/// Returns the bit of a tool in a set of hands. There are at most as many tools as users.
 inline std::uint32_t bit_of(std::size_t tool) {
   return tool < 32 ? std::uint32_t{1} << tool : 0;
 }
 
-// Order of members: those that refer to bodies are destroyed before them.
+// Order of the members: members that refer to bodies are declared after them, so that they are destroyed first.
 struct World::Impl {
   Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
        std::unique_ptr<SoftBodies> soft_bodies);
@@ -77,17 +77,18 @@ struct World::Impl {
   int steps_in(double seconds) const { return static_cast<int>(std::ceil(seconds / step_s())); }
   int adoption_steps() const { return steps_in(kAdoption_s); }
 
-  // Access.
+  // Access to bodies, tools and things.
   WorldBody* body_of(BodyId id);
   RigidState tool_state(const WorldTool& tool) const;
   std::size_t thing_of(const WorldTool& tool) const;
   std::size_t soft_index_of(std::size_t thing) const;
   std::uint32_t holders_of(std::size_t body) const;
-  /// Calls `change` on the body, and moves the body between free bodies and touch stage if its owner changed.
+  /// Calls `change` on the body. If the body then belongs to the other stage, moves it between free bodies and touch
+  /// stage.
   template <class Change>
   void change_owner(WorldBody& body, const Change& change);
 
-  // Hands.
+  // Coupling of tools to bodies and hands.
   void attach(WorldTool& tool, std::size_t body, const Pose& X_BT);
   void detach(WorldTool& tool);
   double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
@@ -105,7 +106,7 @@ struct World::Impl {
   void describe_pulls() noexcept;
   void add_effects() noexcept;
   void keep_waiting() noexcept;
-  /// Limits or restores the free bodies, or else all other bodies and the tools.
+  /// Limits or restores the free bodies (are_free), or all other bodies and the tools.
   TickFaults limit_or_restore_all(bool are_free) noexcept;
   TickFaults limit_or_restore(std::size_t body) noexcept;
   TickFaults limit_speed(RigidBody& rigid) noexcept;
@@ -114,30 +115,30 @@ struct World::Impl {
   TickFaults step_soft() noexcept;
   void end_passing_through(WorldTool& tool) noexcept;
 
-  // Energies.
+  // Energies of the world [J].
   double mechanical_energy_j() const;
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
-  SceneCoupling coupling;  ///< coupling of the scene, as last set
+  SceneCoupling coupling;  ///< current coupling of the scene
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;
   MolecularForces field;
-  std::vector<Pose> poses;             ///< poses of molecules for which the field was found
+  std::vector<Pose> poses;             ///< poses of the molecules for which the field was computed
   std::vector<Wrench> wrenches;        ///< wrenches of the field at these poses
-  bool is_field_limited = false;       ///< whether the field was bounded at these poses
-  double field_energy_kj_per_mol = 0;  ///< at the start of the last step
+  bool is_field_limited = false;       ///< whether the field was limited at these poses
+  double field_energy_kj_per_mol = 0;  ///< energy at the start of the last step
   double field_energy_j = 0;
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
-  std::vector<TouchJoint> touch_joints;         ///< anchors
-  std::vector<std::optional<Pose>> soft_tools;  ///< poses of tools, then of bodies; none: touches nothing
+  std::vector<TouchJoint> touch_joints;         ///< anchors of the bodies
+  std::vector<std::optional<Pose>> soft_tools;  ///< poses of tools, then of bodies; an empty entry touches nothing
   TouchStage touch;
-  std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
+  std::unique_ptr<SoftBodies> soft;  ///< null if there are no soft bodies
   EffectStage effects;
-  std::vector<BodyId> returned_bodies;  ///< bodies returned by the last step
-  bool puts_all_back = false;           ///< in the next step
-  bool is_answered = false;             ///< answer() was called, finish() was not
+  std::vector<BodyId> returned_bodies;  ///< bodies that the last step returned to their starts
+  bool puts_all_back = false;           ///< whether the next step returns all bodies to their starts
+  bool is_answered = false;             ///< whether answer() was called and finish() was not
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

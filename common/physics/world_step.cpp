@@ -1,4 +1,4 @@
-// One step of the world: describes things to the touch stage and the other solvers, and stores their results.
+// One step of the world: passes the things to the touch stage and the other solvers, and stores their results.
 #include <time.h>
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 namespace tandem::physics {
 namespace {
 
-/// Damping of a tool without a handle. Ours: it comes to rest in a quarter of a second, without a jerk.
+/// Damping of a tool without a handle. Our choice: the tool comes to rest in a quarter of a second, without a jerk.
 constexpr double kIdleDamping_per_s = 20;
-/// Distance at which absent molecules are placed: no force reaches that far.
+/// Distance at which the molecules of absent bodies are placed, so that they have no force on others.
 constexpr double kOutOfReach_m = 1e6;
 
-/// Processor time of this thread, without the time that it waits for a processor.
+/// Returns the processor time of this thread, excluding the time for which it waits for a processor.
 Duration processor_time() noexcept {
   std::timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -25,7 +25,7 @@ Duration processor_time() noexcept {
 
 }  // namespace
 
-/// Reuses the last result if all molecules have the same poses.
+/// The last result is reused if the poses of all molecules are unchanged.
 void World::Impl::find_field() noexcept {
   bool is_found = true;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -63,7 +63,7 @@ void World::Impl::damp_and_ramp() noexcept {
   }
 }
 
-/// External things include weight and field too, so that the stage predicts their motion.
+/// The wrench of an external thing contains weight and field, too, so that the stage can predict its motion.
 void World::Impl::describe_things() noexcept {
   using Role = TouchThing::Role;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -83,7 +83,7 @@ void World::Impl::describe_things() noexcept {
     const Role role = tool.is_free() ? Role::kImplicit : Role::kAbsent;
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
-    // A body held by a massless tool keeps its mass. A body held by a tool at the handle is prescribed too.
+    // A body held by a massless tool has its usual mass. A body held by a tool at its handle has a prescribed motion.
     if (tool.held && tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle)
       things[*tool.held].dynamics = tool.hand.dynamics();
   }
@@ -97,7 +97,8 @@ void World::Impl::describe_joints() noexcept {
   }
 }
 
-/// The wrench is evaluated at the present poses. This is stable because soft bodies are soft enough.
+/// The wrench is evaluated at the present poses. This explicit step is stable because the stiffness of soft bodies is
+/// low.
 void World::Impl::add_soft_wrenches() noexcept {
   const auto add = [](TouchThing& thing, const SoftContact& contact) {
     if (thing.role != TouchThing::Role::kImplicit && thing.role != TouchThing::Role::kExternal) return;
@@ -116,8 +117,8 @@ void World::Impl::add_soft_wrenches() noexcept {
   }
 }
 
-/// Applies the effects to tools with a coupling, from this step's `pulls`. A tool that floats freely would be blown
-/// away.
+/// Applies the effects to the tools in `pulls`, which have a coupling. A tool without a coupling would be carried away
+/// by a constant force.
 void World::Impl::add_effects() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);
@@ -155,8 +156,8 @@ TickFaults World::Impl::step_touch() noexcept {
   return touch.step(step_s(), things, pulls, touch_joints);
 }
 
-/// Bodies that a tool touches, directly or through others, belong to the touch stage from the next step on, with
-/// everything they press on. A body that has not been touched for a while is free again.
+/// Updates which bodies belong to the touch stage. From the next step on it contains the bodies that a tool touches
+/// directly or through others. A body that was not touched for a while becomes free again.
 void World::Impl::adopt() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
@@ -178,7 +179,7 @@ TickFaults World::Impl::settle_hands() noexcept {
   return faults;
 }
 
-/// Keeps bodies at their start until they are first taken or touched: neither weight nor field moves them.
+/// Holds bodies at their start poses until they are first taken or touched: weight and field do not move them.
 void World::Impl::keep_waiting() noexcept {
   for (WorldBody& body : bodies) {
     body.waits = body.waits && body.is_free();
@@ -197,7 +198,7 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   const bool is_requested = puts_all_back && body.hands == 0;
   if (is_finite && !is_outside && !is_requested) return limit_speed(body.rigid);
   returned_bodies.push_back(body_id_at(index));
-  // Removing and adding clears the contacts, which may hold values that are not finite.
+  // Removing and adding the body clears its contacts, which may contain values that are not finite.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
   if (body.is_free()) free->add(index, body.rigid);
@@ -235,7 +236,7 @@ TickFaults World::step() noexcept {
   return faults | finish();
 }
 
-/// With soft bodies the whole step is done here, because hands feel them too.
+/// With soft bodies answer() executes the whole step, because the users feel soft bodies, too.
 TickFaults World::answer() noexcept {
   TickFaults faults = finish();
   faults |= impl_->apply_field();
@@ -271,7 +272,7 @@ Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
-    // The field would not be evaluated again at unchanged poses.
+    // This forces an evaluation of the field, which is otherwise skipped for unchanged poses.
     for (Pose& X_WB : impl_->poses) X_WB = kNowhere;
     const Duration begin = processor_time();
     step();

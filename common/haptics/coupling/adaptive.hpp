@@ -1,4 +1,4 @@
-// Table of the adaptive law: stiffness of a coupling for a tool of a given mass on a given device.
+// Adaptive coupling law: stiffness and damping for a tool of a given mass on a calibrated device.
 #pragma once
 
 #include <array>
@@ -7,25 +7,28 @@
 
 namespace tandem::haptics {
 
-/// c₀ + c₁ x + c₂ x² + c₃ x³
+/// Cubic polynomial c₀ + c₁ x + c₂ x² + c₃ x³.
 struct Cubic {
   std::array<double, 4> c{};
   double operator()(double x) const noexcept { return c[0] + x * (c[1] + x * (c[2] + x * c[3])); }
 };
 
-/// Limits of a fit's entries and results, checked where a fit is read from device profiles and scenes. The limits of
-/// the results are those of coefficients that server and client accept from each other (proto/coupling_fields.hpp).
+/// Limits on the entries and the results of a fit. They are checked when a fit is read from a device profile or a
+/// scene. The limits on the results equal those on the coefficients that server and client accept from each other
+/// (proto/coupling_fields.hpp).
 inline constexpr double kMaxFitMass_kg = 1e4;
 inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
-inline constexpr double kMaxFitPolynomial = 1e15;  ///< either sign
+inline constexpr double kMaxFitPolynomial = 1e15;  ///< limit on the magnitude of a polynomial coefficient
 inline constexpr double kMaxFitStiffness_n_per_m = 1e5;
 inline constexpr double kMaxFitDamping_n_s_per_m = 1e4;
 inline constexpr double kMaxFitStiffness_n_m_per_rad = 1e4;
 inline constexpr double kMaxFitDamping_n_m_s_per_rad = 1e3;
-/// Number of intervals of a range in which its cubic is sampled. Ours: a cubic turns twice at most.
+/// Number of intervals into which a range is divided to check its cubic. Our choice: a cubic has at most two turning
+/// points, so 64 intervals resolve it.
 inline constexpr int kFitSamples = 64;
 
-/// Result of the calibration of one device (tandem-lab calibrate). Outside the calibrated range the nearest end counts.
+/// Result of the calibration of one device (tandem-lab calibrate). A mass or inertia outside the calibrated range is
+/// clamped to the nearest end of that range.
 struct AdaptiveFit {
   double mass_low_kg = 0;
   double mass_high_kg = 0;
@@ -37,15 +40,16 @@ struct AdaptiveFit {
   Cubic damping_n_m_s_per_rad;  ///< function of the stiffness [N·m/rad]
 };
 
-/// Returns `base` with the fit's stiffness and damping for a tool of this mass and (mean principal) moment of inertia.
-/// A fit without a rotational range (inertia_high 0) leaves the rotational pair unchanged.
+/// Returns `base` with stiffness and damping replaced by the fit's values for a tool of this mass and (mean principal)
+/// moment of inertia. If the fit has no rotational range (inertia_high is 0), rotational stiffness and damping are left
+/// unchanged.
 ///
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 5.1–5.16
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,
                            const CouplingParameters& base) noexcept;
 
-/// Returns the thesis's fit for its Phantom Premium 1.5/6DOF: k = 116.53 m + 16.21 N/m, b = 0.2 N·s/m, 0.05–0.2 kg. It
-/// sags 50 mm at 0.2 kg: for comparison, not for use.
+/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF: k = 116.53 m + 16.21 N/m, b = 0.2 N·s/m,
+/// 0.05–0.2 kg. It serves for comparison only: the weight of a 0.2 kg tool stretches the spring by 50 mm.
 AdaptiveFit thesis_adaptive_fit() noexcept;
 
 }  // namespace tandem::haptics

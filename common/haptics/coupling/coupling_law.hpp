@@ -11,33 +11,34 @@
 
 namespace tandem::haptics {
 
-/// Displacement and velocity of the handle relative to the tool; everything expressed in W.
+/// Displacement and velocity of the handle relative to the tool, expressed in W.
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
-  Vec3 theta_W = Vec3::Zero();  ///< rotation vector that turns T onto H by the shorter way [rad]
-  Vec3 v_W = Vec3::Zero();  ///< v_WH − w_WH × d − v_WT: velocity of the handle's point at T relative to the tool [m/s]
+  Vec3 theta_W = Vec3::Zero();  ///< rotation vector of the shortest rotation from T to H [rad]
+  Vec3 v_W = Vec3::Zero();   ///< v_WH − w_WH × d − v_WT: velocity, relative to T, of the handle's point at T [m/s]
   Vec3 w_W = Vec3::Zero();   ///< w_WH − w_WT [rad/s]
-  Vec3 v_WH = Vec3::Zero();  ///< velocity of the handle itself, by which laws distinguish pushing and receding [m/s]
-  Vec3 w_WH = Vec3::Zero();  ///< [rad/s]
+  Vec3 v_WH = Vec3::Zero();  ///< velocity of the handle; laws use it to distinguish pushing from receding [m/s]
+  Vec3 w_WH = Vec3::Zero();  ///< angular velocity of the handle [rad/s]
 };
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT);
 
-/// Coefficients shared by the laws; limits act on the whole wrench, on hand and tool alike.
+/// Coefficients shared by the laws. The limits apply to the total wrench, on the hand and on the tool alike.
 struct CouplingParameters {
-  double stiffness_n_per_m = 300.0;  ///< k_t: stiffness of linear laws; scale of curved ones, d_max = F_max / k_t
+  double stiffness_n_per_m = 300.0;  ///< k_t: stiffness of linear laws; curved laws use d_max = F_max / k_t
   double damping_n_s_per_m = 3.0;
   double stiffness_n_m_per_rad = 0.3;
   double damping_n_m_s_per_rad = 0.003;
   double force_limit_n = 6.5;        ///< F_max: upper bound of the coupling force's magnitude
-  double torque_limit_n_m = 0.3;     ///< T_max: the same for the torque
-  double saturation_softness = 0.2;  ///< ε of saturated(): share of the limit in which it bends, 0 (a corner) to 1
+  double torque_limit_n_m = 0.3;     ///< T_max: upper bound of the coupling torque's magnitude
+  double saturation_softness = 0.2;  ///< ε of saturated(): share of the limit where the force bends, 0 (corner) to 1
   double curve_sharpness = 1.0;      ///< c of the stable dynamic curve, 0.1 to 10
 
   bool operator==(const CouplingParameters&) const = default;
 };
 
-/// Derivatives of the wrench on the tool by the state, in blocks; each is symmetric without negative eigenvalues.
+/// Derivatives of the wrench on the tool with respect to the state, in blocks. Each block is symmetric and positive
+/// semidefinite.
 struct CouplingGradient {
   Eigen::Matrix3d force_by_d = Eigen::Matrix3d::Zero();       ///< ∂f/∂d [N/m]
   Eigen::Matrix3d force_by_v = Eigen::Matrix3d::Zero();       ///< ∂f/∂v [N·s/m]
@@ -47,13 +48,13 @@ struct CouplingGradient {
 
 /// Dynamics of the tool that a law assumes.
 enum class ToolDynamics : std::uint8_t {
-  kWithMass,  ///< a body: mass, weight, velocity
-  kMassless,  ///< no mass and no weight: at each step the tool rests where coupling and contact balance
+  kWithMass,  ///< a rigid body with mass, weight and velocity
+  kMassless,  ///< no mass and no weight: in each step the tool is at equilibrium between coupling and contact
   kAtHandle,  ///< the tool is at the handle; the contact wrench is displayed directly
 };
 
-/// Coupling law: computes the wrench on the tool, about the tool's origin. coupling_wrenches() gives the hand's.
-/// laws.hpp lists all laws and whether each is passive.
+/// Coupling law: computes the wrench on the tool, about the tool's origin. coupling_wrenches() also returns the wrench
+/// on the hand. laws.hpp lists all laws and states for each whether it is passive.
 ///
 /// Thread  haptic and room: no allocation, no throw, output finite for any input
 class CouplingLaw {
@@ -62,9 +63,10 @@ class CouplingLaw {
   virtual std::string_view name() const noexcept = 0;
   virtual void set_parameters(const CouplingParameters& parameters) noexcept = 0;
   virtual Wrench wrench_on_tool_W(const CouplingState& state) const noexcept = 0;
-  /// Gradient of wrench_on_tool_W() for an implicit step. It is exact below the knee of the saturation, for a linear
-  /// law, and where elastic part and damper pull along one line. Elsewhere ∂f/∂d is replaced by a symmetric form with
-  /// the same eigenvalues (RadialLaw in laws.cpp). Zero for an input that is not finite.
+  /// Returns the gradient of wrench_on_tool_W() for an implicit step. It is exact in three cases: below the knee of the
+  /// saturation, for a linear law, and where spring force and damper force are parallel. Otherwise ∂f/∂d is replaced by
+  /// a symmetric matrix with the same eigenvalues (RadialLaw in laws.cpp). Returns zero for an input that is not
+  /// finite.
   virtual CouplingGradient gradient(const CouplingState& state) const noexcept = 0;
   virtual ToolDynamics tool_dynamics() const noexcept { return ToolDynamics::kWithMass; }
 };
@@ -75,18 +77,19 @@ struct CouplingWrenches {
   Wrench on_hand_W;  ///< about the handle's origin
 };
 
-/// Returns the wrench on the hand for a coupling's wrench on the tool; `d_W` from the tool's origin to the handle's.
+/// Returns the wrench on the hand, given the coupling's wrench on the tool. `d_W` points from the tool's origin to the
+/// handle's.
 inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcept {
   return {-on_tool_W.f, d_W.cross(on_tool_W.f) - on_tool_W.t};
 }
 
-/// Returns the wrenches on both ends of `law`; their forces, and their moments about any one point, sum to zero.
+/// Returns the wrenches of `law` on both ends. Their forces sum to zero, and so do their moments about any one point.
 ///
 /// Model   on tool (f, τ) about T, on hand (−f, −τ + d × f) about H. The power of both,
 ///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
 ///         is −f·v − τ·ω with CouplingState's v, ω: exactly the power that a spring and damper store and dissipate
-/// Source  our derivation. The lever is on the hand's side: only the coupling's torque turns the tool, for any
-///         place of the handle.
+/// Source  our derivation. The lever acts on the hand's side: wherever the handle is, only the coupling's torque turns
+///         the tool.
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
 

@@ -1,5 +1,5 @@
-// Ramp of a coupling's coefficients, so that a change under a stretched coupling makes no step of force. Server and
-// client use the same ramp, so that both ends of the coupling agree but for the delay.
+// Ramp of a coupling's coefficients: a change while the coupling is stretched causes no step of force. Server and
+// client use the same ramp, so that both ends of the coupling agree except for the delay.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +8,13 @@
 
 namespace tandem::haptics {
 
-/// Duration of a change. Ours: no longer than a hand needs to notice that it has grabbed something.
+/// Duration of a change of coefficients. Our choice: at most the time that a user needs to notice a grasp.
 inline constexpr double kCouplingRamp_s = 0.1;
 
-/// Coefficients that follow a target linearly in time.
+/// Coupling coefficients that move linearly in time to a target.
 ///
-/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A rise Δk under a stretch d adds the energy ½ Δk d²: it
-///         comes from the change of coefficients, not from the law
+/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). An increase Δk at a displacement d adds the energy ½ Δk d². This
+///         energy comes from the change of the coefficients, not from the law
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:
@@ -30,7 +30,7 @@ class CouplingRamp {
     to_ = parameters;
     part_ = 0;
   }
-  /// Returns false when nothing changed.
+  /// Advances the ramp by one step. Returns false if the coefficients did not change.
   bool advance(double step_s) noexcept;
 
   const CouplingParameters& now() const noexcept { return now_; }
@@ -41,7 +41,7 @@ class CouplingRamp {
   CouplingParameters from_;
   CouplingParameters to_;
   CouplingParameters now_;
-  double part_ = 1;  ///< share of the way from `from_` to `to_`
+  double part_ = 1;  ///< progress from `from_` to `to_`, 0 to 1
 };
 
 inline bool CouplingRamp::advance(double step_s) noexcept {

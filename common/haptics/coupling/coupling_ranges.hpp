@@ -1,5 +1,6 @@
-// Accepted range of each coupling coefficient from outside. The ranges keep arithmetic sound and are wide enough for
-// scenes from nanometres to rooms after workspace scaling. They do not protect the hand; its own device's limits do.
+// Accepted range of each coupling coefficient that is received or read from a file. Within these ranges arithmetic does
+// not overflow. They are wide enough for scenes from nanometres to rooms after workspace scaling. They do not protect
+// the user's hand; the limits of the device do.
 #pragma once
 
 #include <array>
@@ -26,8 +27,8 @@ inline constexpr std::array<CouplingRange, 8> kCouplingRanges{{
     {&CouplingParameters::curve_sharpness, 0.1, 10},
 }};
 
-/// Returns whether arithmetic with these coefficients is sound. Input from outside is checked against the ranges as
-/// well.
+/// Returns whether the coefficients are finite and not negative, so that the laws can compute with them. Coefficients
+/// from a network or a file must also lie within kCouplingRanges.
 inline bool is_usable(const CouplingParameters& parameters) {
   for (const CouplingRange& range : kCouplingRanges) {
     const double value = parameters.*range.value;

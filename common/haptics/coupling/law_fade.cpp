@@ -19,7 +19,7 @@ LawFade::LawFade(const CouplingLawInfo& law, const CouplingParameters& parameter
   jump_to(law, parameters);
 }
 
-/// Returns this object's instance of the catalog's law; every law is constructed in advance.
+/// Returns this object's instance of a law in the catalog. The constructor creates all instances.
 CouplingLaw* LawFade::made(const CouplingLawInfo& law) const noexcept {
   return laws_[static_cast<std::size_t>(&law - coupling_laws().data())].get();
 }

@@ -1,5 +1,5 @@
-// Cross-fade between two coupling laws, so that a change under a stretched coupling makes no step of force. Server and
-// client use the same fade, as they use the same ramp of coefficients (coupling_ramp.hpp).
+// Cross-fade between two coupling laws: a change while the coupling is stretched causes no step of force. Server and
+// client use the same fade, and the same ramp of coefficients (coupling_ramp.hpp).
 #pragma once
 
 #include <memory>
@@ -10,30 +10,32 @@
 
 namespace tandem::haptics {
 
-/// Duration of a change of law. Ours: two forces that differ by 18 N change by 0.06 N in a millisecond.
+/// Duration of a change of law. Our choice: if the forces of both laws differ by 18 N, the force changes by 0.06 N/ms.
 inline constexpr double kLawFade_s = 0.3;
 
-/// Coupling whose law and coefficients follow a target. A change of coefficients alone uses CouplingRamp.
+/// Coupling whose law and coefficients follow a target. If only coefficients change, CouplingRamp is used.
 ///
-/// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps its coefficients, the new one has its
-///         own from the start. Each is bounded for its own curve, so the mixture is nowhere steeper than the steeper
-///         and nowhere stronger than the stronger of the two. Its gradient is the same mixture of both gradients,
-///         without a negative eigenvalue. The change of the stored energy comes from the change of the law, as with
-///         CouplingRamp. A law requested during a fade starts to fade in when that fade ends
+/// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps its coefficients; the new law has its
+///         target coefficients from the start. Each force is bounded by its own law, so the mixture is never steeper
+///         than the steeper law and never stronger than the stronger one. The gradient is mixed in the same way and has
+///         no negative eigenvalue. The change of the stored energy comes from the change of the law, as with
+///         CouplingRamp. If a law is requested during a fade, its fade starts when the current one ends
 /// Source  our derivation
 /// Thread  haptic and room: no allocation, no throw after construction
 class LawFade final : private CouplingLaw {
  public:
   LawFade(const CouplingLawInfo& law, const CouplingParameters& parameters);
 
-  /// Starts a change. Without effect for a law that cannot replace the target law (are_exchangeable()).
+  /// Starts a change of law and coefficients. Has no effect if `law` cannot replace the target law
+  /// (are_exchangeable()).
   void fade_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void jump_to(const CouplingLawInfo& law, const CouplingParameters& parameters) noexcept;
   void advance(double step_s) noexcept;
 
-  /// Law in force now; valid until the next call that changes this object.
+  /// Current law, or the mixture during a fade; valid until the next call that changes this object.
   const CouplingLaw& law() const noexcept { return share_ < 1 ? static_cast<const CouplingLaw&>(*this) : *to_; }
-  /// Coefficients in force now, with the same validity. During a fade they ramp from the old law's to the new law's.
+  /// Current coefficients, valid as long as law(). During a fade they change linearly from the old law's to the new
+  /// law's.
   const CouplingParameters& parameters() const noexcept { return shown_.now(); }
   /// Law at the end of the change.
   const CouplingLawInfo& target_law() const noexcept { return *wanted_; }
@@ -49,14 +51,14 @@ class LawFade final : private CouplingLaw {
   CouplingLaw* made(const CouplingLawInfo& law) const noexcept;
   void begin() noexcept;
 
-  std::vector<std::unique_ptr<CouplingLaw>> laws_;  ///< parallel to coupling_laws()
+  std::vector<std::unique_ptr<CouplingLaw>> laws_;  ///< one instance of each law, in the order of coupling_laws()
   const CouplingLawInfo* wanted_;
   const CouplingLawInfo* current_;  ///< law of to_
   CouplingLaw* from_;
   CouplingLaw* to_;
   double share_ = 1;    ///< share of to_ in the mixture
   CouplingRamp ramp_;   ///< coefficients of to_
-  CouplingRamp shown_;  ///< result of parameters()
+  CouplingRamp shown_;  ///< coefficients returned by parameters()
 };
 
 }  // namespace tandem::haptics

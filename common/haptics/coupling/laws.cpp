@@ -1,4 +1,4 @@
-// The laws: the common damper and limit, one elastic curve per law, and the catalog.
+// The coupling laws: the common damper and limit, one elastic curve for each law, and the catalog.
 #include "common/haptics/coupling/laws.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace tandem::haptics {
 
-/// Coefficients of either translation (N and m) or rotation (N·m and rad).
+/// Coefficients of either translation (N, m) or rotation (N·m, rad).
 struct CouplingChannel {
   double stiffness = 0;
   double damping = 0;
@@ -22,17 +22,17 @@ struct CouplingChannel {
 
 namespace {
 
-// The elastic curves.
+// Elastic curves.
 //
 //   force                                        k    stiffness
 //   limit ┤            . - ‾ ‾ qsa               L    limit
-//         │        . ‾   _ - ‾ stable dynamic    x    displacement, bends at L / k
+//         │        . ‾   _ - ‾ stable dynamic    x    displacement; the curves bend at L / k
 //         │     .‾    ／                         u    k x / L
 //         │   ／    ／
 //       0 ┼─‾──__-‾──────────┬────── x
 //         0                 L/k
 
-/// Exponent from which a curve equals its limit to the last bit; squares of larger ones could overflow.
+/// Exponent above which a curve equals its limit in double precision. Squares of larger exponents could overflow.
 constexpr double kSpent = 700;
 
 /// Model   f = k x
@@ -41,17 +41,18 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
   return {channel.stiffness, channel.stiffness};
 }
 
-/// Curve of the quasi-static approximation. Pushing: steepest at zero displacement, approaching the limit. Receding: a
-/// linear spring, so that a surface does not hold the tool. The force jumps at the change, and receding returns more
-/// energy than pushing took.
+/// Curve of the quasi-static approximation. While the handle pushes, the slope is largest at zero displacement and the
+/// force approaches the limit. While it recedes, the law is a linear spring, so that a surface does not hold the tool
+/// back. The force jumps between the two, and receding returns more energy than pushing stored.
 ///
-/// Model   f = L (1 − e^(−u)) pushing: slope k at 0; k x receding
+/// Model   pushing: f = L (1 − e^(−u)), slope k at 0; receding: f = k x
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6
-///         degrees-of-freedom haptic rendering", IEEE Visualization 2003. Rotation: theirs has a moment arm R, θ_max =
-///         d_max/R and k_r = 2 R² k_t (as far as the printed formula is legible). Ours has k_r and T_max as parameters
-///         and bends at θ_max = T_max/k_r. T_max = 2 R F_max with that k_r gives theirs. A device has a torque limit of
-///         its own, and R would tie the rotational feel to the tool's size. The damper is from the thesis, which uses
-///         the curve on a tool with mass
+///         degrees-of-freedom haptic rendering", IEEE Visualization 2003. Rotation: the thesis uses a moment arm R,
+///         θ_max = d_max/R and k_r = 2 R² k_t (as far as the printed formula is legible). Here k_r and T_max are
+///         parameters, and the curve bends at θ_max = T_max/k_r. With that k_r, T_max = 2 R F_max gives the curve of
+///         the thesis. We differ because a device has a separate torque limit, and because R would make the rotational
+///         stiffness depend on the tool's size. The damper is from the thesis, which uses the curve with a tool that
+///         has mass
 RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, bool is_pushing) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
   if (!is_pushing || !(u > 0)) return linear_curve(channel, displacement, is_pushing);
@@ -59,14 +60,15 @@ RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, b
   return {channel.stiffness * (-std::expm1(-u) / u), channel.stiffness * std::exp(-u)};
 }
 
-/// Single-valued curve: flat at zero displacement, so that a light tool's jitter is not felt, then steep, then
-/// approaching the limit.
+/// Single-valued curve. It is flat at zero displacement, so that the jitter of a light tool is not felt; then it is
+/// steep, and finally it approaches the limit.
 ///
-/// Model   f = L (1 − e^(−c u²)): slope 0 at 0, steepest √(2c/e) k = 0.86 √c k at u = 1/√(2c), f = 0.63 L at u = 1/√c
+/// Model   f = L (1 − e^(−c u²)): slope 0 at 0; largest slope √(2c/e) k = 0.86 √c k at u = 1/√(2c); f = 0.63 L at u =
+///         1/√c
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7. The printed formula has a single 2, read here as the exponent of
-///         u; as a factor of u it would give no flat beginning, which the text describes. Both at once is c = 2. Theirs
-///         recedes along k x (literal_stable_dynamic_curve()), which creates energy; ours uses one curve both ways and
-///         is passive
+///         u. As a factor of u it would not give the flat beginning that the text describes. If it were both, c would
+///         be 2. In the thesis the force recedes along k x (literal_stable_dynamic_curve()), which creates energy. Ours
+///         uses one curve in both directions and is passive
 RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double displacement,
                                      bool /*is_pushing*/) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
@@ -77,6 +79,8 @@ RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double disp
           2 * channel.sharpness * u * channel.stiffness * std::exp(-exponent)};
 }
 
+/// Curve as printed in the thesis: receding along a linear spring.
+///
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.4, 4.5
 RadialStiffness literal_stable_dynamic_curve(const CouplingChannel& channel, double displacement,
                                              bool is_pushing) noexcept {
@@ -104,16 +108,16 @@ struct Slopes {
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
-/// Law of the form f = S(e(|d|) d̂ + b v), τ alike as a function of θ and ω.
+/// Law of the form f = S(e(|d|) d̂ + b v). The torque τ is the same function of θ and ω.
 ///
-/// Model   e  the law's non-decreasing curve; S  saturated() with F_max, ε; v the velocity relative to the tool. S is
-///         the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper dissipates also where the limit
-///         bends the sum. The elastic part stores the integral of S(e), a function of |d| alone. θ turns along its own
-///         axis (d|θ|/dt = θ̂·ω), so the same holds for τ. A curve that reaches L by itself gives the force L (1 −
-///         ε/e), 0.926 L at ε 0.2; the damper uses the rest up to L.
-///         Gradient: K = radial_gradient() of e, G = saturation_gradient(): ∂f/∂d = K^½ G K^½, which has the
-///         eigenvalues of the exact G K, and ∂f/∂v = b G, exact
-/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the saturation applies to the whole force, spring and
+/// Model   e is the law's non-decreasing curve, S is saturated() with F_max and ε, v is the velocity relative to the
+///         tool. S is the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper dissipates even if
+///         the limit bends the sum. The elastic part stores the integral of S(e), a function of |d| alone. For rotation
+///         d|θ|/dt = θ̂·ω, so the same holds for τ. A curve that reaches L gives the force L (1 − ε/e), which is 0.926
+///         L at ε = 0.2; the damper may use the rest up to L.
+///         Gradient: with K = radial_gradient() of e and G = saturation_gradient(), ∂f/∂d = K^½ G K^½, which has the
+///         eigenvalues of the exact G K; ∂f/∂v = b G is exact
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the saturation applies to the total force of spring and
 ///         damper. Gradient and proof of passivity are our derivation
 /// Cost    no allocation; `tandem-lab bench coupling`
 class RadialLaw final : public CouplingLaw {
@@ -124,7 +128,8 @@ class RadialLaw final : public CouplingLaw {
   }
   std::string_view name() const noexcept override { return name_; }
   ToolDynamics tool_dynamics() const noexcept override { return tool_; }
-  /// Sets the coefficients. A negative or non-finite one counts as 0, because a polynomial fit may dip below zero.
+  /// Sets the coefficients. A negative or non-finite coefficient is replaced by 0, because a polynomial fit may be
+  /// negative.
   void set_parameters(const CouplingParameters& parameters) noexcept override;
   Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
   CouplingGradient gradient(const CouplingState& state) const noexcept override;
@@ -184,10 +189,10 @@ Slopes RadialLaw::slopes(const CouplingChannel& channel, const Vec3& displacemen
   return {root * bend * root, channel.damping * bend};
 }
 
-/// No coupling: the tool is at the handle and the contact wrench itself is displayed. The caller saturates that wrench
-/// with the same limits and softness.
+/// No coupling: the tool is at the handle, and the contact wrench is displayed directly. The caller saturates that
+/// wrench with the same limits and softness.
 ///
-/// Source  "direct rendering" of Hou, PhD thesis, NTU, 2014, ch. 2, which argues against it: the baseline
+/// Source  "direct rendering" in Hou, PhD thesis, NTU, 2014, ch. 2, which argues against it; here it is the baseline
 class DirectRendering final : public CouplingLaw {
  public:
   explicit DirectRendering(const CouplingLawInfo& info) noexcept : name_(info.name) {}
@@ -201,8 +206,8 @@ class DirectRendering final : public CouplingLaw {
   std::string_view name_;
 };
 
-/// The catalog. The adaptive law is the linear law under its own name, so that a scene can select it. Its caller
-/// computes the coefficients with adapted() (adaptive.hpp); the law itself has no mass parameter.
+/// Catalog of all laws. The adaptive law is the linear law with a different name, so that a scene can select it. The
+/// caller computes its coefficients with adapted() (adaptive.hpp), because a law has no mass parameter.
 constexpr std::array kLaws{
     CouplingLawInfo{kDefaultCouplingLaw, true, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-c (d/d_max)^2)) + b v, d_max = F_max/k, one curve both ways",

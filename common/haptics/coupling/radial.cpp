@@ -7,7 +7,7 @@ namespace tandem::haptics {
 Polar polar(const Vec3& a) noexcept {
   const double largest = a.cwiseAbs().maxCoeff();
   if (!a.allFinite() || !(largest > 0)) return {};
-  // Scaled first, so that the squares of a huge `a` do not overflow.
+  // The vector is scaled first, so that squares of large components do not overflow.
   const Vec3 scaled = a / largest;
   return {scaled.normalized(), std::min(scaled.norm() * largest, std::numeric_limits<double>::max())};
 }

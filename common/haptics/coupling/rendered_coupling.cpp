@@ -9,7 +9,7 @@ namespace tandem::haptics {
 
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept {
-  const double linear = workspace.force_scale * workspace.position_scale;  // f_D / f_W for each p_W / p_D
+  const double linear = workspace.force_scale * workspace.position_scale;  // stiffness scale, world to device
   const double angular = workspace.hand_joules_per_world_joule();
   CouplingParameters result = device_bounds;
   result.stiffness_n_per_m /= linear;

@@ -1,5 +1,5 @@
-// Bounds the coupling of a scene by the limits of a device. Used for the displayed coupling, for the tool at the
-// server, and for the stability check.
+// Clamps the coupling of a scene to the limits of a device. The result is used for the displayed coupling, for the tool
+// at the server, and for the stability check.
 #pragma once
 
 #include <limits>
@@ -10,19 +10,19 @@
 
 namespace tandem::haptics {
 
-/// Bounds of a device without limits.
+/// Bounds of a device that has no limits.
 inline constexpr CouplingParameters kNoCouplingBounds = [] {
   constexpr double kAnything = std::numeric_limits<double>::infinity();
   return CouplingParameters{kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything};
 }();
 
-/// Returns the bounds in the world that keep the device D within `device_bounds`; its motion and force are scaled by
-/// `workspace`.
+/// Converts the bounds of device D to bounds in the world. A world coupling within the result, scaled by `workspace`,
+/// stays within `device_bounds` at the device.
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 
-/// Returns `requested` with each coefficient clamped to its bound, both in the world. The bound of a stiffness applies
-/// to the steepest slope of the law's force. The function is idempotent.
+/// Returns `requested` with each coefficient clamped to its bound; both are given in the world. The bound on stiffness
+/// applies to the steepest slope of the law's force. The function is idempotent.
 ///
 /// Thread  any: no allocation, no throw
 CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& requested,

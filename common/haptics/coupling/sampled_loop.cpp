@@ -22,14 +22,14 @@ bool is_usable(const LoopModel& m) {
          m.velocity_window <= kMaxPeriodsBack && m.delay_periods <= kMaxPeriodsBack;
 }
 
-/// Hand and device over one period: (x, v)⁺ = state (x, v) + force F.
+/// Motion of hand and device over one period: (x, v) at its end = state · (x, v) at its start + force · F.
 struct HandStep {
   Eigen::Matrix2d state;
   Eigen::Vector2d force;
 };
 HandStep hand_step(const LoopModel& m) {
   const double mass = m.device_mass + m.hand_mass;
-  // exp of [A B; 0 0]: the last column is the response to a force held over the period.
+  // In the exponential of [A B; 0 0], the last column is the response to a force held over the period.
   Eigen::Matrix3d rates = Eigen::Matrix3d::Zero();
   rates(0, 1) = 1;
   rates(1, 0) = -m.hand_stiffness / mass;
@@ -39,9 +39,9 @@ HandStep hand_step(const LoopModel& m) {
   return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
 }
 
-/// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, place of the tool, v, u) with x, v of the hand and y, u of the
-/// tool. The tool's place is y − x where the coupling has a spring, which depends on nothing else of it; otherwise it
-/// is y.
+/// State of the loop: z = (x, x_{−1} − x, …, x_{−L} − x, position of the tool, v, u), with position x and velocity v of
+/// the hand, and y and u of the tool. If the coupling has a spring, the tool's position is stored as y − x, because the
+/// spring force depends on y only through this difference. Otherwise it is stored as y.
 class LoopState {
  public:
   explicit LoopState(const LoopModel& m)
@@ -51,7 +51,7 @@ class LoopState {
   int tool_index() const { return back_ + 1; }
   bool is_tool_relative() const { return is_tool_relative_; }
 
-  /// The quantities of the loop as linear functions of z.
+  /// The quantities of the loop, as linear functions of z.
   Eigen::RowVectorXd x(int periods_ago = 0) const { return periods_ago == 0 ? unit(0) : unit(0) + unit(periods_ago); }
   Eigen::RowVectorXd y() const { return is_tool_relative_ ? unit(0) + unit(tool_index()) : unit(tool_index()); }
   Eigen::RowVectorXd v() const { return unit(back_ + 2); }
@@ -97,7 +97,7 @@ Eigen::MatrixXd without_state(const Eigen::MatrixXd& a, int index) {
   return result;
 }
 
-// Removes the states on which nothing depends; each has the eigenvalue 1.
+// Removes the states on which no other state depends. Each of them has the eigenvalue 1.
 Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);
@@ -107,7 +107,8 @@ Eigen::MatrixXd felt_transition(const LoopModel& m) {
   return a;
 }
 
-// True when a common glide of hand and tool is undamped: the coupling's forces are opposite, so it keeps momentum.
+// Returns true if a common motion of hand and tool is undamped. The coupling's forces on both are opposite, so it
+// conserves their momentum.
 bool can_glide(const LoopModel& m) {
   return !(m.hand_stiffness > 0) && !(m.contact_stiffness > 0) && !(m.device_damping + m.hand_damping > 0);
 }

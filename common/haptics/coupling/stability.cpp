@@ -14,8 +14,8 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-/// Stiffness of a contact that holds the tool practically fast, and the same at a lever of 5 cm (ours). Both are of the
-/// world; the device feels them scaled as the coupling.
+/// Stiffness of a contact that practically fixes the tool, for translation [N/m] and at a lever arm of 5 cm for
+/// rotation [N·m/rad] (ours). Both are values in the world. At the device they are scaled as the coupling is.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 
@@ -27,14 +27,14 @@ constexpr std::array kHands{
     CheckedHand{"firm grip", "ours: five times as stiff, damping ratio 0.4", 0.5, 18, 1000, 6e-4, 0.039, 4},
 };
 
-/// The checked set-up; a remedy may change its numbers.
+/// The set-up to be checked; the search for a remedy changes its numbers.
 struct Setup {
   CouplingParameters parameters;
   double tool_mass_kg = 0;
   double tool_inertia_kg_m2 = 0;
   LoopDevice device;
   double slope_factor = 1;
-  CouplingParameters requested;  ///< coefficients in the scene; for the text alone
+  CouplingParameters requested;  ///< coefficients in the scene; used only for the text
 };
 
 /// Parameters and names of translation or rotation.
@@ -120,7 +120,7 @@ bool is_stable(const Axis& axis, const Setup& setup) {
   });
 }
 
-/// Rounds to three digits on the safe side, so that the value is easy to type.
+/// Rounds to three digits towards the safe side, so that the value is short to enter.
 double rounded(double value, bool is_up) {
   if (!(value > 0)) return value;
   const double unit = std::pow(10, std::floor(std::log10(value)) - 2);
@@ -130,7 +130,7 @@ double rounded(double value, bool is_up) {
 
 using Holds = std::function<bool(const Setup&)>;
 
-/// Returns the good value nearest to `bad` on one side; none when 20 halvings or doublings find no good value.
+/// Returns the acceptable value nearest to `bad` on one side; empty if 20 halvings or doublings find none.
 std::optional<double> nearest_good(double bad, bool is_up, const std::function<bool(double)>& is_good) {
   const double factor = is_up ? 2 : 0.5;
   double good = bad * factor;
@@ -173,11 +173,12 @@ void name_remedy(StabilityFinding& finding, const char* parameter, double value,
   finding.remedy = remedy;
 }
 
-// A remedy below this share of the requested stiffness would be a different coupling; the damping is then the problem.
+// If a remedy is below this share of the requested stiffness, it would be a different coupling; the damping is then the
+// problem.
 constexpr double kMinPartOfStiffness = 0.02;
 
-/// Fills parameter, value and remedy of a finding with a smaller stiffness or damping. Returns the remedy as text;
-/// empty when neither helps.
+/// Fills in parameter, value and remedy of a finding by reducing the stiffness or the damping. Returns the remedy as
+/// text; empty if neither is sufficient.
 std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -193,7 +194,8 @@ std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& hold
   return {};
 }
 
-// Finds a softer spring with matching damping. A damping of k T dissipates twice the energy that sampling of k creates.
+// Finds a softer spring with matching damping. A damping of k T dissipates twice the energy that sampling creates with
+// k.
 std::string find_softer_pair(const Axis& axis, Setup setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -217,7 +219,7 @@ std::string find_stable(const Axis& axis, const Setup& setup, StabilityFinding& 
   const Holds holds = [&axis](const Setup& changed) { return is_stable(axis, changed); };
   if (std::string text = find_smaller(axis, setup, holds, finding); !text.empty()) return text;
   const double damping = setup.parameters.*axis.damping;
-  // If there is no damping, the search begins far below k T/2, the damping that compensates sampling.
+  // Without damping the search begins far below k T/2, the damping that compensates sampling.
   const double least = 1e-3 * setup.device.period_s * setup.parameters.*axis.stiffness * setup.slope_factor;
   if (const auto more = nearest_good(setup, axis.damping, std::max(damping, least), true, holds)) {
     name_remedy(finding, axis.damping_name, damping, *more);
@@ -246,7 +248,7 @@ std::optional<StabilityFinding> find_bad_number(const Axis& axis, const Setup& s
   return std::nullopt;
 }
 
-/// Returns the name and the value, and the scene's value where it differs.
+/// Returns the parameter's name and value, and also the scene's value if it differs.
 std::string name_value(const Axis& axis, const Setup& setup, StabilityFinding& finding) {
   if (finding.parameter == axis.stiffness_name) finding.value = setup.requested.*axis.stiffness;
   if (finding.parameter == axis.damping_name) finding.value = setup.requested.*axis.damping;
@@ -273,7 +275,7 @@ std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& 
   return finding;
 }
 
-/// Returns T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ) of the actual loop including the tool; H = force / handle position.
+/// Returns T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ) for the loop with its tool; H = force / handle position.
 double needed_at(const LoopModel& m, double theta) {
   const std::complex<double> back = std::polar(1.0, -theta);  // z⁻¹
   const std::complex<double> rate = (1.0 - back) / m.period_s;
@@ -286,8 +288,8 @@ double needed_at(const LoopModel& m, double theta) {
   return m.period_s / 2 * ((1.0 - back) * (on_tool_held - coupling * tool)).real() / (1 - std::cos(theta));
 }
 
-/// Returns the damping that the mechanism needs: Colgate and Schenkel's bound for the coupling alone and for movable
-/// tools.
+/// Returns the damping that the mechanism needs: the larger of Colgate and Schenkel's bound for the coupling alone and
+/// the bounds with movable tools.
 double needed_damping(const Axis& axis, const Setup& setup) {
   constexpr int kFrequencies = 256;
   const LoopModel wall = loop_model(axis, setup, kHands.front(), true);

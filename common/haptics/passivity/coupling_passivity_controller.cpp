@@ -19,7 +19,7 @@ Wrench CouplingPassivityController::apply(const Pose& X_WH, const Wrench& on_han
   port_.move_to(X_WH);
   if (!is_finite(on_hand_W)) return {};
   const double max_work_j = port_.max_work_j(on_hand_W, period_s);
-  // Norms overflow for huge numbers.
+  // Norms overflow for extremely large components.
   if (!std::isfinite(max_work_j)) return {};
   const double available_j = std::max(0.0, balance_j_ + kInitialCredit_j);
   if (max_work_j <= available_j) return displayed_ = on_hand_W;

@@ -1,7 +1,6 @@
 // Passivity controller of a coupling whose tool is stepped in the same loop as the hand, as in the lab's hand rig.
-// Sampling creates energy: a spring whose force is held for a period returns more than was put in. The live client
-// cannot use this controller: its tool is stepped at the other end of a network, so the work on the tool is known too
-// late.
+// Sampling creates energy: a spring whose force is held over a period returns more energy than it received. The client
+// cannot use this controller: its tool is stepped at the server, so the work on the tool is known too late.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -11,35 +10,36 @@ namespace tandem::haptics {
 
 /// Time-domain passivity observer and controller of the port between hand and tool.
 ///
-/// Model   energy balance E_k = −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_{j,j+1} + (net output of the tool beyond its earlier
-///         input), F, τ as displayed and held. The wrench is scaled down so that E_k + initial credit covers m, the
-///         bound of PortLookAhead. While the balance suffices, which is nearly always, nothing is changed.
-///         Proof: the hand takes no more than E + initial credit in any step, and a passive tool returns only energy
-///         that it received before. From rest the hand thus never receives more than the initial credit.
-///         The work on the tool is not subtracted: with the hand's force scaled, the hand would be charged for work
-///         that it could not do, and the force would never return.
-/// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002; theirs uses the
-///         past and adds damping, ours uses a bound one step ahead and scales
-/// Limits  Valid only where work_on_tool_j belongs to the same period: no delay, no network between hand and tool.
-///         Energy dissipated by dampers and friction stays in the balance: the energy created since reset() is bounded,
-///         a limit cycle after long work is not. The balance uses the given positions and excludes motion within the
-///         steps of an encoder. Limits of PortLookAhead.
+/// Model   energy balance E_k = −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_{j,j+1} + (energy returned by the tool beyond its
+///         earlier input). F and τ are the displayed and held wrench. The wrench is scaled down so that E_k + initial
+///         credit covers m, the bound of PortLookAhead. While the balance suffices, which is nearly always, the wrench
+///         is unchanged.
+///         Proof: in any step the hand takes at most E + initial credit, and a passive tool returns only energy that it
+///         received before. Starting from rest, the hand therefore never receives more than the initial credit.
+///         The work on the tool is not subtracted. If it were, a hand whose force is scaled down would be charged for
+///         work that it could not do, and the force would never return.
+/// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
+///         controller uses past energy and adds damping; ours uses a bound one step ahead and scales the wrench
+/// Limits  Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
+///         Energy dissipated by dampers and friction stays in the balance. The energy created since reset() is
+///         therefore bounded, but a limit cycle after much earlier work is not. The balance uses the reported positions
+///         and cannot include motion below the resolution of an encoder. The limits of PortLookAhead apply.
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class CouplingPassivityController {
  public:
-  static constexpr double kInitialCredit_j = 8e-6;  ///< without it the first touch would be refused
+  static constexpr double kInitialCredit_j = 8e-6;  ///< without this credit the first contact would have no force
 
   /// Returns the wrench that may be displayed until the next tick.
   /// In      X_WH  handle at this tick; on_hand_W  about the handle; work_on_tool_j  work of the coupling on the tool
-  ///         since the last tick, negative when the tool returned energy
-  /// Fails   zero for a pose, wrench or period that is not finite; the balance is kept
+  ///         since the last tick, negative if the tool returned energy
+  /// Fails   returns zero for a pose, wrench or period that is not finite; the balance stays valid
   Wrench apply(const Pose& X_WH, const Wrench& on_hand_W, double work_on_tool_j, double period_s) noexcept;
-  /// Sets the displayed wrench when later stages changed it.
+  /// Sets the wrench that was displayed, if later stages changed it.
   void set_displayed(const Wrench& on_hand_W) noexcept;
   void reset() noexcept { *this = CouplingPassivityController(); }
 
   double balance_j() const { return balance_j_; }
-  /// Sum over ticks of the withheld energy: the bound of the hand's input less the permitted part.
+  /// Sum over all ticks of the withheld energy: the bound of the coming work less the permitted part.
   double withheld_j() const { return withheld_j_; }
 
  private:

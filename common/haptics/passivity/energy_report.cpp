@@ -7,7 +7,7 @@
 namespace tandem::haptics {
 
 double EnergyReport::accept(double in_j, double out_j, double elapsed_s, double could_do_j) noexcept {
-  // This form rejects NaN.
+  // These comparisons also reject NaN.
   const bool is_sound = std::isfinite(in_j) && std::isfinite(out_j) && in_j >= in_j_ && out_j >= out_j_;
   if (!is_sound) {
     ++dropped_;

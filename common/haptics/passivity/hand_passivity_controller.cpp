@@ -9,7 +9,8 @@
 namespace tandem::haptics {
 namespace {
 
-/// Adds `net_j` to the output of a source that is `below_peak_j` below its maximum; returns the rise of the maximum.
+/// Adds `net_j` to the output of a source that is `below_peak_j` below its maximum. Returns the increase of the
+/// maximum.
 double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
   below_peak_j -= net_j;
   const double risen_j = std::max(0.0, -below_peak_j);
@@ -38,7 +39,7 @@ Wrench HandPassivityController::apply(const Pose& X_WH, const Wrench& on_hand_W,
   displayed_ = withheld_ = left_out_later_ = {};
   if (!is_finite(X_WH) || !is_finite(on_hand_W) || !(period_s > 0) || !std::isfinite(period_s)) return {};
   const double ahead_j = std::max(0.0, port_.expected_work_j(on_hand_W));
-  // Norms of huge numbers overflow.
+  // Norms overflow for extremely large components.
   if (!std::isfinite(ahead_j)) return {};
   if (balance_j_ < 0) balance_j_ = std::min(0.0, balance_j_ + kLeakRate_w * std::min(period_s, kPeriod_s));
   const double available_j = std::max(0.0, balance_j_ + kInitialCredit_j);
@@ -56,8 +57,8 @@ void HandPassivityController::end_period(const Pose& X_WH, double period_s) noex
     const double work_j = held_work_j(displayed_, port_.pose(), X_WH);
     add_to_balance(work_j > 0 ? -share * work_j : -work_j);
     exchanged_j_ += std::abs(work_j);
-    // Work that the hand would have done against the part removed by the safety stages; the energy stored for it may be
-    // returned.
+    // This is the work that the hand would have done against the part of the wrench that later safety stages removed.
+    // The energy that the world stored for it may be returned.
     add_to_balance(std::max(0.0, -held_work_j(left_out_later_, port_.pose(), X_WH)));
     withheld_j_ += std::max(0.0, held_work_j(withheld_, port_.pose(), X_WH));
   }

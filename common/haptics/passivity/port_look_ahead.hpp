@@ -1,5 +1,5 @@
-// Common part of the passivity controllers: the possible work of the coming period at a port, and the gain that an
-// energy balance allows.
+// Common part of the passivity controllers: an estimate of the work in the coming period at a port, and the gain for
+// which an energy balance covers that work.
 #pragma once
 
 #include <cmath>
@@ -8,31 +8,33 @@
 
 namespace tandem::haptics {
 
-/// Bounds the work of the coming period at one port by the port's motion in the last period.
+/// Bounds the work of the coming period at a port, using the port's motion in the last period.
 ///
-/// Model   m = |F| (δ + a T²) + |τ| (δ_θ + α T²), F, τ held for the period T, δ and δ_θ the last period's translation
-///         and rotation, a and α the largest change of speed; valid for any direction of the next motion
-/// Limits  a port with a larger acceleration overdraws by |F| times the excess, once
+/// Model   m = |F| (δ + a T²) + |τ| (δ_θ + α T²). F, τ are held for the period T; δ and δ_θ are the last period's
+///         translation and rotation; a and α are the largest accelerations. The bound is valid for any direction of the
+///         next motion
+/// Limits  if the acceleration is larger, the port exceeds the bound by |F| times the additional displacement, for one
+///         period
 /// Thread  haptic or room: no allocation, no throw
 class PortLookAhead {
  public:
-  /// Largest accelerations of hand and device; the tool follows them.
+  /// Largest accelerations of hand and device. The tool is assumed not to exceed them.
   static constexpr double kMaxAcceleration_m_per_s2 = 100;
   static constexpr double kMaxAcceleration_rad_per_s2 = 5000;
 
-  /// Ends a period with the port at `X_W`. After a period that was too long, only `share` of its motion is expected of
-  /// the next one.
+  /// Ends a period with the port at `X_W`. The next period is expected to repeat the motion of this one. If the period
+  /// took too long, it is expected to repeat only the fraction `share` of that motion.
   void move_to(const Pose& X_W, double share = 1) noexcept;
-  /// Reports an unknown pose; the motion up to the next move_to() is left out.
+  /// Reports an unknown pose. The motion up to the next move_to() is ignored.
   void lose_pose() noexcept { has_pose_ = false; }
   bool has_pose() const noexcept { return has_pose_; }
   /// Pose of the last move_to().
   const Pose& pose() const noexcept { return X_W_; }
-  /// Translation in the last period combined with the rotation at `lever_m` [m].
+  /// Translation in the last period combined with the displacement by rotation at the lever arm `lever_m` [m].
   double moved_m(double lever_m) const noexcept { return std::hypot(step_m_, lever_m * turn_rad_); }
-  /// Bound of the work in the coming period; not finite when norms overflow.
+  /// Bound of the work in the coming period; not finite if norms overflow.
   double max_work_j(const Wrench& held_W, double period_s) const noexcept;
-  /// Work in the coming period if the port moves on as in the last one; negative: the port puts work in.
+  /// Work in the coming period if the port moves on as in the last one; negative if the port takes energy in.
   double expected_work_j(const Wrench& held_W) const noexcept {
     return held_W.f.dot(moved_m_) + held_W.t.dot(turned_rad_);
   }
@@ -45,8 +47,8 @@ class PortLookAhead {
   double turn_rad_ = 0;
 };
 
-/// Returns the gain of the coming period: at most available_j / needed_j. The gain falls at once and rises from 0 to 1
-/// in 50 ms, so that an intervention ends without a step of force.
+/// Returns the gain of the coming period, at most available_j / needed_j. The gain falls at once and needs 50 ms to
+/// rise from 0 to 1, so that an intervention ends without a step of force.
 double next_passivity_gain(double gain, double needed_j, double available_j, double period_s) noexcept;
 
 }  // namespace tandem::haptics

@@ -8,9 +8,9 @@
 namespace tandem::haptics {
 namespace {
 
-/// Ridge that keeps the normal equations of a series without noise solvable; ours.
+/// Relative ridge that makes the normal equations of a noise-free series solvable. Our choice.
 constexpr double kRidge = 1e-9;
-/// Relative variation below which a series counts as constant, because the rest is rounding.
+/// Relative variation below which a series counts as constant, because smaller variations are rounding errors.
 constexpr double kMinVariation = 1e-12;
 
 double mean_of_finite(std::span<const double> series) {
@@ -24,7 +24,7 @@ double mean_of_finite(std::span<const double> series) {
   return count == 0 || !std::isfinite(sum) ? 0 : sum / static_cast<double>(count);
 }
 
-/// Returns the power of x − mean; 0 where it is only rounding, NaN where the series is not finite.
+/// Returns the power of x − mean; 0 if it is only rounding error, NaN if the series is not finite.
 double power_about(std::span<const double> series, double mean) {
   double power = 0, largest = 0;
   for (const double x : series) {
@@ -47,13 +47,13 @@ bool fit_yule_walker(std::span<const double> series, ArModel& model) {
 using Matrix = std::array<std::array<double, kMaxArOrder>, kMaxArOrder>;
 using Vector = std::array<double, kMaxArOrder>;
 
-/// Solves A x = b in place by Cholesky decomposition; returns false where A is not positive definite.
+/// Solves A x = b in place by Cholesky decomposition. Returns false if A is not positive definite.
 bool solve_symmetric(Matrix& a, Vector& b, std::size_t n) {
   for (std::size_t j = 0; j < n; ++j) {
     for (std::size_t k = 0; k < j; ++k) {
       for (std::size_t i = j; i < n; ++i) a[i][j] -= a[i][k] * a[j][k];
     }
-    // This form fails for NaN.
+    // This comparison is false for NaN, too.
     if (!(a[j][j] > 0)) return false;
     const double root = std::sqrt(a[j][j]);
     for (std::size_t i = j; i < n; ++i) a[i][j] /= root;
@@ -69,7 +69,7 @@ bool solve_symmetric(Matrix& a, Vector& b, std::size_t n) {
   return true;
 }
 
-/// Mean square of the one-step error over t ≥ p.
+/// Returns the mean square of the one-step error over t ≥ p.
 double error_variance_of(std::span<const double> series, const ArModel& model) {
   double sum = 0;
   for (std::size_t t = model.order; t < series.size(); ++t) {
@@ -181,7 +181,7 @@ bool levinson(std::span<const double> r, std::span<double> phi, double& error_va
     for (std::size_t i = 0; i < m; ++i) k -= phi[i] * r[m - i];
     k /= error_variance;
     if (!(std::abs(k) < 1)) return false;
-    // φ_i and φ_{m−1−i} depend on each other, so each pair is updated at once.
+    // φ_i and φ_{m−1−i} depend on each other, so each pair is updated together.
     for (std::size_t i = 0; i < m / 2; ++i) {
       const double a = phi[i], b = phi[m - 1 - i];
       phi[i] = a - k * b;

@@ -1,7 +1,8 @@
-// Autoregressive models of a force series: fitted by three methods, for prediction and order selection.
+// Autoregressive (AR) models of a force series. They are fitted by one of three methods, and used for prediction and
+// for the selection of the order.
 //
-// Letters   x_t  series   φ_i  coefficients   p  order   N  samples   V  variance of the one-step error
-//           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 where differences are modelled)
+// Letters   x_t  series   φ_i  coefficients   p  order   N  number of samples   V  variance of the one-step error
+//           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 if differences are modelled)
 #pragma once
 
 #include <array>
@@ -16,63 +17,63 @@ namespace tandem::haptics {
 inline constexpr std::size_t kMaxArOrder = 32;
 
 enum class ArFit : std::uint8_t {
-  kYuleWalker,    ///< biased autocovariance, Levinson: stable by construction; damps components near the unit circle
-  kLeastSquares,  ///< covariance method: smallest one-step error; stabilised if unstable
-  kBurg,          ///< smallest forward and backward error: stable by construction, sharp on short windows
+  kYuleWalker,    ///< biased autocovariance, Levinson: always stable; damps components near the unit circle
+  kLeastSquares,  ///< covariance method: smallest one-step error; stabilised if the fit is unstable
+  kBurg,          ///< smallest sum of forward and backward errors: always stable, and accurate on short windows
 };
-/// Returns an empty text for an invalid value.
+/// Returns an empty string for an invalid value.
 std::string_view name_of(ArFit fit);
 
-/// Coefficients of one series. `order` 0 predicts the mean.
+/// Coefficients fitted to one series. A model of order 0 predicts the mean.
 struct ArModel {
   std::size_t order = 0;
   std::array<double, kMaxArOrder> phi{};  ///< φ_1 … φ_p; entries beyond `order` are zero
   double mean = 0;
   double error_variance = 0;  ///< V, variance of the one-step error within the window
 
-  /// Returns x̂ one step past `newest_first` (x_t, x_{t−1}, …; at least `order` values).
+  /// Returns x̂ one step after `newest_first` (x_t, x_{t−1}, …; at least `order` values).
   double next(std::span<const double> newest_first) const noexcept;
 };
 
-/// Fits φ to `series` (oldest first). A series without variance, too short (N ≤ 2p) or not finite gives order 0 with
-/// the mean of its finite samples; coefficients are always finite and the model is always stable.
+/// Fits φ to `series` (oldest first). If the series has no variance, is too short (N ≤ 2p) or is not finite, returns
+/// order 0 with the mean of its finite samples. The coefficients are always finite and the model is always stable.
 ///
 /// Model    Yule–Walker: Σ_j φ_j r_|i−j| = r_i, r_k = (1/N) Σ x_t x_{t+k}, by Levinson's recursion
 ///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
 ///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
-/// Limits  a least-squares model can be unstable. It is then scaled by φ_i ← φ_i γ^i, which multiplies every root by γ,
-///         with the largest γ that moves all roots within kMaxArRadius. The scaled fit is no longer optimal.
-/// In       order  0 … kMaxArOrder    takes_mean  subtracts the mean of the series first
+/// Limits  a least-squares fit can be unstable. It is then replaced by φ_i ← φ_i γ^i, which multiplies every root by γ,
+///         with the largest γ for which all roots are within kMaxArRadius. This scaled fit is no longer optimal.
+/// In       order  0 … kMaxArOrder    takes_mean  whether the mean of the series is subtracted first
 /// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
 /// Thread  any but haptic
 ArModel fit_ar(std::span<const double> series, std::size_t order, ArFit fit, bool takes_mean);
 
 inline constexpr double kMaxArRadius = 0.999;
 
-/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. Returns false where it is not
-/// positive definite; `phi` then holds the solution of the largest positive definite order, followed by zeros.
+/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. Returns false if the matrix is
+/// not positive definite; `phi` then holds the solution of the largest positive definite order, followed by zeros.
 bool levinson(std::span<const double> r, std::span<double> phi, double& error_variance) noexcept;
 
-/// Returns whether all roots of z^p − Σ φ_i z^(p−i) lie inside the circle of this radius.
+/// Returns whether all roots of z^p − Σ φ_i z^(p−i) lie inside the circle with this radius.
 ///
-/// Model    Schur–Cohn: step-down recursion, all reflection coefficients below 1
+/// Model    Schur–Cohn test: step-down recursion; all reflection coefficients must be below 1 in magnitude
 bool is_stable(std::span<const double> phi, double radius = 1.0) noexcept;
-/// Scales the roots until is_stable(phi, radius); leaves a stable model unchanged.
+/// Scales the roots down until is_stable(phi, radius). Leaves a stable model unchanged.
 void make_stable(std::span<double> phi, double radius) noexcept;
 
-/// One row of an order selection.
+/// One row of a comparison of orders.
 struct ArOrder {
   std::size_t order = 0;
   double error_variance = 0;  ///< V
   double fpe = 0;             ///< Akaike's final prediction error: V (1 + d/N)/(1 − d/N)
 };
-/// Returns a row for each order 0 … most_order (fewer where the series is too short: N ≤ 2p).
+/// Returns one row for each order 0 … most_order; fewer if the series is too short (N ≤ 2p).
 ///
-/// Source  Akaike, "Fitting autoregressive models for prediction", Ann. Inst. Statist. Math. 21, 1969; with d = p, the
+/// Source  Akaike, "Fitting autoregressive models for prediction", Ann. Inst. Statist. Math. 21, 1969; d = p is the
 ///         number of estimated coefficients
 std::vector<ArOrder> fpe_of_orders(std::span<const double> series, std::size_t most_order, ArFit fit, bool takes_mean);
-/// Returns the order with the smallest FPE. Fails: std::invalid_argument when `orders` is empty.
+/// Returns the order with the smallest FPE. Throws std::invalid_argument if `orders` is empty.
 std::size_t best_order(std::span<const ArOrder> orders);
 
 }  // namespace tandem::haptics

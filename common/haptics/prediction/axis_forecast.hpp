@@ -1,5 +1,5 @@
-// One axis of a force stream: the forecasts by hold, linear extrapolation and the model, their recent errors, and the
-// displayed curve.
+// One axis of a force stream: the forecasts by hold, by linear extrapolation and by the model, their recent errors, and
+// the displayed curve.
 #pragma once
 
 #include <array>
@@ -12,7 +12,8 @@
 
 namespace tandem::haptics {
 
-/// Mean square with exponential forgetting over `memory` values; the plain mean until that many were added.
+/// Running mean square with exponential forgetting over `memory` values. Until so many values were added, it is the
+/// plain mean.
 class RunningSquare {
  public:
   void add(double error, double memory) noexcept {
@@ -27,48 +28,48 @@ class RunningSquare {
   double count_ = 0;
 };
 
-/// Bounds of the output.
+/// Range to which the output is clamped.
 struct ForecastBounds {
   double low = 0;
   double high = 0;
   double clamp(double value) const noexcept { return value < low ? low : value > high ? high : value; }
 };
 
-/// Forecast of one axis: weighted mixture of the candidates, displayed as a smooth curve.
+/// Forecast of one axis: a weighted mixture of the candidates hold, linear and model, displayed as a smooth curve.
 ///
 /// Thread  haptic: no allocation, no throw
 class AxisForecast {
  public:
   static constexpr std::size_t kMaxSteps = 64;
-  /// In      steps  number of forecast periods, 3 … kMaxSteps
+  /// In      steps  number of periods in a forecast, 3 … kMaxSteps
   void configure(const ForceStreamSettings& settings, std::size_t steps) noexcept;
 
-  /// Selects the present forecast for the next calls of error() and score().
+  /// Stores the present forecast for the next calls of error() and score().
   void remember() noexcept { scored_ = now_; }
-  /// Error of the mixture `periods` after remember().
+  /// Error of the stored mixture, `periods` after its newest sample.
   double error(double actual, double periods) const noexcept { return actual - at(scored_.blend, periods, steps_); }
-  /// RMS of the scored errors of the mixture; infinite before the first.
+  /// RMS of all scored errors of the mixture; infinite before the first score().
   double error_rms() const noexcept;
-  /// Updates the running errors of all candidates and their mixture with a sample that arrived `periods` after
-  /// remember().
+  /// Updates the running errors of all candidates and of their mixture with a sample that arrived `periods` after the
+  /// stored forecast.
   void score(double actual, double periods) noexcept;
   void forget_model() noexcept;
 
-  /// Computes the forecast from `lags` (newest first, one period apart, settings.order + 2 of them). `model` null: no
-  /// model.
+  /// Computes the forecast from `lags` (newest first, one period apart, settings.order + 2 of them). `model` is null if
+  /// there is no fitted model.
   void predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
   double model_weight() const noexcept { return weights_[kModel]; }
 
-  /// Returns the value to display `periods` after the newest sample, by the settings' method. The first call after a
-  /// predict() starts the change of the spline from the displayed curve to the new forecast.
+  /// Returns the value to display `periods` after the newest sample, by the method in the settings. The first call
+  /// after predict() starts the transition of the spline from the displayed curve to the new forecast.
   double show(double periods) noexcept;
-  /// Moves the curve's origin to a new sample, `periods` after the previous one.
+  /// Moves the time origin of the curve to a new sample, `periods` after the previous one.
   void shift(double periods) noexcept;
 
  private:
-  /// Values one period apart, starting with the newest sample (index 0).
+  /// Forecast values one period apart; index 0 is the newest sample.
   using Steps = std::array<double, kMaxSteps + 1>;
-  /// Linear interpolation; constant after the last value.
+  /// Interpolates linearly; constant after the last value.
   static double at(const Steps& values, double periods, std::size_t last) noexcept;
 
   enum Candidate : std::uint8_t { kHold, kLinear, kModel, kCandidates };
@@ -77,18 +78,18 @@ class AxisForecast {
     double slope = 0;  ///< change per period
     Steps model{};
     Steps blend{};
-    std::array<double, 2> before{};  ///< samples one and two periods before the newest
+    std::array<double, 2> before{};  ///< samples one and two periods before the newest sample
     ForecastBounds bounds;
     bool has_model = false;
 
     double point(std::ptrdiff_t i, std::size_t last) const noexcept;
   };
-  /// Displayed curve: a forecast plus the rest of the difference from the previous curve.
+  /// Displayed curve: a forecast plus the remaining difference from the previously displayed curve.
   struct Curve {
     Forecast forecast;
-    double from = 0;  ///< time of `forecast`'s newest sample, in periods after now_'s
+    double from = 0;  ///< time of `forecast`'s newest sample, in periods after that of now_
     CurvePoint difference;
-    double turned = 0;  ///< time at which the difference began to fade
+    double turned = 0;  ///< time at which the difference began to fade out
     double shown = 0;   ///< time of the last displayed value
     bool is_new = true;
   };

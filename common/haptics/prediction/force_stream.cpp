@@ -11,24 +11,24 @@
 namespace tandem::haptics {
 namespace {
 
-/// A flagged contact change causes no reset if its error is below this many times the running error, because a
-/// chattering contact flags one with every sample. Ours.
+/// If a contact change is flagged, an error causes a reset only above this many times the running error. Without such a
+/// threshold, a chattering contact, which is flagged with every sample, would cause a reset every time. Our choice.
 constexpr double kFlaggedFactor = 5;
-/// Samples per coefficient before the first fit; ours.
+/// Number of samples per coefficient that the first fit needs. Our choice.
 constexpr std::size_t kFirstFit = 4;
-/// Upper bound of a wrench's components, beyond which it is rejected; ours. Differences of such numbers cannot
+/// Upper bound of a wrench's components; a larger wrench is rejected. Our choice: differences of such numbers cannot
 /// overflow.
 constexpr double kLargest_n = 1e6;
-/// Least age of a forecast when it is scored [periods]. Samples denser than the series would favour hold.
+/// Minimum age of a forecast when it is scored [periods]. If samples arrive faster than the series' rate, younger
+/// forecasts would favour hold.
 constexpr double kMinAhead = 0.75;
-/// Share of the recent range that is rounding: a smaller error is no jump.
+/// Share of the recent range that counts as rounding error; an error below it is no jump.
 constexpr double kRounding = 1e-9;
 
-/// The newest samples of six series at uneven times: a ring, read at any time by linear interpolation.
+/// Ring of the newest samples of six series at uneven times. A value at any time is obtained by linear interpolation.
 ///
-/// Limits  samples denser than an eighth of `period` replace the newest, so that the ring always spans kCapacity/8
-///         periods. Times before the oldest or after the newest sample return that sample's value
-/// Thread  haptic: no allocation
+/// Limits  if samples are denser than an eighth of `period`, they replace the newest one, so that the ring always spans
+///         kCapacity/8 periods. For times before the oldest or after the newest sample, that sample's value is returned
 /// Thread  haptic: no allocation
 class SampleHistory {
  public:
@@ -86,7 +86,7 @@ struct FitResult {
 
 template <class T>
 void require(const char* name, T value, T low, T high) {
-  // This form fails for NaN.
+  // This comparison is false for NaN, too.
   if (value >= low && value <= high) return;
   throw std::invalid_argument(std::string("ForceStreamSettings.") + name + " is " + std::to_string(value) +
                               "; it must be from " + std::to_string(low) + " to " + std::to_string(high));
@@ -116,7 +116,7 @@ std::size_t steps_of(const ForceStreamSettings& settings) {
   return static_cast<std::size_t>(std::clamp(periods, 3.0, static_cast<double>(AxisForecast::kMaxSteps)));
 }
 
-/// Minimum and maximum of the last one to two windows of samples.
+/// Minimum and maximum of the samples in the current and the previous window.
 class RecentRange {
  public:
   void add(const Vec6& value, std::size_t window) noexcept {
@@ -146,7 +146,7 @@ ForecastBounds widened(const ForecastBounds& range, double factor) {
   return {range.low - margin, range.high + margin};
 }
 
-/// Samples at an even rate, oldest first when copied out.
+/// Evenly spaced samples, copied out oldest first.
 class EvenSeries {
  public:
   void clear() noexcept { count_ = 0; }
@@ -175,7 +175,8 @@ ArModel model_of(std::span<double> series, const ForceStreamSettings& settings) 
   if (!settings.is_on_differences) return fit_ar(series, settings.order, settings.ar_fit, true);
   for (std::size_t i = 0; i + 1 < series.size(); ++i) series[i] = series[i + 1] - series[i];
   ArModel model = fit_ar(series.first(series.size() - 1), settings.order, settings.ar_fit, false);
-  // A constant series of differences gets mean 0, so that a force that drifted does not continue to drift without end.
+  // A constant series of differences gets the mean 0. Otherwise a force that drifted before would be extrapolated as an
+  // endless drift.
   if (model.order == 0) model.mean = 0;
   return model;
 }
@@ -210,7 +211,7 @@ struct ForceStream::Impl {
     request_fit();
   }
 
-  /// Scores the forecasts with a new sample; resets the model after a large error.
+  /// Scores the forecasts with a new sample. Resets the model after a large error.
   void follow_up(LocalTime sampled_at, const Vec6& value, bool contact_changed) noexcept {
     for (AxisForecast& axis : axes) axis.shift(periods(sampled_at - history.newest_at()));
     has_contact_changed |= contact_changed;
@@ -230,7 +231,8 @@ struct ForceStream::Impl {
     if (is_surprise && settings.resets_at_contact && is_modelled()) forget();
   }
 
-  /// Discards window and coefficients from before a jump. The line through the two newest samples remains.
+  /// Discards the window and the coefficients from before a jump. The line through the two newest samples remains
+  /// available.
   void forget() noexcept {
     ++figures.resets;
     ++generation;
@@ -240,8 +242,8 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.forget_model();
   }
 
-  /// Resamples the line from the newest sample to this one. After a gap longer than the window the series starts anew,
-  /// so that no gap appends more than `window` samples, for any time stamps.
+  /// Resamples the line from the previous newest sample to the new one. After a gap longer than the window the series
+  /// is restarted. A gap therefore appends at most `window` samples, whatever the time stamps are.
   void extend_series(LocalTime sampled_at, const Vec6& value) noexcept {
     const bool is_beyond_window = sampled_at - series_at > static_cast<Duration::rep>(settings.window) * period;
     if (series.count() == 0 || is_beyond_window) {
@@ -336,7 +338,7 @@ struct ForceStream::Impl {
   Duration period;
   ForceStreamFigures figures;
 
-  // Haptic thread.
+  // Data of the haptic thread.
   SampleHistory history;
   RecentRange range;
   EvenSeries series;
@@ -350,7 +352,7 @@ struct ForceStream::Impl {
   bool has_contact_changed = false;
   bool is_scoring = true;
 
-  // Io thread.
+  // Data of the io thread.
   bool has_request = false;
   std::array<double, kMaxWindow> work{};
 

@@ -1,13 +1,14 @@
-// A wrench received late and irregularly, displayed at 1 kHz. Each of the six axes is a separate series, extrapolated
-// over the age of its newest sample.
+// Displays at 1 kHz a wrench that is received late and at irregular intervals. Each of the six axes is a separate
+// series. It is extrapolated over the age of its newest sample.
 //
 //   haptic thread                                       io thread
 //   push(sample) ─▶ ring of raw samples ─▶ series at 200 Hz ──mailbox──▶ fit(): six AR models
 //                   │                      running errors                      │
 //   at(now) ◀─ curve over the predicted periods ◀───────coefficients──mailbox──┘
 //
-// The fit runs on another thread because it costs a hundred times the budget of a tick. It may finish late or never:
-// without a model, or wherever it errs more than they do, hold and linear are used (running errors, axis by axis).
+// The fit runs on another thread, because it costs a hundred times the budget of a tick. It may finish late or never.
+// Hold and linear extrapolation are used as long as there is no model. They are also used on each axis on which the
+// model has larger running errors.
 #pragma once
 
 #include <cstdint>
@@ -25,68 +26,68 @@ namespace tandem::haptics {
 inline constexpr std::size_t kMaxWindow = 1024;
 
 enum class PredictionMethod : std::uint8_t {
-  kHold,      ///< the newest sample
-  kLinear,    ///< line through the newest sample and the one a period before
+  kHold,      ///< value of the newest sample
+  kLinear,    ///< line through the newest sample and the one a period earlier
   kAr,        ///< AR on differences, blended with linear and hold by running errors; linear between periods
   kArSpline,  ///< kAr, displayed by a cubic B-spline through the newest sample: no lag; see `blend`
-  kLiteral,  ///< the thesis: Yule–Walker on values, B-spline over F(t−2), F(t−1), F(t), F̂(t+1); one period late
+  kLiteral,   ///< as in the thesis: AR on values, B-spline over F(t−2), F(t−1), F(t), F̂(t+1); lags by one period
 };
 
-/// Settings of a stream; the defaults are the best ones measured by the lab (common/haptics/prediction/README.md).
+/// Settings of a stream. The defaults gave the smallest errors in the lab's measurements
+/// (common/haptics/prediction/README.md).
 struct ForceStreamSettings {
   PredictionMethod method = PredictionMethod::kArSpline;
   double series_rate_hz = 200;  ///< rate of the modelled series; 10 … 1000
   std::size_t order = 5;        ///< p; 1 … kMaxArOrder / 2
   std::size_t window = 300;     ///< number of samples in a fit; 20 … kMaxWindow
-  std::size_t fit_period = 4;   ///< number of samples of the series between two fits
+  std::size_t fit_period = 4;   ///< number of new samples of the series between two fits
   ArFit ar_fit = ArFit::kLeastSquares;
   bool is_on_differences = true;
-  bool updates_online = true;     ///< false: no fit is requested (use adopt())
-  bool resets_at_contact = true;  ///< at flagged contact changes, and at jumps of the series itself
-  bool shrinks = true;            ///< false: the model alone, as soon as one exists
-  double error_memory = 7;        ///< number of samples over which running errors fade by 1/e
-  double sharpness = 2;           ///< weights are the running mean square error to the power of minus this
-  double jump_factor = 12;        ///< an error this many times its running RMS counts as a jump
-  double range_factor = 1.0;      ///< share of the recent range by which the output may leave it on each side
-  /// Duration of the change to a corrected forecast (kArSpline). With 0 the curve is C² between samples and steps at a
-  /// sample that was not predicted. With two ticks or more it is always C², but the correction is late.
+  bool updates_online = true;     ///< false: no fit is requested; models are set by adopt()
+  bool resets_at_contact = true;  ///< whether the model is reset at contact changes and at jumps
+  bool shrinks = true;            ///< false: the model's weight is 1 as soon as there is a model
+  double error_memory = 7;        ///< number of samples after which an error has decayed to 1/e in the running errors
+  double sharpness = 2;           ///< s: a weight is the running mean square error to the power −s
+  double jump_factor = 12;        ///< ratio of an error to its running RMS above which it counts as a jump
+  double range_factor = 1.0;      ///< margin of the output's range on each side, as a share of the recent range
+  /// Duration of the transition to a corrected forecast (kArSpline). With 0 the curve is C² between samples, but steps
+  /// at a sample that was not predicted. With two ticks or more it is always C², but corrections take effect later.
   Duration blend{0};
-  Duration longest_horizon{from_seconds(0.1)};  ///< upper bound of the extrapolated age of a sample
+  Duration longest_horizon{from_seconds(0.1)};  ///< maximum age up to which a sample is extrapolated
 };
 
-/// One model for each axis: force x, y, z, torque x, y, z.
+/// One model for each axis, in the order force x, y, z, torque x, y, z.
 using ArModels = std::array<ArModel, 6>;
 
 /// Counters and weights of a stream, for traces and reports.
 struct ForceStreamFigures {
   std::uint64_t samples = 0;
-  std::uint64_t resampled = 0;           ///< samples appended to the even series
-  std::uint64_t fits = 0;                ///< number of adopted fits
-  std::uint64_t resets = 0;              ///< resets by contact changes, jumps and gaps
-  std::uint64_t rejected = 0;            ///< samples that were not finite, or not newer than the newest
-  std::array<double, 6> model_weight{};  ///< weight of AR against linear and hold in the newest prediction
+  std::uint64_t resampled = 0;           ///< number of samples appended to the evenly spaced series
+  std::uint64_t fits = 0;                ///< number of fits that were used
+  std::uint64_t resets = 0;              ///< number of resets, caused by contact changes, jumps or gaps
+  std::uint64_t rejected = 0;            ///< number of samples that were not finite, or not newer than the previous one
+  std::array<double, 6> model_weight{};  ///< weight of the AR model in the newest prediction, 0 to 1
 };
 
 /// Extrapolates a stream of wrenches.
-///
-/// Fails   at() before the first sample returns zero. A sample that is not finite or not newer is dropped and counted.
-///         The output is always finite and within the recent range widened by range_factor
-/// Cost    push and at: O(p) for each axis; push after a gap appends at most `window` samples, for a gap of any length.
-///         No allocation, no lock; fit: see `tandem-lab reproduce prediction`
+/// Fails   at() returns zero before the first sample. A sample that is not finite or not newer is dropped and counted.
+///         The output is always finite and within the recent range, widened by range_factor
+/// Cost    push and at: O(p) for each axis; push after a gap appends at most `window` samples, however long the gap. No
+///         allocation, no lock. fit: see `tandem-lab reproduce prediction`
 /// Thread  push, at, reset, adopt, figures: haptic. fit_pending, fit: io (one thread).
 class ForceStream {
  public:
-  /// Fails   std::invalid_argument naming the first setting out of its range, and the range
+  /// Fails   throws std::invalid_argument that names the first setting out of its range, and the range
   explicit ForceStream(const ForceStreamSettings& settings = {});
   ~ForceStream();
   ForceStream(ForceStream&&) noexcept;
   ForceStream& operator=(ForceStream&&) noexcept;
 
-  /// In      sampled_at  time at which the wrench was valid, in the clock of at(); its age is measured from here. Must
-  ///                     increase from sample to sample
-  ///         contact_changed  contacts appeared or vanished since the previous sample
+  /// In      sampled_at  time at which the wrench was valid, in the clock of at(); the age of the sample counts from
+  ///         this time. Must increase from sample to sample
+  ///         contact_changed  whether contacts appeared or vanished since the previous sample
   void push(LocalTime sampled_at, const Wrench& wrench, bool contact_changed = false) noexcept;
-  /// Returns the wrench at `now`. Not const: the spline continues from the last displayed point.
+  /// Returns the wrench at `now`. It is not const, because the spline continues from the last displayed point.
   Wrench at(LocalTime now) noexcept;
   /// Discards samples and coefficients.
   void reset() noexcept;
@@ -96,9 +97,9 @@ class ForceStream {
   ForceStreamFigures figures() const noexcept;
   const ForceStreamSettings& settings() const noexcept;
 
-  /// Returns whether a window waits to be fitted.
+  /// Returns whether a window of samples is ready to be fitted.
   bool fit_pending() noexcept;
-  /// Fits the newest waiting window, if any, and publishes the models. Returns true when it did.
+  /// Fits the newest window that is ready, if any, and publishes the models. Returns true if it did.
   bool fit() noexcept;
 
  private:
@@ -106,8 +107,8 @@ class ForceStream {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Returns the settings of a method by its name: "hold", "linear", "ar", "ar-spline", "literal".
-/// Fails   std::invalid_argument for an unknown name (lists the known names)
+/// Returns the settings for the name of a method: "hold", "linear", "ar", "ar-spline", "literal".
+/// Fails   throws std::invalid_argument for an unknown name; the message lists the known names
 ForceStreamSettings force_stream_settings(std::string_view name);
 /// Returns null for an unknown name.
 std::unique_ptr<ForceStream> make_force_stream(std::string_view name);

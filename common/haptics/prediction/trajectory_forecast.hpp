@@ -1,4 +1,4 @@
-// Forecast of a trajectory over the delay with which it is received.
+// Forecast of a trajectory over the delay after which its samples are received.
 #pragma once
 
 #include <array>
@@ -10,24 +10,26 @@
 
 namespace tandem::haptics {
 
-/// Returns the share of the distance to its input that a first-order low pass covers in one period.
+/// Returns the fraction of the distance to its input by which a first-order low pass advances in one period.
 inline double low_pass_part(double corner_hz, double period_s) noexcept {
   return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
 }
 
-/// Continues a trajectory over its age, from its own motion and the motion of a thing that it may move with.
+/// Extrapolates a trajectory over its age, from its past motion and from the motion of a body that it may follow.
 ///
-/// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t). Features φ: H times the velocity behind a low pass of kFast_hz, the same
-///         with kSlow_hz, and the displacement of the thing that it may move with. Direct autoregression over the whole
-///         horizon: the displacement of x since t−H is regressed on the features at t−H. Least squares forget over
-///         kMemory_s, so that large displacements count more than tremor. The prior is not forgotten: the best
-///         coefficients for minimum-jerk movements of 0.4 to 2 s.
-///         g: share of the recent forecasts that came true, at most kMaxShare; the error is thus never much larger than
-///         that of holding x(t−H). Where the forecast acts back on x, `caution` blends to a prior about half as large.
-/// Limits  a movement that begins or ends within H is not predicted: with the acceleration a the error is up to a H²/2
+/// Model   x̂(t) − x(t−H) = g Σ c_i φ_i(t) over the horizon H. The features φ are H times the velocity after a low pass
+///         of kFast_hz, H times the velocity after a low pass of kSlow_hz, and the displacement of the body that x may
+///         follow. This is a direct autoregression over the whole horizon: the displacement of x since t−H is regressed
+///         on the features at t−H. The squares have an exponential memory of kMemory_s and weight large displacements
+///         more than tremor. The prior is not forgotten. It contains the best coefficients for minimum-jerk movements
+///         of 0.4 to 2 s.
+///         g is the slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times
+///         kMaxShare. The error is therefore never much larger than that of holding x(t−H). If the forecast acts back
+///         on x, `caution` blends the prior to one about half as large.
+/// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
-///         methods", J. Econometrics 135, 2006; ridge regression; the features and figures are ours
-/// Thread  one; no allocation, no throw; finite for finite input
+///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours
+/// Thread  one thread; no allocation, no throw; finite for finite input
 class TrajectoryForecast {
  public:
   static constexpr double kMaxHorizon_s = 0.5;
@@ -35,10 +37,10 @@ class TrajectoryForecast {
   static constexpr double kSlow_hz = 0.7;
   static constexpr double kMemory_s = 3;
   static constexpr double kScoreMemory_s = 1;
-  /// Upper bound of g. A hand predicted too far ahead drags others along and creates energy. A hand predicted too far
-  /// behind dissipates energy, but tilts a thing that two users press between them. With 0.8, 2 of 66 fast carries
-  /// created 4 mJ by this. With 1 most of them do, and the displayed steps of a ligand that snaps in are twice as
-  /// large.
+  /// Upper bound of g. If a hand is predicted too far ahead, it drags other hands along and creates energy. If a hand
+  /// lags, it dissipates energy, but tilts an object that two users squeeze. In measurements with 0.8, close to this
+  /// value, 2 of 66 fast carries created 4 mJ in this way. With 1 most of them do, and the displayed steps of a ligand
+  /// that snaps in are twice as large.
   static constexpr double kMaxShare = 0.83;
 
   struct Way {
@@ -47,17 +49,17 @@ class TrajectoryForecast {
   };
 
   /// In      typical_way  typical displacement over one horizon, in units of x; weights the prior and the score
-  ///         prior_along  coefficient of the thing that x may move with, before it has been observed
+  ///         prior_along  coefficient of the body that x may follow, before that body's motion has been observed
   TrajectoryForecast(double typical_way, double prior_along) : typical_way_(typical_way), prior_along_(prior_along) {}
 
   /// Adds a sample and returns the forecast. Called once a period.
   /// In      known  x(t − horizon_s)
-  ///         along  displacement since t − horizon_s and present velocity of the thing that x may move with
+  ///         along  displacement since t − horizon_s and present velocity of the body that x may follow
   ///         caution  0: the forecast does not influence x … 1: the forecast acts back on x
   /// Out     x̂(t) − x(t − horizon_s), and the velocity of x̂
   Way step(const Vec3& known, double horizon_s, const Way& along, double caution, double period_s) noexcept;
   void reset() noexcept { *this = TrajectoryForecast(typical_way_, prior_along_); }
-  /// g of the last forecast.
+  /// Factor g of the last forecast.
   double share() const { return share_; }
   const Vec3& coefficients() const { return c_; }
 
@@ -67,17 +69,17 @@ class TrajectoryForecast {
   void learn(const Vec3& known, double horizon_s, double period_s) noexcept;
 
   double typical_way_, prior_along_;
-  std::array<Vec3, kKept> known_;                ///< known x; the three arrays are rings with one entry a step
-  std::array<Eigen::Matrix3d, kKept> features_;  ///< features φ, one column each
-  std::array<Vec3, kKept> ways_;                 ///< forecast with g = 1
+  std::array<Vec3, kKept> known_;                ///< known x; the three arrays are rings with one entry for each step
+  std::array<Eigen::Matrix3d, kKept> features_;  ///< features φ, in one column each
+  std::array<Vec3, kKept> ways_;                 ///< forecast displacements for g = 1
   std::size_t next_ = 0;
   std::size_t count_ = 0;
-  Vec3 fast_ = Vec3::Zero();  ///< x behind the two low passes
+  Vec3 fast_ = Vec3::Zero();  ///< x after the two low passes
   Vec3 slow_ = Vec3::Zero();
-  Eigen::Matrix3d squares_ = Eigen::Matrix3d::Zero();  ///< Σ φ φᵀ
-  Vec3 products_ = Vec3::Zero();                       ///< Σ φ y
-  double came_true_ = 0;                               ///< numerator of g: Σ y · ŷ …
-  double forecast_ = 0;                                ///< … and denominator: Σ ŷ²
+  Eigen::Matrix3d squares_ = Eigen::Matrix3d::Zero();  ///< Σ φ φᵀ of the regression
+  Vec3 products_ = Vec3::Zero();                       ///< Σ φ y of the regression
+  double came_true_ = 0;                               ///< numerator of g: Σ y · ŷ
+  double forecast_ = 0;                                ///< denominator of g: Σ ŷ²
   Vec3 c_ = Vec3::Zero();
   double share_ = 1;
 };

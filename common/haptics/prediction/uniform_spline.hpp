@@ -1,11 +1,11 @@
-// Curves with two derivatives for a smooth continuation: a B-spline segment and a fading difference.
+// Twice differentiable curves for a smooth continuation: a B-spline segment and a difference that fades out.
 #pragma once
 
 #include <array>
 
 namespace tandem::haptics {
 
-/// Value and derivatives with respect to the curve's parameter.
+/// Value of a curve and its derivatives with respect to the curve's parameter.
 struct CurvePoint {
   double value = 0;
   double slope = 0;
@@ -19,11 +19,11 @@ struct CurvePoint {
   }
 };
 
-/// Returns a point on a segment of the uniform cubic B-spline over four control points, u = 0 … 1.
+/// Returns a point on a segment of the uniform cubic B-spline with four control points, u = 0 … 1.
 ///
-/// Model    x(u) = [(1−u)³ c_0 + (3u³ − 6u² + 4) c_1 + (−3u³ + 3u² + 3u + 1) c_2 + u³ c_3]/6:
-///          from (c_0 + 4 c_1 + c_2)/6 to (c_1 + 4 c_2 + c_3)/6. Neighbours that share three control points join with
-///          two derivatives.
+/// Model    x(u) = [(1−u)³ c_0 + (3u³ − 6u² + 4) c_1 + (−3u³ + 3u² + 3u + 1) c_2 + u³ c_3]/6, from
+///          (c_0 + 4 c_1 + c_2)/6 to (c_1 + 4 c_2 + c_3)/6. Adjacent segments share three control points and join with
+///          two continuous derivatives.
 /// Source   de Boor, "A Practical Guide to Splines", 1978
 inline CurvePoint uniform_cubic(const std::array<double, 4>& c, double u) {
   const double v = 1 - u;
@@ -34,10 +34,10 @@ inline CurvePoint uniform_cubic(const std::array<double, 4>& c, double u) {
           v * c[0] + (3 * u - 2) * c[1] + (1 - 3 * u) * c[2] + u * c[3]};
 }
 
-/// Returns the rest, at s = 0 … 1, of a difference that fades out smoothly. At 0 its value and derivatives (by s) are
-/// unchanged, from 1 on all are zero.
+/// Returns what remains, at s = 0 … 1, of a difference that fades out smoothly. At s = 0 its value and its derivatives
+/// by s are unchanged. For s ≥ 1 all are zero.
 ///
-/// Model    the quintic with these six conditions
+/// Model    the quintic polynomial that satisfies these six conditions
 inline CurvePoint faded(const CurvePoint& d, double s) {
   if (s <= 0) return d;
   if (s >= 1) return {};

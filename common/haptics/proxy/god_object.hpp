@@ -1,13 +1,14 @@
-// Three-degree-of-freedom touch with a point tool. The hand's point may penetrate obstacles; the proxy, a small ball on
-// a spring to it, never does. The hand feels that spring.
+// Three-degree-of-freedom contact with a point tool. The hand's point may penetrate obstacles. The proxy, a small ball
+// connected to it by a spring, never does. The user feels the force of that spring.
 //
-//      goal (hand)                 1. Obstacles move; each moves the proxy's place beside it along.
-//        x                         2. Around that place every convex piece within reach (triangle, primitive) gives a
-//  ------|------- surface             plane with the piece below and the ball above it. The region above all planes is
-//     (  o  )     proxy               convex and free, and so is the straight way there.
-//                                  3. The proxy moves to the point of this region nearest to the goal: no root
-//                                     finding, no sweep, no tunnelling.
-//                                  4. Steps 2 and 3 repeat until the proxy stops: around an edge, down a curve.
+//      goal (hand)                 1. Obstacles move and carry the proxy's position along.
+//        x                         2. Every convex piece (triangle, primitive) within reach of that position gives a
+//  ------|------- surface             plane, with the piece below and the ball above it. The region above all planes is
+//     (  o  )     proxy               convex and free, so every straight segment in it is free, too.
+//                                  3. The proxy moves to the point of this region nearest to the goal. This needs no
+//                                     root finding and no sweep, and the proxy cannot tunnel.
+//                                  4. Steps 2 and 3 repeat until the proxy stops, so that it moves around an edge or
+//                                     along a curve.
 #pragma once
 
 #include <array>
@@ -22,65 +23,68 @@
 namespace tandem::haptics {
 
 struct GodObjectSettings {
-  double radius_m = 1e-3;  ///< radius of the ball, 0.05 mm to 0.1 m: narrower gaps are not entered
+  double radius_m = 1e-3;  ///< radius of the ball, 0.05 mm to 0.1 m; the ball does not enter narrower gaps
   bool is_shaded = true;   ///< whether meshes feel like the smooth surface that their triangles approximate
 };
 
-/// Bit mask of faults in an update.
+/// Bit mask of the faults of an update.
 enum ProxyFault : std::uint8_t {
-  kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last good pose is kept; no force for a bad goal
-  kProxyHeldBack = 2,  ///< not yet at its place: squeezed by bodies, or too far for one update; continued in later ones
-  kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stays. Use a coarser mesh or a smaller ball
+  kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last valid pose is used; a bad goal gives no force
+  kProxyHeldBack = 2,  ///< not yet at its target (squeezed, or too far for one update); continued in later updates
+  kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stops. Use a coarser mesh or a smaller ball
 };
 
 struct ProxyState {
   Vec3 p_W = Vec3::Zero();                 ///< centre of the ball
   Vec3 goal_W = Vec3::Zero();              ///< goal of this update
-  bool is_touching = false;                ///< an obstacle keeps the proxy from the goal
-  bool is_sticking = false;                ///< friction holds the touching proxy in place
+  bool is_touching = false;                ///< whether an obstacle holds the proxy back from the goal
+  bool is_sticking = false;                ///< whether friction holds the touching proxy in place
   Vec3 surface_velocity_W = Vec3::Zero();  ///< velocity of the touched surface
-  std::size_t contact_count = 0;           ///< pieces that the proxy leans on, at most 3
+  std::size_t contact_count = 0;           ///< number of pieces that hold the proxy back, at most 3
   std::uint8_t faults = 0;                 ///< bits of ProxyFault
 };
 
-/// Ball of finite size that follows the hand's point as far as obstacles permit.
+/// Ball of finite size that follows the hand's point as closely as obstacles permit.
 ///
-/// Model   min |p − g| over the places that the ball can reach. Friction: p stays while the pull p − g is inside the
-///         cone of μ_s about the load, else p slides to the edge of the cone of μ_d. Shading: the goal is shifted along
-///         the surface by |load| (m/(m·n) − n), which turns the pull onto the interpolated normal m where the load is n
+/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. Friction: p stays while the pull
+///         g − p is inside the friction cone of μ_s about the load; otherwise p slides until the pull is on the cone of
+///         μ_d. Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The pull is thereby turned from
+///         the load's direction n to the interpolated normal m
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
 ///         Melder, "Improved haptic rendering for multi-finger manipulation using friction cone based god-objects",
-///         EuroHaptics 2002 (friction). Ours: pieces as separating planes instead of swept balls; the fixed point of
-///         shading in closed form; the place kept per obstacle, so that moving bodies cannot pass.
+///         EuroHaptics 2002 (friction). Ours are: separating planes of convex pieces instead of swept balls; the fixed
+///         point of shading in closed form; a position stored for each obstacle, so that moving bodies cannot pass
+///         through the proxy.
 /// Fails   kProxyHeldBack in ProxyState::faults
-/// Cost    `bench proxy`. No allocation in update(); work bounded by counts, never by time
-/// Thread  one at a time, haptic or room
+/// Cost    `bench proxy`. update() allocates nothing; its work is bounded by counts, never by time
+/// Thread  one thread at a time, haptic or room
 class GodObject {
  public:
   static constexpr std::size_t kMaxObstacles = 64;
-  /// Steps in an update. Sliding over a mesh takes two or three; a jump of the hand may need more than one update.
+  /// Maximum number of steps in an update. Sliding over a mesh needs two or three; a jump of the hand may need several
+  /// updates.
   static constexpr std::size_t kMaxSteps = 4;
-  /// Clearance that rounding may remove: the ball's centre is never nearer to a surface than radius − this.
+  /// Loss of clearance by rounding: the ball's centre is never nearer to a surface than its radius minus this value.
   static constexpr double kTolerance_m = 1e-8;
 
-  /// In      p_W  free place of the proxy at the start. A ball that overlaps a primitive is placed outside at the first
-  ///         update. A ball that overlaps a mesh leaves it slowly, on the side of its centre
-  /// Fails   std::invalid_argument: radius, obstacles (ObstacleTrack), a place that is not finite
+  /// In      p_W  initial position of the proxy, free of obstacles. A ball that overlaps a primitive is moved outside
+  ///         at the first update. A ball that overlaps a mesh moves out slowly, on the side of its centre
+  /// Fails   throws std::invalid_argument: bad radius, bad obstacle (ObstacleTrack), or a position that is not finite
   GodObject(const GodObjectSettings& settings, std::vector<ProxyObstacle> obstacles, const Vec3& p_W);
 
-  /// Performs one tick. `motions` in the order of the obstacles; obstacles beyond its end do not move.
+  /// Performs one tick. `motions` is in the order of the obstacles; obstacles without an entry do not move.
   const ProxyState& update(const Vec3& goal_W, std::span<const RigidState> motions = {}) noexcept;
-  /// Excludes an obstacle from the next update on, or includes it again. Include it where the ball is clear of it;
-  /// otherwise the ball starts with an overlap, see the constructor.
+  /// Excludes an obstacle from the next update on, or includes it again. Include it only while the ball does not touch
+  /// it. Otherwise the ball starts with an overlap, as described at the constructor.
   void set_present(std::size_t obstacle, bool is_present) noexcept;
-  /// Moves the proxy to another place without a path to it.
+  /// Moves the proxy to another position without a path to it.
   void reset(const Vec3& p_W) noexcept;
 
   const ProxyState& state() const { return state_; }
-  /// Corners of the proxy's path in the last update, connected by straight lines; the last one is its place. Relative
-  /// to a moving obstacle the path is different, but also free.
+  /// Corners of the proxy's polyline path in the last update; the last corner is its position. Relative to a moving
+  /// obstacle the path has a different shape, but is also free.
   std::span<const Vec3> way_W() const { return {way_W_.data(), way_count_}; }
   const GodObjectSettings& settings() const { return settings_; }
 
@@ -115,30 +119,32 @@ class GodObject {
   std::size_t piece_count_ = 0;
   PlaneProjection planes_;
   ProxyState state_;
-  double reach_m_ = 0;   ///< reach of this step
+  double reach_m_ = 0;   ///< reach of the current step
   double wanted_m_ = 0;  ///< reach that the next step may need
   double travel_m_ = 0;  ///< longest step of the last update
   std::array<Vec3, kMaxSteps> way_W_;
   std::size_t way_count_ = 0;
-  Vec3 last_move_ = Vec3::Zero();  ///< move of the last step
-  double relaxation_ = 1;          ///< factor of the last step
-  double taken_ = 1;               ///< share of the way to its target that the last step covered
+  Vec3 last_move_ = Vec3::Zero();  ///< displacement in the last step
+  double relaxation_ = 1;          ///< relaxation factor of the last step
+  double taken_ = 1;               ///< fraction of the segment to its target that the last step covered
   bool was_sticking_ = false;
   bool has_slipped_ = false;
-  Vec3 unhindered_W_ = Vec3::Zero();  ///< place of the proxy without obstacles
+  Vec3 unhindered_W_ = Vec3::Zero();  ///< position of the proxy if there were no obstacles
 };
 
-/// Depth of the hand at which the damper has its full coefficient. Ours: a hand at 0.1 m/s reaches it in 5 ms.
+/// Distance between hand and proxy at which the damper has its full coefficient. Our choice: a hand at 0.1 m/s reaches
+/// it in 5 ms.
 inline constexpr double kFullDamping_m = 5e-4;
 
-/// Returns the force on the hand: the law's spring between goal and proxy, and its damper along the pull alone,
-/// relative to the touched surface, so that sliding is not damped. Zero without contact. The force never pulls the hand
-/// inwards: it is zero where the hand leaves so fast that the damper outweighs the spring.
+/// Returns the force on the hand: the law's spring between goal and proxy, plus its damper. The damper acts along the
+/// pull only and relative to the touched surface, so that sliding is not damped. The force is zero without contact. It
+/// never pulls the hand into the obstacle: if the hand leaves so fast that the damper outweighs the spring, it is zero.
 ///
-/// Model   on tool f = law(d = goal − p, v = w u u·(v_hand − v_surface)), u = d/|d|, w = min(1, |d|/kFullDamping_m); on
-///         hand −f where f·u > 0, else 0. The faded damper makes the force zero where contact begins and ends
-/// Source  the fade is that of Hunt & Crossley, "Coefficient of restitution interpreted as damping in vibroimpact", J.
-///         Appl. Mech. 1975, whose damping grows with depth; theirs grows without bound, ours up to the law's damping
+/// Model   force on the tool: f = law(d = goal − p, v = w u u·(v_hand − v_surface)), u = d/|d|, w = min(1,
+///         |d|/kFullDamping_m). Force on the hand: −f if f·u > 0, otherwise 0. The factor w makes the force zero where
+///         contact begins and ends
+/// Source  the factor w follows Hunt & Crossley, "Coefficient of restitution interpreted as damping in vibroimpact", J.
+///         Appl. Mech. 1975, whose damping grows with depth. Theirs grows without bound, ours up to the law's damping
 /// In      v_WH  velocity of the hand's point [m/s]
 Vec3 proxy_force_on_hand_W(const ProxyState& state, const CouplingLaw& law, const Vec3& v_WH) noexcept;
 

@@ -1,4 +1,4 @@
-// One obstacle of the proxy: the proxy's last place beside it, and its nearby pieces.
+// One obstacle of the proxy: the proxy's last position relative to it, and its pieces near the proxy.
 #pragma once
 
 #include <cstdint>
@@ -12,61 +12,64 @@
 
 namespace tandem::haptics {
 
-/// Obstacle that a proxy can touch: a mesh, or a convex primitive with an exact distance.
+/// Obstacle that a proxy can touch: a mesh, or a convex primitive with an exact distance field.
 struct ProxyObstacle {
   std::shared_ptr<const ProxyMesh> mesh;                 ///< or null
-  std::shared_ptr<const contact::ExactField> primitive;  ///< or null; exactly one of both is set
+  std::shared_ptr<const contact::ExactField> primitive;  ///< or null; exactly one of the two is set
   double static_friction = 0;                            ///< Coulomb's coefficient μ_s, at least dynamic_friction
   double dynamic_friction = 0;                           ///< μ_d ≥ 0
-  Pose X_WB;                                             ///< pose until the first motion arrives
+  Pose X_WB;                                             ///< pose until the first motion is received
 };
 
-/// Convex piece of an obstacle within reach of the proxy: a triangle, or a whole primitive.
+/// Convex piece of an obstacle within reach of the proxy: a triangle, or an entire primitive.
 struct NearPiece {
-  AllowedSide closest;  ///< plane through the closest point, perpendicular to the line to it
-  AllowedSide face;     ///< plane of the triangle itself, where the proxy is entirely above or below it
+  AllowedSide closest;  ///< plane through the closest point, perpendicular to the segment from there to the proxy
+  AllowedSide face;     ///< plane of the triangle; used if the proxy is entirely above or below it
   bool has_face = false;
   int obstacle = 0;
-  int candidate = -1;     ///< index in the obstacle's list of triangles; −1: a primitive
+  int candidate = -1;     ///< index in the obstacle's list of triangles; −1 for a primitive
   double distance_m = 0;  ///< distance from the proxy's centre
 
   bool is_clear(const Vec3& p, double slack_m) const {
     return closest.height_m(p) >= -slack_m || (has_face && face.height_m(p) >= -slack_m);
   }
-  /// Returns the side above which `p` is higher.
+  /// Returns the half-space in which `p` is higher.
   const AllowedSide& higher_side(const Vec3& p) const {
     return has_face && face.height_m(p) > closest.height_m(p) ? face : closest;
   }
 };
 
-/// Keeps the proxy's last place in the obstacle's frame B, so that the proxy's path past the moving obstacle has no
-/// gap. Also caches the triangles around that place, so that the tree is queried only now and then.
+/// Stores the proxy's last position in the obstacle's frame B, so that the proxy's path relative to a moving obstacle
+/// has no gap. Also caches the triangles around that position, so that the tree is queried only occasionally.
 class ObstacleTrack {
  public:
   static constexpr std::size_t kMaxCandidates = 1024;
 
-  /// Fails   std::invalid_argument: neither mesh nor primitive, or both; invalid friction; invalid pose
+  /// Fails   throws std::invalid_argument: neither mesh nor primitive, or both; invalid friction; invalid pose
   ObstacleTrack(ProxyObstacle obstacle, int index);
 
-  /// Sets pose and twist; the twist is used for damping alone. Returns false for an invalid pose; the obstacle then
-  /// stays.
+  /// Sets pose and twist; the twist is used only for damping. Returns false for an invalid pose; the obstacle then does
+  /// not move.
   bool move_to(const RigidState& motion) noexcept;
-  /// Includes or excludes the obstacle. An excluded one holds nothing back; the caller keeps its place beside the ball.
+  /// Includes or excludes the obstacle. While it is excluded it does not hold the proxy back, but the caller must still
+  /// update the stored position.
   void set_present(bool is_present) noexcept { is_present_ = is_present; }
   bool is_present() const { return is_present_; }
   const Vec3& place_W() const { return place_W_; }
   void set_place_W(const Vec3& p_W) noexcept;
 
-  /// Caches all triangles that a ball of `radius_m` can meet within `step_m` on its way to the goal.
-  /// Out     permitted distance; less than the step where a place has more than kMaxCandidates triangles
+  /// Caches all triangles that a ball of `radius_m` can meet within `step_m` on its path to the goal.
+  /// Out     permitted distance; below `step_m` if a region has more than kMaxCandidates triangles
   double prepare(const Vec3& goal_W, double radius_m, double step_m) noexcept;
-  /// Appends the pieces that a ball can meet within `step_m` (≤ prepare()'s result), up to the size of `pieces`.
-  /// Out     false: `pieces` is too small
+  /// Appends the pieces that a ball can meet within `step_m` (at most the result of prepare()), up to the size of
+  /// `pieces`.
+  /// Out     false if `pieces` is too small
   bool gather(double radius_m, double step_m, std::span<NearPiece> pieces, std::size_t& count) const noexcept;
 
-  /// Returns whether the plane keeps the whole triangle of `piece` out of a ball that is above it.
+  /// Returns whether a ball above the plane `side` cannot touch the triangle of `piece`, which is then entirely below.
   bool is_below(const NearPiece& piece, const AllowedSide& side, double radius_m) const noexcept;
-  /// Normal of the smooth surface that the triangles approximate, at the piece's closest point, on the proxy's side.
+  /// Returns the normal of the smooth surface that the triangles approximate, at the piece's closest point. It points
+  /// to the proxy's side.
   Vec3 shaded_normal_W(const NearPiece& piece) const noexcept;
   Vec3 surface_velocity_W(const Vec3& p_W) const noexcept { return V_WB_.v + V_WB_.w.cross(p_W - p_WB_); }
   const ProxyObstacle& obstacle() const { return obstacle_; }
@@ -75,13 +78,13 @@ class ObstacleTrack {
   struct Candidate {
     Vec3 a, ab, ac;
     Vec3 normal;
-    Vec3 centre;  ///< centre of a ball around the triangle
+    Vec3 centre;  ///< centre of the triangle's bounding ball
     double radius_m = 0;
     int triangle = -1;
   };
   static Candidate candidate_of(const geometry::TriangleTree::Near& near) noexcept;
   Vec3 in_B(const Vec3& p_W) const { return R_WB_.transpose() * (p_W - p_WB_); }
-  /// Returns a plane of frame B in W.
+  /// Converts a plane from frame B to W.
   AllowedSide in_W(const Vec3& normal_B, double offset_m) const;
   bool refresh(const Vec3& p_B, double radius_m, double wanted_m, double step_m) noexcept;
   NearPiece primitive_piece(double radius_m) const noexcept;
@@ -96,7 +99,7 @@ class ObstacleTrack {
   Vec3 place_B_ = Vec3::Zero();
   Vec3 place_W_ = Vec3::Zero();
 
-  // All triangles within known_radius_m_ of known_centre_B_ are cached.
+  // All triangles within known_radius_m_ of known_centre_B_ are in the cache.
   Vec3 known_centre_B_ = Vec3::Zero();
   double known_radius_m_ = -1;
   int nearest_triangle_ = -1;

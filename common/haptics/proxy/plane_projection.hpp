@@ -1,4 +1,4 @@
-// Point nearest to a goal above several planes: the optimisation in every step of the proxy.
+// Finds the point above several planes that is nearest to a goal: the optimisation in every step of the proxy.
 #pragma once
 
 #include <array>
@@ -10,25 +10,25 @@ namespace tandem::haptics {
 
 /// Half-space above a plane: n·x ≥ offset.
 struct AllowedSide {
-  Vec3 normal = Vec3::UnitZ();  ///< unit
+  Vec3 normal = Vec3::UnitZ();  ///< unit vector
   double offset_m = 0;
 
   double height_m(const Vec3& p) const { return normal.dot(p) - offset_m; }
 };
 
-/// Finds the point nearest to a goal that is above several planes, by adding one plane at a time.
+/// Finds the point nearest to a goal that lies above several planes. Planes are added one at a time.
 ///
-/// Model   min |x − g|² with n_i·x ≥ o_i; x = g + Σ λ_i n_i over at most three active planes, λ_i ≥ 0
+/// Model   min |x − g|² subject to n_i·x ≥ o_i; x = g + Σ λ_i n_i with at most three active planes and λ_i ≥ 0
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, with the same
-///         three Lagrange multipliers. Ours: adding a violated plane always moves x away from the goal, and the new
-///         active planes are among the old ones and the added one (a problem of LP type; Matoušek, Sharir, Welzl 1996).
-///         Seven cases therefore suffice, no set of planes repeats, and adding terminates.
+///         three Lagrange multipliers. Ours: adding a violated plane always moves x away from the goal. The new active
+///         planes are among the old ones and the added one (an LP-type problem; Matoušek, Sharir, Welzl 1996). Seven
+///         cases therefore suffice, no set of planes repeats, and the algorithm terminates.
 class PlaneProjection {
  public:
   struct Active {
     AllowedSide side;
-    int tag = 0;        ///< chosen by the caller
-    double load_m = 0;  ///< λ: share of the goal's pull that this plane bears
+    int tag = 0;        ///< identifier chosen by the caller
+    double load_m = 0;  ///< λ: share of the goal's pull that this plane carries
   };
 
   void start(const Vec3& goal) noexcept {
@@ -36,8 +36,8 @@ class PlaneProjection {
     point_ = goal;
     count_ = 0;
   }
-  /// Adds a plane. Returns false, without a change, when no point is above this plane and the active ones, or only one
-  /// that rounding hides.
+  /// Adds a plane. Returns false and changes nothing if no point, or only one within rounding errors, is above this
+  /// plane and the active ones.
   bool add(const AllowedSide& side, int tag) noexcept;
 
   const Vec3& goal() const { return goal_; }

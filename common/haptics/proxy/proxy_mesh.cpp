@@ -10,9 +10,10 @@
 namespace tandem::haptics {
 namespace {
 
-/// Doubled area below which a triangle has no direction: sides of a micrometre.
+/// Doubled area up to which a triangle has no usable normal; it is that of a triangle with sides of a micrometre.
 constexpr double kMinDoubledArea_m2 = 1e-12;
-/// Angle between neighbours up to which they are shaded as one smooth surface; a larger one is an edge to feel.
+/// Largest angle between neighbouring triangles that are shaded as one smooth surface. Beyond it the common edge can be
+/// felt.
 constexpr double kCrease_rad = 0.7;
 
 geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
@@ -70,8 +71,8 @@ double angle_at(const geometry::TriangleMesh& mesh, const std::array<int, 3>& tr
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
-/// Returns the normalised sum of the normals at a corner that deviate by less than the crease, weighted by their
-/// angles.
+/// Returns the normalised sum of the normals at a corner, weighted by their angles. Normals that deviate by more than
+/// the crease angle are excluded.
 Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& flat, const Fans& fans,
                    std::size_t triangle, int vertex, double crease_cosine) {
   Vec3 sum = Vec3::Zero();
@@ -79,7 +80,7 @@ Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& 
   for (std::size_t at = fans.first[v]; at < fans.first[v + 1]; ++at) {
     const std::size_t other = fans.triangles[at];
     const double cosine = flat[other].dot(flat[triangle]);
-    // A neighbour with the opposite orientation is the same surface seen from behind.
+    // A neighbour with the opposite orientation counts as the same surface seen from the back.
     if (std::abs(cosine) < crease_cosine) continue;
     sum += std::copysign(angle_at(mesh, mesh.triangles[other], vertex), cosine) * flat[other];
   }

@@ -1,4 +1,4 @@
-// Mesh for the proxy: a tree to find triangles, and normals to shade them.
+// Mesh for the proxy: a tree to find triangles, and normals for shading.
 #pragma once
 
 #include <array>
@@ -8,18 +8,18 @@
 
 namespace tandem::haptics {
 
-/// Immutable mesh, shared by the proxies that touch it. It may be open or closed and is touchable from both sides; the
-/// orientation of its triangles does not matter.
+/// Immutable mesh, shared by the proxies that touch it. It may be open or closed and can be touched from both sides;
+/// the orientation of its triangles does not matter.
 ///
 /// Thread  any, concurrently
 class ProxyMesh {
  public:
-  /// In      mesh  metres; triangles without area are left out
-  /// Fails   std::invalid_argument: no triangle left, a vertex that is not finite, an index out of range
+  /// In      mesh  vertices in metres; triangles without area are ignored
+  /// Fails   throws std::invalid_argument: no triangle with area, a vertex that is not finite, an index out of range
   explicit ProxyMesh(const geometry::TriangleMesh& mesh);
 
   const geometry::TriangleTree& tree() const { return tree_; }
-  /// Unit normals at a triangle's corners of the smooth surface that it approximates.
+  /// Returns the unit normals, at a triangle's corners, of the smooth surface that the mesh approximates.
   const std::array<Eigen::Vector3f, 3>& normals_of(int triangle) const {
     return normals_[static_cast<std::size_t>(triangle)];
   }

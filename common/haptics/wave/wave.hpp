@@ -1,5 +1,5 @@
-// Wave variables: velocity and force as two waves, one in each direction, whose squares are power. A line that only
-// delays them returns no more energy than it received, for any delay.
+// Wave variables: velocity and force are combined into two waves, one in each direction, whose squares are power. A
+// line that only delays the waves returns no more energy than it received, for any delay.
 #pragma once
 
 #include <cmath>
@@ -8,29 +8,30 @@
 
 namespace tandem::haptics {
 
-/// Impedance of the line between hand and tool: ratio of force to speed in a wave.
+/// Impedance of the transmission line between hand and tool: ratio of force to velocity in a wave.
 struct WaveImpedance {
-  double linear_n_s_per_m = 10.0;       ///< b; also the drag before the first echo. A higher b is stiffer, but heavier
-  double angular_n_m_s_per_rad = 0.01;  ///< the rotational impedance
+  double linear_n_s_per_m = 10.0;       ///< b, also the drag before the first echo; a higher b feels stiffer
+  double angular_n_m_s_per_rad = 0.01;  ///< the same for rotation
 
   bool operator==(const WaveImpedance&) const = default;
 };
-/// Returns whether both are finite, above 0, and without overflow in a square root.
+/// Returns whether both values are finite, above 0, and in a range in which products and square roots do not overflow.
 inline bool is_usable(const WaveImpedance& b) {
   constexpr double kLeast = 1e-9, kMost = 1e9;
   return b.linear_n_s_per_m >= kLeast && b.linear_n_s_per_m <= kMost && b.angular_n_m_s_per_rad >= kLeast &&
          b.angular_n_m_s_per_rad <= kMost;
 }
 
-/// Six wave variables [√W], or their integral over time [√W·s]: `f` of translation, `t` of rotation.
+/// Six wave variables [√W], or their integral over time [√W·s]: `f` for translation, `t` for rotation.
 using Wave = Wrench;
 
-/// Returns |a|² of all six components.
+/// Returns |a|², the sum over all six components.
 inline double squared(const Wave& a) {
   return a.f.squaredNorm() + a.t.squaredNorm();
 }
 
-/// Returns the waves of the velocity `V` and the wrench `F` of the hand's side on the tool's.
+/// Converts between waves and power variables: the velocity `V` of the line, and the wrench `F` of the hand's side on
+/// the tool's side.
 ///
 /// Model   towards the tool u = (b V + F) / √(2b), towards the hand v = (b V − F) / √(2b); ½u² − ½v² = F·V.
 ///         Inverse: V = (u + v) / √(2b), F = √(b/2) (u − v).

@@ -66,7 +66,7 @@ Wave WavePlayer::play(double period_s) noexcept {
   return filtered_;
 }
 
-// Returns the mean of the queue over the period; missing time counts as 0.
+// Returns the mean of the queued wave over the period. Time that the queue does not cover counts as 0.
 Wave WavePlayer::next(double period_s) noexcept {
   const double skipped_s = std::min(surplus_s_, settings_.skipped_share * period_s);
   surplus_s_ -= skipped_s;
@@ -80,7 +80,7 @@ Wave WavePlayer::next(double period_s) noexcept {
     wanted_s -= taken_s;
     waiting_s_ = std::max(0.0, waiting_s_ - taken_s);
     front.left_s -= taken_s;
-    // A rest below this is rounding: the times are sums of a few periods.
+    // A remainder below this value is a rounding error, because the times are sums of a few periods.
     if (front.left_s > 1e-12) continue;
     first_ = (first_ + 1) % kMaxStretches;
     --count_;

@@ -31,7 +31,8 @@ Wrench WaveHandPort::tick(const Pose& X_WH, double period_s) noexcept {
   if (!is_finite(X_WH) || !is_period(period_s)) return {};
   end_period(X_WH, period_s);
   in_ = player_.play(period_s);
-  // F of the waves (towards_tool, in) for a known V: b V − √(2b) in on the tool's side.
+  // Given V and the incoming wave, the wrench of the hand on the line is b V − √(2b) in; the hand receives the
+  // opposite.
   const WaveImpedance& b = impedance_;
   displayed_ = {std::sqrt(2 * b.linear_n_s_per_m) * in_.f - b.linear_n_s_per_m * velocity_.v,
                 std::sqrt(2 * b.angular_n_m_s_per_rad) * in_.t - b.angular_n_m_s_per_rad * velocity_.w};

@@ -1,5 +1,5 @@
-// The two ends of a wave line: one converts waves to a force on a hand, the other to the motion of the handle that
-// pulls the tool. Each keeps an energy balance, so that sampling creates no energy either.
+// The two ends of a wave line. One converts waves to a force on a hand. The other converts them to the motion of a
+// virtual handle that pulls the tool. Each end has an energy balance, so that sampling creates no energy either.
 #pragma once
 
 #include "common/haptics/coupling/coupling_law.hpp"
@@ -8,14 +8,16 @@
 
 namespace tandem::haptics {
 
-/// Energy balance of a port: arriving waves and work done on it, less leaving waves and work done by it.
+/// Energy balance of a port: energy of arriving waves and work done on the port, less energy of leaving waves and work
+/// done by the port.
 ///
-/// Model   E += ½|in|² T − work − ½|out|² T. `out` is scaled down so that E ≥ 0; where that is not enough, nothing
-///         leaves until E is positive again. E is kept below a limit, so that dissipated energy is not returned.
+/// Model   E += ½|in|² T − work − ½|out|² T. `out` is scaled down so that E ≥ 0. If E is negative even without `out`,
+///         nothing is sent until E is positive again. E is clamped to an upper limit, so that dissipated energy is not
+///         returned.
 class WaveAccount {
  public:
-  /// Returns the largest multiple of `out`, at most `out`, that the balance covers. `work_j`: work done by the port on
-  /// the hand or tool over the same period.
+  /// Returns `out`, scaled by the largest factor up to 1 that the balance covers. `work_j` is the work done by the port
+  /// on the hand or tool over the same period.
   Wave settle(const Wave& in, const Wave& out, double work_j, double period_s) noexcept;
   double balance_j() const noexcept { return balance_j_; }
 
@@ -24,11 +26,11 @@ class WaveAccount {
   double balance_j_ = 0;
 };
 
-/// The hand's end of the line. Called once a tick.
+/// The hand's end of the line. tick() is called once a tick.
 ///
-/// Model   on the hand √(2b) v − b V: the newest wave from the tool, and the line's own impedance. Towards the tool
-///         u = √(2b) V − v of the last period, with V its mean velocity. WaveAccount scales u by the work of the
-///         displayed wrench on the hand in that period
+/// Model   wrench on the hand: √(2b) v − b V, the newest wave v from the tool and the line's impedance b. Wave to the
+///         tool: u = √(2b) V − v of the last period, with the mean velocity V. WaveAccount scales u according to the
+///         work of the displayed wrench on the hand in that period
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class WaveHandPort {
  public:
@@ -36,7 +38,7 @@ class WaveHandPort {
       : impedance_(impedance), player_(player) {}
 
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
-  /// Reports that the hand's pose is unknown; the next tick() starts from its pose then.
+  /// Reports that the hand's pose is unknown. The next tick() then starts a new path at its pose.
   void lose_hand() noexcept;
   /// Returns the wrench on the hand for the coming period.
   Wrench tick(const Pose& X_WH, double period_s) noexcept;
@@ -44,7 +46,7 @@ class WaveHandPort {
   void set_displayed(const Wrench& on_hand_W) noexcept;
   void reset() noexcept { *this = WaveHandPort(impedance_, player_.settings()); }
 
-  /// Sum to be sent.
+  /// Integral of the wave to the tool, to be sent.
   const Wave& sum_towards_tool() const noexcept { return sum_; }
   double balance_j() const noexcept { return account_.balance_j(); }
 
@@ -62,15 +64,15 @@ class WaveHandPort {
   Wrench displayed_;
 };
 
-/// The tool's end of the line: moves the handle to which a coupling pulls the tool. Called once a step, move() before
-/// it and settle() after.
+/// The tool's end of the line: moves the virtual handle to which a coupling pulls the tool. In each step move() is
+/// called before the coupling is evaluated and settle() after it.
 ///
-/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the impedance's answer to the wave u against the coupling's
-///         wrench F, implicit in the coupling's stiffness K and damping B, so that no coupling is too stiff for the
-///         step. Towards the hand v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
-///         Drift (from clipped, lost or scaled waves): V also gets (X_target − X) / τ_d, as far as the balance covers
+/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the response of the impedance b to the wave u and the
+///         coupling's wrench F. It is implicit in the coupling's stiffness K and damping B, so that no coupling is too
+///         stiff for the step. Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
+///         Drift (from clipped, lost or scaled waves): (X_target − X) / τ_d is added to V, as far as the balance covers
 ///         it.
-/// Source  Niemeyer, Slotine 1991 and 2004 as in wave.hpp, wave_line.hpp; implicit step and balance are ours
+/// Source  Niemeyer, Slotine 1991 and 2004, as in wave.hpp and wave_line.hpp; implicit step and balance are ours
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {
  public:
@@ -78,12 +80,12 @@ class WaveToolPort {
       : impedance_(impedance), player_(player) {}
 
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
-  /// Returns the handle's pose at the end of the coming step. `hand` is the newest real handle; the virtual one starts
-  /// at the first of them.
+  /// Returns the virtual handle's pose at the end of the coming step. `X_WH_hand` is the newest pose of the real
+  /// handle. The virtual handle starts at the first pose received.
   /// In      coupling  stiffness and damping, at rest, of the coupling that pulls the tool
   const Pose& move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept;
   const Twist& velocity() const noexcept { return velocity_; }
-  /// Ends the step. `on_tool_W`: wrench of the coupling in that step, about the handle's origin.
+  /// Ends the step. `on_tool_W` is the wrench of the coupling in that step, about the handle's origin.
   void settle(const Wrench& on_tool_W, double period_s) noexcept;
   void reset() noexcept { *this = WaveToolPort(impedance_, player_.settings()); }
 

@@ -25,7 +25,7 @@ std::string refusal(const std::string& field, const std::string& value, const st
   return field + " is " + value + "; it must be " + demand;
 }
 
-/// Returns the first problem that is not empty.
+/// Returns the first non-empty text.
 std::string first(std::initializer_list<std::string> problems) {
   for (const std::string& problem : problems) {
     if (!problem.empty()) return problem;
@@ -41,7 +41,7 @@ std::string negative(const std::string& field, double value) {
   return value >= 0 && std::isfinite(value) ? "" : refusal(field, text_of(value), "0 or more and finite");
 }
 
-/// Checks a direction or force that must have a length.
+/// Checks a direction or force whose length must not be zero.
 std::string no_vector(const std::string& field, const Vec3& value) {
   return is_finite(value) && value.norm() > 1e-9 ? "" : refusal(field, text_of(value), "of some length and finite");
 }
@@ -96,7 +96,8 @@ std::string find_problem_of(const SphereRegion& region) {
   return not_positive("sphere.radius_m", region.radius_m);
 }
 
-/// A magnet is conservative only if its force fades with its own range.
+/// Checks that a magnet has no region and no contact condition: it is conservative only if nothing but its range limits
+/// its force.
 std::string misplaced_magnet(const EffectSettings& settings) {
   if (!std::holds_alternative<Magnet>(settings.model)) return {};
   const std::string demand = "left out for a magnet, which acts within its range_m of its core_size_m";

@@ -7,15 +7,16 @@
 namespace tandem::physics {
 namespace {
 
-/// Regularisation of a massless tool: its inertial resistance within a step, as a share of the spring's. The final pose
-/// errs by about this share. Ours; it bounds the condition number of the solver's matrix.
+/// Regularisation of a massless tool: its inertial resistance within a step, as a share of the spring's resistance. The
+/// final pose has a relative error of about this share. Our choice; it bounds the condition number of the solver's
+/// matrix.
 constexpr double kRegularisation = 1e-4;
-/// Regularisation without a spring. At 1 kHz, a step of 1 mm then takes 1e-6 N.
+/// Regularisation if there is no spring. At 1 kHz, moving it by 1 mm in a step takes 1e-6 N.
 constexpr double kMinRegularisation_kg = 1e-9;
-/// Least radius of gyration of that mass; the same as kToolGyrationRadius_m.
+/// Minimum radius of gyration of the regularisation; equal to kToolGyrationRadius_m.
 constexpr double kGyration_m = 0.015;
 
-/// Twist of the centre that moves tool T to the handle within a step.
+/// Returns the twist of the centre that moves the tool T to the handle within a step.
 Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, double step_s) {
   const Vec3 turn = rotation_vector(X_WH.q * X_WT.q.conjugate());
   const Vec3 p_WC_then = X_WH.p - quaternion_of(turn) * (X_WT.p - p_WC);
@@ -24,10 +25,10 @@ Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, doub
 
 }  // namespace
 
-/// Motion of a thing without inertia, from its couplings and joints.
+/// Motion of a thing without inertia, computed from its couplings and joints.
 struct InertialessThings::Motion {
   int hands = 0;
-  Twist V_WC;                ///< for a thing at the handle
+  Twist V_WC;                ///< prescribed twist of a thing at its handle
   double mass_kg = 0;        ///< regularisation of a massless thing
   double inertia_kg_m2 = 0;  ///< regularisation of a massless thing
   double reach_m = 0;
@@ -69,11 +70,11 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
                                      Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
   const Twist V_WC = twist_to_handle(coupling.hand->target_pose(), coupling.X_WT, p_WC, step_s);
-  // Several hands give the mean.
+  // If several hands hold the thing, it moves by their mean.
   motion.V_WC.v += V_WC.v / motion.hands;
   motion.V_WC.w += V_WC.w / motion.hands;
-  // A massless tool may slide along an obstacle by the full distance to its handle, because its spring does not get
-  // longer: factor 2.
+  // The factor 2 is needed because a massless tool may slide along an obstacle by the full distance to its handle
+  // without stretching its spring.
   motion.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
   motion.lever_W = coupling.X_WT.p - p_WC;
   const haptics::CouplingParameters& spring = coupling.hand->parameters();
@@ -82,7 +83,7 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
   motion.inertia_kg_m2 += squared * spring.stiffness_n_m_per_rad;
 }
 
-/// A massless thing also follows its joints.
+/// Adds the effect of a joint on a massless thing.
 void InertialessThings::add_joint(double step_s, const TouchThing& thing, const TouchJoint& joint,
                                   Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
@@ -96,12 +97,12 @@ void InertialessThings::add_joint(double step_s, const TouchThing& thing, const 
   motion.inertia_kg_m2 = std::max(motion.inertia_kg_m2, squared * joint.law->joint().stiffness_n_m_per_rad);
 }
 
-/// An outside wrench stretches the spring, and a fluid carries the thing along.
+/// Adds to the reach of the couplings the motion by external wrenches, which stretch the spring, and by a fluid.
 double InertialessThings::reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept {
   const Motion& motion = motions_[index];
   const Vec3& f = thing.wrench_W.f;
   const Vec3 about_tool_W = thing.wrench_W.t - motion.lever_W.cross(f);
-  // Factor 2: a nonlinear law yields more than its initial slope predicts.
+  // The factor 2 is needed because a nonlinear law yields more than its initial slope predicts.
   const double squared = 2 * kRegularisation * step_s * step_s;
   const double moved_m = squared * f.norm() / motion.mass_kg;
   const double turned_rad = squared * about_tool_W.norm() / motion.inertia_kg_m2;
@@ -137,7 +138,7 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
   }
 }
 
-/// The hand carries the load on a thing at its handle, within the limits of its coupling.
+/// The hand carries the load on a thing at its handle, up to the limits of its coupling.
 void InertialessThings::show_contacts(double step_s, std::span<const TouchThing> things,
                                       std::span<const TouchContact> felt, std::span<TouchCoupling> couplings,
                                       std::span<TouchJoint> joints) const noexcept {

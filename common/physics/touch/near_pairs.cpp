@@ -9,10 +9,10 @@
 namespace tandem::physics {
 namespace {
 
-/// Lower limit of the search distance between shapes, also at rest.
+/// Minimum search distance between shapes, also used at rest.
 constexpr double kMinBand_m = 5e-5;
 
-/// Capacity for near pairs of shapes, before the choice of those to search.
+/// Maximum number of close pairs of shapes from which those to be searched are chosen.
 constexpr std::size_t kMaxNear = 4096;
 
 }  // namespace
@@ -20,7 +20,7 @@ constexpr std::size_t kMaxNear = 4096;
 struct NearPairs::Near {
   std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
   double band_m = 0;
-  Pair* pair = nullptr;  ///< null: not near before
+  Pair* pair = nullptr;  ///< null if the pair was not close before
 
   double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
   void turn() {
@@ -29,7 +29,7 @@ struct NearPairs::Near {
   }
 };
 
-/// State of a thing at look_ahead(), with its predicted reach.
+/// State of a thing at the time of look_ahead(), with its predicted reach.
 struct NearPairs::FoundThing {
   const TouchModel* model = nullptr;
   TouchThing::Role role = TouchThing::Role::kAbsent;
@@ -70,7 +70,7 @@ TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const d
   return is_found ? TickFaults{0} : search(things, reach_m);
 }
 
-/// A search with too many pairs is discarded: the step chooses among them.
+/// If there are too many pairs, the result is discarded, because only the step may choose among them.
 void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   found_things_.clear();
   if (search(things, reach_m) != 0) return;
@@ -99,11 +99,11 @@ TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const
     if (things[a].role != TouchThing::Role::kImplicit || !things[a].model->can_be_touched()) continue;
     for (std::size_t b = 0; b < things.size(); ++b) {
       const TouchThing& other = things[b];
-      // Two implicit things form one pair.
+      // Two implicit things form a single pair, so the second order is skipped.
       const bool is_met_later = other.role == TouchThing::Role::kImplicit && b <= a;
       if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
       if (things[a].passes_through == b || other.passes_through == a) continue;
-      // Factor 1.5: a contact can push its neighbour on within the step.
+      // The factor 1.5 is needed because a contact can push a neighbouring thing within the step.
       const double band = std::max(kMinBand_m, 1.5 * (reach_m[a] + reach_m[b]));
       has_room = add(things, a, b, band) && has_room;
     }
@@ -140,8 +140,8 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Assigns to each near pair the one that was used before. Two implicit things may have been used in the other order,
-/// when one of them was external: the order is kept, and with it the state of friction.
+/// Assigns to each close pair the Pair object that it used before. If one of two implicit things was external before,
+/// that object may have them in reverse order. This order is then used, so that the friction state is preserved.
 void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
@@ -159,7 +159,7 @@ void NearPairs::match(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Keeps those with the deepest contact, then those that were near before.
+/// Chooses the pairs with the deepest contact, followed by those that were close before.
 TickFaults NearPairs::choose_nearest() noexcept {
   if (near_.size() <= pairs_.size()) return 0;
   const auto is_before = [](const Near& x, const Near& y) {
@@ -183,7 +183,7 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   chosen_.clear();
   for (Near& near : near_) {
     if (near.pair == nullptr) {
-      // A free pair exists: there are no more near pairs than pairs_.
+      // An unused pair exists, because near_ has at most as many entries as pairs_.
       const auto free = std::find_if(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return !pair.is_used; });
       end_ = std::max(end_, static_cast<std::size_t>(free - pairs_.begin()) + 1);
       near.pair = &*free;
@@ -202,7 +202,7 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Collects the other shapes near A, which lie beside B, and those near B, which lie beside A.
+/// Collects the other shapes close to A, which are adjacent to B, and those close to B, which are adjacent to A.
 void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
   if (neighbours_.size() < 2 || pair.contacts.contacts().empty()) return;
   for (auto& shapes : beside_) shapes.clear();

@@ -1,4 +1,4 @@
-// Broad phase: pairs of shapes of the world's things that are near each other. Private to the touch stage.
+// Broad phase: finds pairs of shapes of the world's things that are close to each other. Private to the touch stage.
 #pragma once
 
 #include <array>
@@ -13,51 +13,53 @@
 
 namespace tandem::physics {
 
-/// Pairs of near shapes with at least one implicit thing. A pair is kept, with its friction state, for as long as it is
-/// near. look_ahead() searches for the next step in idle time. Its result is used if things and poses are unchanged and
-/// no thing moves farther than predicted.
+/// Pairs of close shapes, of which at least one belongs to an implicit thing. As long as a pair is close, its friction
+/// state is preserved. look_ahead() searches for the next step in idle time. Its result is used only if things and
+/// poses are unchanged, and if no thing moves farther than predicted.
 class NearPairs {
  public:
-  /// Shape part_a of thing_a, which is implicit, and shape part_b of thing_b. Two implicit things keep their order.
+  /// Shape part_a of thing_a, which is implicit, and shape part_b of thing_b. If both things are implicit, their order
+  /// does not change.
   struct Pair {
     explicit Pair(std::uint32_t budget) : contacts(budget) {}
-    /// Returns the contacts at these poses: once those of find_ahead(), else newly found ones.
+    /// Returns the contacts at these poses. The first call uses the result of find_ahead() if that is valid; otherwise
+    /// the contacts are searched.
     contact::ContactWork find(const Pose& X_WSa, const Pose& X_WSb) noexcept;
-    /// Finds contacts for the next find().
+    /// Searches contacts in advance for the next find().
     void find_ahead(const Pose& X_WSa, const Pose& X_WSb) noexcept;
 
     contact::ContactPair contacts;
     std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
-    double band_m = 0;     ///< surfaces nearer than this are searched
-    double deepest_m = 0;  ///< deepest contact of the last step, set by the stage; 0: nothing pressed
+    double band_m = 0;     ///< contacts are searched where the surfaces are closer than this
+    double deepest_m = 0;  ///< depth of the deepest contact in the last step, set by the stage; 0: no force
     bool is_used = false;
     bool is_near = false;
     // Input and result of find_ahead().
     Pose X_WSa, X_WSb;
-    double found_m = -1;  ///< its band; below 0: no result
+    double found_m = -1;  ///< search distance of find_ahead(); below 0: no result
     contact::ContactWork work;
   };
 
-  /// In      budget  contact points of a pair (contact::ContactPair)
+  /// In      budget  maximum number of contact points of a pair (contact::ContactPair)
   NearPairs(std::size_t things, std::size_t pairs, std::uint32_t budget);
   ~NearPairs();
 
-  /// Finds the near pairs. Of too many pairs, those with the deepest contact stay, then those that were near before:
-  /// kFaultContactCoarse.
+  /// Finds the close pairs. If there are too many, pairs with the deepest contact have priority, followed by pairs that
+  /// were close before; kFaultContactCoarse is returned.
   ///
   /// In      reach_m  limit of each thing's motion in this step
   TickFaults find(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
-  /// Searches for the next find(), with these limits of motion.
+  /// Searches in advance for the next find(), with these limits of motion.
   void look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
-  /// Near pairs in a fixed order.
+  /// Close pairs in a fixed order.
   std::span<Pair* const> near() const { return chosen_; }
-  /// Corrects the contacts of `pair` where other near shapes cover the surface of one of its shapes.
+  /// Corrects the contacts of `pair` where the surface of one of its shapes is covered by other close shapes.
   void join(std::span<const TouchThing> things, Pair& pair) noexcept;
 
  private:
   struct Near;
   struct FoundThing;
-  /// Index of a thing and of one of its shapes.
+  /// Index of a thing and index of one of its shapes.
   using PartName = std::pair<std::uint16_t, std::uint16_t>;
 
   TickFaults search(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
@@ -70,14 +72,14 @@ class NearPairs {
   static constexpr std::size_t kMaxBeside = 32;
 
   std::vector<Pair> pairs_;
-  std::size_t end_ = 0;     ///< no pair from this index on is used
+  std::size_t end_ = 0;     ///< number of entries up to the last used pair
   std::vector<Near> near_;  ///< result of the search
   std::vector<Pair*> chosen_;
-  /// All pairs that are near enough for join(), whether searched or not.
+  /// All pairs that are close enough for join(), including those whose contacts are not searched.
   std::vector<std::array<PartName, 2>> neighbours_;
-  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for the pair in join(): shapes beside A, and beside B
+  std::array<std::vector<contact::PlacedShape>, 2> beside_;  ///< for join(): shapes next to A, next to B
   std::vector<FoundThing>
-      found_things_;  ///< each thing at the last look_ahead(); empty: it was not called, or not all pairs had room
+      found_things_;  ///< each thing at the last look_ahead(); empty if it was not called or found too many pairs
 };
 
 }  // namespace tandem::physics

@@ -1,4 +1,4 @@
-// Capacities of a touch stage for the things of a scene. Private to the world.
+// Capacities of a touch stage for a scene. Private to the world.
 #pragma once
 
 #include <span>
@@ -8,8 +8,8 @@
 
 namespace tandem::physics {
 
-/// Capacities for all bodies of `world` and these tools. The number of pairs of shapes, 0.7 MB each, is the number that
-/// can be near at the same time, up to the scene's limit.
+/// Returns the capacities for all bodies of `world` and these tools. The capacity for pairs of shapes (0.7 MB each) is
+/// the number of pairs that can be close at the same time, up to the scene's limit.
 TouchStage::Limits touch_limits(const WorldDescription& world, std::span<const ToolDescription> tools);
 
 }  // namespace tandem::physics

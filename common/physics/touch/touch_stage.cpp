@@ -1,5 +1,5 @@
-// One step: predicts each thing's reach, finds the near pairs and their contacts, and solves for all contacts and
-// couplings together. The result goes to things and hands.
+// A step of the touch stage: predicts each thing's reach, finds the close pairs and their contacts, and solves for all
+// contacts and couplings together. The results are written to the things and their couplings.
 #include "common/physics/touch/touch_stage.hpp"
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 namespace tandem::physics {
 namespace {
 
-/// Capacity of the solver: contacts of all pairs in a step.
+/// Capacity of the solver: number of contact points of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// Predicted reach of a thing in the next step: a factor on the last reach, plus the effect of a push with this
+/// Predicted reach of a thing in the next step: kLikelyReach times the last reach, plus the displacement by this
 /// acceleration. If a thing moves farther, its contacts are searched again.
 constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
-/// Wrench of a law on the frame X_WT of `rigid` now, about the centre of mass.
+/// Returns the wrench of a law on the frame X_WT of `rigid` in its present state, about the centre of mass.
 Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
   const Pose& X_WT = coupling.X_WT;
   const Twist V_WT{rigid.velocity_at_W(X_WT.p), rigid.velocity_of_centre_W().w};
@@ -28,12 +28,12 @@ bool may_move(const TouchThing& thing) {
   return thing.role == TouchThing::Role::kImplicit || thing.role == TouchThing::Role::kExternal;
 }
 
-/// Pose of a shape.
+/// Returns the pose of a shape.
 Pose pose_of(std::span<const TouchThing> things, std::size_t thing, std::size_t part) {
   return things[thing].rigid->pose() * things[thing].model->parts[part].X_BS;
 }
 
-/// Sum of the normals, weighted like the pressure by depth and area.
+/// Returns the sum of the normals, weighted by depth and area, as the pressure is.
 Vec3 normal_of(std::span<const contact::ContactPoint> contacts) {
   Vec3 sum_W = Vec3::Zero();
   for (const contact::ContactPoint& contact : contacts) {
@@ -92,7 +92,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-/// Skips the search if there is a thing at its handle, because its next pose is unknown.
+/// The search is skipped if any thing is at its handle, because its next pose is unknown.
 void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
@@ -108,7 +108,7 @@ void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) n
   }
 }
 
-// The reach follows from the present velocity and from the velocity that the wrenches add.
+// The reach follows from the present velocity and from the velocity gained from the wrenches.
 void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
                                std::span<const TouchCoupling> couplings, std::span<const TouchJoint> joints) noexcept {
   std::fill(gained_.begin(), gained_.end(), Twist{});
@@ -131,7 +131,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     const RigidBody& rigid = *things[i].rigid;
     gain(step_s, things[i].wrench_W, rigid, gained_[i]);
     const Twist& V = rigid.velocity_of_centre_W();
-    // Contact may cancel the gain, so the faster of both velocities counts.
+    // A contact may cancel the gained velocity, so the larger of both speeds is used.
     const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
     reach_m_[i] = step_s * std::min(linear + rigid.radius_m() * angular, limits_.speed_m_per_s);
@@ -171,7 +171,7 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
   return faults;
 }
 
-/// An external thing becomes a body of the solver with its first contact.
+/// With its first contact an external thing becomes a body of the solver.
 void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& near) noexcept {
   const TouchThing& a = things[near.thing_a];
   const TouchThing& b = things[near.thing_b];
@@ -191,7 +191,7 @@ void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& 
   patch_things_.push_back({near.thing_a, near.thing_b});
 }
 
-/// Leaves out couplings and joints of things at the handle (InertialessThings::show_contacts()), and joints of external
+/// Excludes couplings and joints of things at their handle (InertialessThings::show_contacts()), and joints of external
 /// things without contact.
 void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<TouchCoupling> couplings,
                                std::span<TouchJoint> joints) noexcept {
@@ -244,7 +244,7 @@ void TouchStage::feel() noexcept {
   }
 }
 
-/// Propagates from things that make others implicit until nothing changes. Chains are short.
+/// Propagates the flag and the hands from things that make others implicit, until nothing changes. Chains are short.
 void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kImplicit) continue;

@@ -1,4 +1,4 @@
-// Input and output of the touch stage in each step. Private to the world.
+// Inputs and outputs of the touch stage in each step. Private to the world.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace tandem::physics {
 
-/// Fluid around a massless thing, at the thing's origin. The solver includes its drag, because the thing brings no
-/// velocity into the step.
+/// Fluid around a massless thing, at the thing's origin. Its drag is part of the solution, because the thing has no
+/// velocity at the start of a step.
 struct TouchDrag {
   Viscosity fluid{0, 0};
   Twist V_W;  ///< velocity of the fluid
@@ -22,74 +22,74 @@ struct TouchDrag {
   double torque_limit_n_m = 0;
 
   bool is_acting() const { return fluid.damping_n_s_per_m > 0 || fluid.damping_n_m_s_per_rad > 0; }
-  /// Adds another fluid at the same place: dampings and limits are summed, velocities are averaged with the dampings as
-  /// weights.
+  /// Adds another fluid at the same position. Dampings and limits are summed; velocities are averaged with the dampings
+  /// as weights.
   void add(const TouchDrag& more) noexcept;
 };
 
-/// One rigid thing of the world in this step.
+/// One rigid thing of the world in the current step.
 struct TouchThing {
-  /// kAbsent: not in the world. kImplicit: moved by this stage only. kExternal: one of the FreeBodies. When an implicit
-  /// thing first touches it, the stage includes its inertia for that step and applies the contacts' wrench to it.
-  /// kStatic: does not move.
+  /// kAbsent: not in the world. kImplicit: moved only by this stage. kExternal: moved by FreeBodies. When an implicit
+  /// thing first touches it, the stage includes its inertia for that step, and applies the wrench of the contacts to
+  /// it. kStatic: does not move.
   enum class Role : std::uint8_t { kAbsent, kImplicit, kExternal, kStatic };
 
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
-  bool makes_implicit = false;  ///< a tool, or a held or kept body: things that it touches become implicit
-  std::uint32_t hands = 0;      ///< bit i: it is tool i, or tool i holds it
-  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< for implicit things: InertialessThings
+  bool makes_implicit = false;  ///< a tool or a body held or kept implicit: bodies that it touches become implicit
+  std::uint32_t hands = 0;      ///< bit i: the thing is tool i, or tool i holds it
+  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit things
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
-  std::optional<std::size_t> passes_through = {};                     ///< index of a thing that it does not touch
-  TouchDrag drag = {};                                                ///< for a massless thing only
+  std::optional<std::size_t> passes_through = {};                     ///< index of a thing that it passes through
+  TouchDrag drag = {};                                                ///< used only for a massless thing
 
   bool has_inertia() const { return dynamics == haptics::ToolDynamics::kWithMass; }
   bool is_massless() const { return dynamics == haptics::ToolDynamics::kMassless; }
   bool is_at_handle() const { return dynamics == haptics::ToolDynamics::kAtHandle; }
 };
 
-/// Coupling of one tool. The stage writes `wrench_W`, the wrench of the hand on the tool about the tool's origin at the
-/// end of the step.
+/// Coupling of one tool. `wrench_W` is an output of the stage: the wrench of the hand on the tool, about the tool's
+/// origin, at the end of the step.
 struct TouchCoupling {
   std::size_t tool = 0;
-  std::size_t thing = 0;  ///< the tool itself, or the body that it holds
+  std::size_t thing = 0;  ///< the tool, or the body that it holds
   const ToolHand* hand = nullptr;
   Pose X_WT;
   Wrench wrench_W;
 };
 
-/// A joint, such as an anchor. The stage writes `wrench_W`, the wrench on the thing about the origin of the joint's
-/// frame at the end of the step.
+/// A joint, such as an anchor. `wrench_W` is an output of the stage: the wrench on the thing, about the origin of the
+/// joint's frame, at the end of the step.
 struct TouchJoint {
   std::size_t thing = 0;
   const JointLaw* law = nullptr;
   RigidState target;
   Pose X_WT;               ///< joint frame, fixed to the thing
-  Wrench wrench_W = {};    ///< zero also for an external thing without contact
-  bool is_solved = false;  ///< false: external thing without contact, no effect
+  Wrench wrench_W = {};    ///< also zero for an external thing without contact
+  bool is_solved = false;  ///< whether the joint was part of the solution; false for an external thing without contact
 
   contact::SolverCoupling coupling(int body) const { return {body, law, target.X, target.V, X_WT}; }
 };
 
 /// Contacts of an implicit thing in the last step.
 struct TouchContact {
-  std::uint32_t pressing = 0;  ///< contact points with a force
+  std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< makes others implicit, or is pressed by a thing that does, directly or through others
-  std::uint32_t hands = 0;  ///< bits of the tools that reach it, or of the tool that it is
-  Wrench wrench_W;          ///< wrench of all contacts on it, about the origin of W
-  Twist V_WC;               ///< velocity of its centre in the step; the only velocity of a massless thing
+  bool is_reached = false;  ///< makes others implicit, or is in contact with such a thing, directly or through others
+  std::uint32_t hands = 0;  ///< bits of the tools that touch it directly or through others, or of the tool that it is
+  Wrench wrench_W;          ///< total contact wrench on the thing, about the origin of W
+  Twist V_WC;               ///< velocity of its centre in the step, also for a massless thing
 };
 
-/// Contact of two things in the last step.
+/// Contact between two things in the last step.
 struct TouchBetween {
-  double normal_force_n = 0;     ///< sum of the magnitudes
-  Vec3 normal_W = Vec3::Zero();  ///< mean normal, unit, out of the second thing; zero: no contact
+  double normal_force_n = 0;     ///< sum of the magnitudes of the normal forces
+  Vec3 normal_W = Vec3::Zero();  ///< mean normal, a unit vector out of the second thing; zero if there is no contact
 };
 
-/// Limits the motion of a thing to the distance within which contacts were searched. Scaling down is safe, because the
-/// motion stays on the solved path. Returns true if the motion was scaled down.
+/// Limits the motion of a thing to the distance within which contacts were searched. Scaling the motion down is safe,
+/// because it remains on the solved path. Returns true if the motion was scaled down.
 bool limit_motion(Twist& V_WC, double radius_m, double speed_m_per_s) noexcept;
 
 }  // namespace tandem::physics
