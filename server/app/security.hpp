@@ -66,7 +66,7 @@ proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, co
 /// "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …"
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys);
 
-/// Whether a server that listens at this address is reachable from this machine only.
+/// Returns whether a server that listens at this address is reachable from this machine only.
 bool is_loopback(const std::string& address);
 /// Public address of this machine: the first IPv4 address of a network that is up. Without one, if `may_be_v6`, the
 /// first IPv6 address that is not link-local; otherwise 127.0.0.1.

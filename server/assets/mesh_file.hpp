@@ -25,12 +25,13 @@ std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const 
 ///         coordinates whose rounding far from the origin changes the shape, an extension that is not read
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
-/// Whether the format states the unit, as .gltf, .glb and .dae do.
+/// Returns whether the format states the unit, as .gltf, .glb and .dae do.
 bool states_unit(const std::filesystem::path& file);
-/// Whether the format states the up axis, as .gltf, .glb, .dae and .3ds do.
+/// Returns whether the format states the up axis, as .gltf, .glb, .dae and .3ds do.
 bool states_up_axis(const std::filesystem::path& file);
 
-/// Whether a mesh is larger than objects usually touched with a haptic device; often millimetres were taken for metres.
+/// Returns whether a mesh is larger than objects usually touched with a haptic device; often millimetres were taken for
+/// metres.
 bool is_too_large(double size_m);
 
 /// Question to the user about an implausible size, for a mesh whose scale was not chosen by its size: "60 m large, for

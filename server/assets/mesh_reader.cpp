@@ -106,14 +106,14 @@ std::span<const std::byte> without_mark(std::span<const std::byte> bytes) {
   return bytes.subspan(text_of(bytes).starts_with("\xEF\xBB\xBF") ? 3 : 0);
 }
 
-/// Whether Assimp's coordinates of an .obj are used unchanged. This keeps earlier caches and measurements of such files
-/// valid.
+/// Returns whether Assimp's coordinates of an .obj are used unchanged. This keeps earlier caches and measurements of
+/// such files valid.
 bool is_ordinary(const Extent& extent) {
   constexpr double kMinSize = 1e-2, kMaxSize = 1e6, kFarthest = 4;
   return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
-/// Whether Assimp's vertices fill the same box as the vertices that the file lists.
+/// Returns whether Assimp's vertices fill the same box as the vertices that the file lists.
 bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
   constexpr double kMaxShare = 1e-5;
   Eigen::AlignedBox3d box;

@@ -20,7 +20,7 @@ class RoomMeter final : public RoomWatcher {
   std::uint64_t fault_steps(std::size_t bit) const { return fault_steps_[bit].load(std::memory_order_relaxed); }
   double braked_j() const { return braked_j_.load(std::memory_order_relaxed); }
   std::uint64_t events_lost() const { return events_lost_.load(std::memory_order_relaxed); }
-  /// Whether the last step left the room awake (see Room::is_idle()).
+  /// Returns whether the last step left the room awake (see Room::is_idle()).
   bool is_awake() const { return is_awake_.load(std::memory_order_relaxed); }
 
  private:

@@ -238,7 +238,7 @@ void AsioServerTransport::read(const PeerPointer& peer) {
   });
 }
 
-/// Whether the peer must wait for its turn to start the TLS handshake.
+/// Returns whether the peer must wait for its turn to start the TLS handshake.
 bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
   return tls_ != nullptr && !peer.tls.has_answered() && !handshakes_.has_some(now);
 }

@@ -40,7 +40,7 @@ int open_eventfd() {
   return descriptor;
 }
 
-/// Whether the signal is ignored, as under nohup.
+/// Returns whether the signal is ignored, as under nohup.
 bool is_ignored(int signal) {
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;

@@ -167,12 +167,12 @@ class Room {
   /// without a preceding answer().
   void finish() noexcept;
   Step steps_done() const { return step_; }
-  /// Whether a body can move; false for a static body and for one that the scene lacks.
+  /// Returns whether a body can move; false for a static body and for one that the scene lacks.
   bool moves(BodyId body) const noexcept;
-  /// Whether steps can be skipped: no user, no waiting command, and the scene is at its start or has no automatic
-  /// reset.
+  /// Returns whether steps can be skipped: no user, no waiting command, and the scene is at its start or has no
+  /// automatic reset.
   bool is_idle() const;
-  /// Whether no seat has a user.
+  /// Returns whether no seat has a user.
   bool is_empty() const noexcept;
   /// Adds `faults` to the report of the next updates (from the room loop, e.g. kFaultOverrun).
   void report(TickFaults faults) { pending_faults_ |= faults; }

@@ -44,7 +44,7 @@ class RoomSeats {
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
-  /// Whether allocate() would now find a seat, and a tool if the role has one.
+  /// Returns whether allocate() would now find a seat, and a tool if the role has one.
   bool has_place(UserRole role) const;
   /// Releases a seat. When an operator leaves, the coupling returns to the scene's.
   void leave(const Seat& seat);

@@ -35,8 +35,8 @@ class ToolDriver {
  public:
   virtual ~ToolDriver() = default;
 
-  /// Whether the grab button acts when drive() returns it, with the tool where its user had it; otherwise it acts on
-  /// arrival.
+  /// Returns whether the grab button acts when drive() returns it, with the tool where its user had it; otherwise it
+  /// acts on arrival.
   virtual bool delays_buttons() const noexcept { return false; }
   /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
   virtual void receive(const UserInput& input, Duration now) noexcept = 0;

@@ -27,9 +27,9 @@ class ToolPort {
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
-  /// Whether the hand is to be extrapolated in a gap of its inputs. True for a tool that presses on an object together
-  /// with another tool. True for a tool that holds a body if that body has no contact, or if another hand acts on it
-  /// directly or through other bodies.
+  /// Returns whether the hand is to be extrapolated in a gap of its inputs. True for a tool that presses on an object
+  /// together with another tool. True for a tool that holds a body if that body has no contact, or if another hand acts
+  /// on it directly or through other bodies.
   bool runs_on() const noexcept;
   /// Coupling in force.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }

@@ -100,8 +100,8 @@ Polygons binary_stl(std::span<const std::byte> bytes) {
   return mesh;
 }
 
-/// Whether an STL is text. A binary file may begin with the same word, but a count below 2^24 has a zero in its upper
-/// byte.
+/// Returns whether an STL is text. A binary file may begin with the same word, but a count below 2^24 has a zero in its
+/// upper byte.
 bool is_text(std::span<const std::byte> bytes) {
   std::string_view text = text_of(bytes);
   const bool has_zero = text.substr(0, kHeader).find('\0') != std::string_view::npos;

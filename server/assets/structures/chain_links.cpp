@@ -56,8 +56,8 @@ int number_of(const PdbResidue& residue) {
   return number;
 }
 
-/// Whether two residues belong to one chain. TER records also occur at gaps: there the numbers continue, with some
-/// missing.
+/// Returns whether two residues belong to one chain. TER records also occur at gaps: there the numbers continue, with
+/// some missing.
 bool is_same_chain(const PdbResidue& earlier, const PdbResidue& later) {
   if (earlier.chain != later.chain || find_atom(earlier, "OXT") != nullptr) return false;
   return earlier.segment == later.segment || number_of(later) > number_of(earlier) + 1;

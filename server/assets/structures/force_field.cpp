@@ -104,7 +104,7 @@ class ParameterFile {
   bool skipping_ = false;
 };
 
-/// Whether σ is combined arithmetically.
+/// Returns whether σ is combined arithmetically.
 bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;

@@ -26,7 +26,8 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 /// In      before  atoms of the previous residue, for atoms "-C"; null if there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);
 
-/// Whether the hydrogens of a rule rotate about the bond between its first two atoms. False for an atom of a ring.
+/// Returns whether the hydrogens of a rule rotate about the bond between its first two atoms. False for an atom of a
+/// ring.
 bool turns(const HydrogenRule& rule, const AtomPlaces& own);
 
 /// Position of the carbon before a residue that begins after a gap, at the usual angles of a chain. The hydrogen on N

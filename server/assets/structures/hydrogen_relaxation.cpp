@@ -244,7 +244,7 @@ class Relaxation {
     }
   }
 
-  /// Whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not: they point at the
+  /// Returns whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not: they point at the
   /// approaching atom.
   bool is_acceptor(const RelaxedAtom& atom) const {
     return atom.is_polar && !atom.is_hydrogen && (atom.source->element == "O" || atom.hydrogens == 0);

@@ -62,8 +62,8 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-/// Whether an alias applies. Protein aliases do not apply to nucleotides, where O2 is an atom of a base, not of a chain
-/// end.
+/// Returns whether an alias applies. Protein aliases do not apply to nucleotides, where O2 is an atom of a base, not of
+/// a chain end.
 bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
                    const ResidueContext& context) {
   if (alias.residue.starts_with("protein") && block.is_nucleotide()) return false;

@@ -40,13 +40,13 @@ struct Composition {
   std::vector<HydrogenRule> rules;
 };
 
-/// Whether residues of this name are parts of chains: the force field has a block for it that is an amino acid, a cap
-/// (ACE, NAC/NME, NH2, NHE) or a nucleotide.
+/// Returns whether residues of this name are parts of chains: the force field has a block for it that is an amino acid,
+/// a cap (ACE, NAC/NME, NH2, NHE) or a nucleotide.
 bool is_chain_residue(const ForceField& force_field, std::string_view residue_name);
 bool is_amino_acid(const ForceField& force_field, std::string_view residue_name);
 bool is_histidine(std::string_view residue_name);
 
-/// Whether the force field has any block for the residue, water and ions included.
+/// Returns whether the force field has any block for the residue, water and ions included.
 bool has_block(const ForceField& force_field, std::string_view residue_name);
 
 /// Block of a residue under GROMACS's name: "HISE" is HIE in AMBER's force fields, HSE in CHARMM's. Null if there is
@@ -59,8 +59,8 @@ std::string_view canonical_residue(std::string_view name);
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Whether an amino acid at the start of a chain has one hydrogen on N, as within a chain: it was cut out of a longer
-/// one.
+/// Returns whether an amino acid at the start of a chain has one hydrogen on N, as within a chain: it was cut out of a
+/// longer one.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
 /// Chooses by the residue's name and the hydrogens on its atoms. Swaps an acid's oxygens in `named` if the hydrogen is

@@ -120,7 +120,7 @@ void ResidueCollector::drop(const PdbResidue& residue, const Record& record, con
   structure_.dropped.push_back("atom " + place_text(residue, record.atom.name) + ": " + why);
 }
 
-/// Whether the chain bond between two residues has alternates on both sides.
+/// Returns whether the chain bond between two residues has alternates on both sides.
 bool ResidueCollector::are_linked(const OpenResidue& before, const OpenResidue& after) {
   const auto alternates = [](const OpenResidue& open, std::string_view a, std::string_view b) {
     return std::ranges::any_of(
@@ -159,7 +159,7 @@ void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   }
 }
 
-/// Whether the alternate letter is meaningless: the atom has full occupancy and no alternate.
+/// Returns whether the alternate letter is meaningless: the atom has full occupancy and no alternate.
 bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record) {
   constexpr double kAlways = 0.995;
   return record.atom.occupancy >= kAlways && std::ranges::none_of(open.records, [&record](const Record& other) {

@@ -32,8 +32,8 @@ struct PdbResidue {
   std::string segment_name = {};  ///< PDB files: columns 73-76; names the chain in files without chain names
 };
 
-/// Whether atoms have charges of the file, as in PQR and PDBQT. These are complete with the hydrogens that the file
-/// has.
+/// Returns whether atoms have charges of the file, as in PQR and PDBQT. These are complete with the hydrogens that the
+/// file has.
 bool has_own_charges(const PdbResidue& residue);
 
 struct PdbStructure {

@@ -78,7 +78,7 @@ class Matcher {
 
   const BlockAtom* match_of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
   bool is_used(std::size_t block_atom) const { return used_[block_atom]; }
-  /// Whether a hydrogen has no carrier in the residue, or is in excess on a matched one.
+  /// Returns whether a hydrogen has no carrier in the residue, or is in excess on a matched one.
   bool is_misfit(std::size_t i) const {
     if (match_[i] || !is_hydrogen(i)) return false;
     return named_.carriers[i] == NamedAtoms::kNowhere || match_[named_.carriers[i]].has_value();
@@ -109,7 +109,7 @@ class Matcher {
                                                       : std::string_view(named_.names[named_.carriers[i]]);
   }
 
-  /// Whether a hydrogen is on `carrier`, even where atoms are so crowded that another one is nearer.
+  /// Returns whether a hydrogen is on `carrier`, even where atoms are so crowded that another one is nearer.
   bool is_on(std::size_t hydrogen, const std::string& carrier) const {
     constexpr double kMaxCrowdedAngstrom = 1.15;
     if (carrier == carrier_name(hydrogen)) return true;
@@ -183,7 +183,8 @@ bool is_bound_to_carbon(const PdbResidue& residue, std::size_t hydrogen) {
   return carbon;
 }
 
-/// Whether the name is that of a second oxygen. In AMBER's force fields OC1 and OC2 are the oxygens of a carboxylate.
+/// Returns whether the name is that of a second oxygen. In AMBER's force fields OC1 and OC2 are the oxygens of a
+/// carboxylate.
 bool is_second_oxygen(std::string_view name) {
   return name == "OXT" || name == "OC1";
 }

@@ -46,7 +46,7 @@ std::string text_of(const fs::path& path) {
   }
 }
 
-/// Whether the first word that is not a comment is that of mmCIF.
+/// Returns whether the first word that is not a comment is that of mmCIF.
 bool is_mmcif(std::string_view text) {
   while (!text.empty()) {
     const std::string_view line = trimmed(pop_line(text));

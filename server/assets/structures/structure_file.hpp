@@ -24,7 +24,7 @@ struct StructureSelection {
   std::vector<std::string> entries;
 
   bool takes_chain(std::string_view chain) const;
-  /// Whether an entry names the residue, amino acid or not.
+  /// Returns whether an entry names the residue, amino acid or not.
   bool takes_residue(const PdbResidue& residue) const;
 };
 

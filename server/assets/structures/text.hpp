@@ -16,7 +16,7 @@ inline char small_letter(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-/// Whether text begins with `start`, ignoring case; `start` is in small letters.
+/// Returns whether text begins with `start`, ignoring case; `start` is in small letters.
 bool begins_with_any_case(std::string_view text, std::string_view start);
 
 std::string_view trimmed(std::string_view text);
