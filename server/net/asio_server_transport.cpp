@@ -24,27 +24,30 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// Time for a closed connection to read its goodbye.
+/// Time for which a closed connection stays open for sending, so that its peer can read the goodbye message.
 constexpr Duration kLinger = std::chrono::seconds(1);
-/// Pause after a failed accept (usually: no free file descriptor).
+/// Pause after a failed accept. The usual cause is that no file descriptor is free.
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
-/// Limit above the hub's own, because closing connections linger; beyond it the oldest lingering one is dropped.
+/// Limit of connections, above the hub's limit, because closing connections linger. Beyond it the oldest lingering one
+/// is dropped.
 constexpr std::size_t kMaxPeers = 512;
 /// Minimum interval between new paths of a user whose source address keeps changing.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
-/// Gap between turns up to which they count as frequent, so that users' datagrams may wait for the next.
+/// Longest gap between turns that counts as short, so that users' datagrams may wait for the next turn.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
-/// Number of users read at once, bounded so that new states do not wait for all users' datagrams.
+/// Number of users whose datagrams are read in one go. It is small so that new states do not wait for all users'
+/// datagrams.
 constexpr std::size_t kUsersAtOnce = 4;
-// Share of time with frequent turns above which datagrams begin to wait for turns, and down to which they still do.
+// Fraction of time with short gaps between turns above which datagrams begin to wait for turns, and below which they
+// cease to.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
-/// Name under which limits are shared: a host, or for IPv6 the network that one host may own (64 bits).
+/// Key under which limits are shared: a host, or for IPv6 the network that one host may own (64 bits).
 std::string name_of(const asio::ip::address& address) {
   if (!address.is_v6()) return address.to_string();
-  // A listener on "::" also receives IPv4.
+  // A listener on "::" also receives IPv4 connections.
   if (address.to_v6().is_v4_mapped()) {
     return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
   }
@@ -66,7 +69,7 @@ struct AsioServerTransport::Path {
     if (is_open()) ::close(std::exchange(socket, -1));
   }
 
-  int socket = -1;  ///< connected to the user; -1: the public port is used
+  int socket = -1;  ///< descriptor, connected to the user; -1: the public port is used
   udp::endpoint to;
   net::PathCheck check;
 };
@@ -80,7 +83,7 @@ struct AsioServerTransport::Peer {
       if (one != nullptr) one->close();
     }
   }
-  /// Destination of states: the checked path, or before there is one the path being checked.
+  /// Destination of states: the checked path, or the one being checked if there is no checked one yet.
   Path* destination() const { return path != nullptr ? path.get() : new_path.get(); }
 
   tcp::socket socket;
@@ -113,11 +116,11 @@ AsioServerTransport::~AsioServerTransport() {
 
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
-  // Makes "::" accept IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
+  // A listener on "::" accepts IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
   const auto accept_both_families = [&address, &error](auto& socket) {
     if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
   };
-  // A free TCP port may be taken for UDP, so "any port" needs a few tries.
+  // A free TCP port may be in use for UDP, so "any port" may need several attempts.
   for (int attempt = 0; attempt < (port == 0 ? kPortTries : 1); ++attempt) {
     acceptor_ = tcp::acceptor(io_);
     udp_ = udp::socket(io_);
@@ -170,7 +173,8 @@ bool AsioServerTransport::read_some_users() {
   return has_unread_users_;
 }
 
-/// Decides whether datagrams wait for turns. If turns come in bursts, a datagram would wait past the step it is for.
+/// Decides whether users' datagrams wait for turns. The criterion is the fraction of time with short gaps: if turns
+/// come in bursts, a waiting datagram would miss the step that it is for.
 void AsioServerTransport::count_turn(LocalTime now) {
   const Duration gap = now - std::exchange(turned_, now);
   if (gap <= kOftenEnough) often_ += gap;

@@ -1,4 +1,4 @@
-// Common start of the hands of a room, once enough users are present.
+// Common start of all hands of a room, as soon as enough users are present.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -14,9 +14,9 @@ namespace tandem::server {
 
 /// Counts the users whose hands have arrived, and sets the time of the common start.
 ///
-/// Model   With RoomStartSettings::users hands present, the start is set to now + countdown. If a user leaves before
-///         that time and too few remain, the start is withdrawn. A start that has passed stays until the last user
-///         leaves.
+/// Model   As soon as the hands of RoomStartSettings::users users are present, the start is set to now + countdown. If
+///         a user leaves before that time and too few remain, the start is cancelled. After the start has passed, it
+///         remains in force until the last user leaves.
 /// Thread  io
 class RoomStart {
  public:
@@ -31,7 +31,7 @@ class RoomStart {
   /// Removes a user who has left.
   /// Out     whether message() has changed
   bool remove(UserId user, ServerTime now);
-  /// Time of the common start; none: users are awaited.
+  /// Returns the time of the common start, or nothing while users are missing.
   std::optional<ServerTime> starts_at() const { return starts_at_; }
   wire::RoomStart message() const;
 
