@@ -26,7 +26,7 @@ class Monitor {
   /// In      metrics  [ADDRESS:]PORT with a local address; none: no port
   ///         agones   port of the sidecar; none: no sidecar
   ///         on_news  gets messages for the operator; called on the threads of the port and of the sidecar
-  /// Fails   as HttpPort
+  /// Fails   see HttpPort
   Monitor(const std::optional<std::string>& metrics, std::optional<std::uint16_t> agones,
           std::function<void(const std::string&)> on_news);
   Monitor(const Monitor&) = delete;
