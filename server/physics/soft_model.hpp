@@ -62,7 +62,7 @@ SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits
 
 /// Makes a closed surface. Its links are the edges and, to resist bending, the opposite corners of each pair of
 /// triangles that share an edge. The inside has no nodes; the enclosed volume provides the resistance.
-  /// In      mesh  each edge belongs to two triangles; corners counter-clockwise seen from outside
+/// In      mesh  each edge belongs to two triangles; corners counter-clockwise seen from outside
 SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 
 /// Volume enclosed by a closed surface.
