@@ -61,8 +61,8 @@ class SceneAssets {
   geometry::ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
 
   /// Returns the contact shape of a mesh, from the cache if possible. If the cache entry is unreadable, damaged or of
-  /// another program, the shape is built again. A cache that cannot be written causes a note, not an error. The shape is
-  /// offered to clients, and its hash is written to `message`.
+  /// another program, the shape is built again. A cache that cannot be written causes a note, not an error. The shape
+  /// is offered to clients, and its hash is written to `message`.
   /// Fails   see make_contact_mesh(); MeshError: building the scene's shapes takes longer than
   ///         SceneLoading::max_build
   std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
