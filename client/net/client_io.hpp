@@ -22,11 +22,9 @@
 namespace tandem::client {
 
 struct ClientIoSettings {
-  std::string host = "127.0.0.1";  ///< without `trust` a numeric loopback address or "localhost"; with `trust` also a
-                                   ///< name
+  std::string host = "127.0.0.1";  ///< without `trust` a loopback address or "localhost"; with `trust` also a name
   std::uint16_t port = 47800;
-  std::optional<secure::Trust> trust{};  ///< key or authorities with which the server is verified; none: no TLS
-                                         ///< (--insecure)
+  std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
   ClientSettings client;                 ///< makes_models_aside is always set
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO priority, below the haptic thread's; 0: normal scheduler

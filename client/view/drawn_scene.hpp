@@ -24,8 +24,7 @@ struct DrawnBody {
   Pose X_WB_start;
   bool is_static = false;
   double radius_m = 0;                                ///< radius of a bounding ball around the body's origin
-  std::shared_ptr<const docking::Molecule> molecule;  ///< molecule in the body's frame; null: there is none, or it was
-                                                      ///< not received yet
+  std::shared_ptr<const docking::Molecule> molecule;  ///< in the body's frame; null: none, or not received yet
   /// For a soft body: its triangles at rest, and for each vertex the points of proto::soft_lattice() that move it, with
   /// their weights.
   geometry::TriangleMesh soft{};

@@ -18,8 +18,7 @@ struct DrawnThing {
   std::size_t mesh = 0;
   Pose X_W;
   Vec3 scale = Vec3::Ones();
-  Rgba tint{1, 1, 1, 1};  ///< factor for the mesh's colour; if its opacity is below 1, the object is transparent and
-                          ///< casts no shadow
+  Rgba tint{1, 1, 1, 1};  ///< factor for the mesh's colour; an opacity below 1 makes it transparent, without a shadow
   float glow = 0;         ///< fraction of the light that is emitted
   bool is_mark = false;   ///< a mark, drawn in front of all objects and without a shadow
 };

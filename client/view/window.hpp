@@ -25,8 +25,7 @@ struct WindowSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
-  std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle, set by the user; empty: as stored from
-                                               ///< the last run
+  std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle; empty: as in the last run
   std::shared_ptr<devices::Device> cap{};      ///< a 3D mouse that steers the camera; null: none
   bool remembers = true;       ///< stores the user's switches from one run to the next (window_memory.hpp)
   ClientIo* client = nullptr;  ///< receives the user's requests; must outlive the window

@@ -325,7 +325,7 @@ int run(server::LiveServer& server, realtime::Output& output) {
   }
 }
 
-/// Returns the name of a bundled scene unchanged, and the absolute path of a scene file.
+/// Returns the name of a shipped scene unchanged, and the absolute path of a scene file.
 std::string scene_name(const std::string& named) {
   std::error_code error;
   return std::filesystem::exists(named, error) ? std::filesystem::absolute(named).string() : named;
@@ -354,7 +354,7 @@ server::ServerRecorder* start_recording(const Options& options, server::LiveServ
       options.record, server.rooms(), settings, [&output](const std::string& news) { output.log("record", news); }));
 }
 
-/// Number of messages and steps missing from a finished recording.
+/// Returns the number of messages and steps that are missing from a finished recording.
 std::uint64_t lost_of(const server::ServerRecorder& recorder) {
   std::uint64_t lost = 0;
   for (const auto& room : recorder.rooms()) lost += room->file().messages_lost() + room->steps_lost();
@@ -376,7 +376,7 @@ int serve(const Options& options, realtime::Output& output) {
   }
   std::optional<server::ServerKeys> keys;
   std::shared_ptr<void> lock;
-  std::unique_ptr<server::InvitationLedger> ledger;  // outlives the server
+  std::unique_ptr<server::InvitationLedger> ledger;  // must outlive the server
   if (!options.is_insecure || options.resumes) lock = server::lock_state(options.security.state);
   if (!options.is_insecure) {
     keys = server::open_keys(options.security);

@@ -20,8 +20,7 @@ std::filesystem::path default_state_folder();
 
 struct SecurityOptions {
   std::filesystem::path state = default_state_folder();  ///< folder of the keys that the server makes
-  std::filesystem::path certificate;                     ///< certificate file; empty: a self-signed one is made from
-                                                         ///< the server's key
+  std::filesystem::path certificate;                     ///< certificate file; empty: self-signed by the server's key
   std::filesystem::path key;
   std::vector<std::string> issuers;  ///< public keys of other token issuers
 };

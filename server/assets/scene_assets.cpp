@@ -145,8 +145,7 @@ struct SceneAssets::Contact {
   std::shared_ptr<const contact::ContactShape> shape;
   std::shared_ptr<const proto::Bytes> bytes;
   proto::Sha256 sha256{};
-  std::string note;  ///< for the operator: number of points, spacing, memory, build time, and whether it came from the
-                     ///< cache
+  std::string note;  ///< for the operator: number of points, spacing, memory, build time, origin (built or cache)
 };
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {

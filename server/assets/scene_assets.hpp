@@ -25,8 +25,7 @@ namespace tandem::server {
 
 /// Settings for loading a scene that are not part of its file.
 struct SceneLoading {
-  std::filesystem::path cache_directory = default_cache_directory();  ///< folder of the cache; empty: no cache, every
-                                                                      ///< shape is built
+  std::filesystem::path cache_directory = default_cache_directory();  ///< folder of the cache; empty: no cache
   /// Progress callback of long tasks. It gets the task and its completed fraction (0..1).
   std::function<void(const std::string& what, double done)> progress;
   /// Called before any shape is built, with warnings on which the operator may want to act first, such as an

@@ -22,8 +22,7 @@ struct LoadedScene {
   wire::Scene description;          ///< all defaults are filled in; file names are without folder
   physics::WorldDescription world;  ///< the same scene for the physics: masses, contact shapes, molecules
   std::vector<std::vector<SolidShape>> body_shapes;  ///< parallel to world.bodies
-  std::vector<Vec3> molecule_centres_angstrom;       ///< parallel to world.bodies: origin of the molecule in the frame
-                                                     ///< of its file
+  std::vector<Vec3> molecule_centres_angstrom;       ///< parallel to world.bodies: origin of the molecule in its file
   std::vector<WorkspaceMapping> workspaces;          ///< parallel to world.tools
   std::vector<SoftModel> soft_bodies;                ///< parallel to description.soft_bodies()
   std::vector<Asset> assets;

@@ -25,7 +25,6 @@
 //
 // A source that has reached its limit is not polled until the next turn (begin_turn()). The datagrams of a flood stay
 // in the kernel, which drops them. They take no more time of this thread than the limit allows.
-// which drops it, and costs this thread no more than its turn.
 #pragma once
 
 #include <array>

@@ -31,7 +31,7 @@ constexpr Duration kMetricsPeriod = std::chrono::milliseconds(100);
 /// Approximate time to read the datagrams of a few users. If new states are expected within this time, or were due less
 /// than this time ago, reading is postponed.
 constexpr Duration kReading = std::chrono::microseconds(25);
-/// Time that stop() waits for answers to pose requests, and then for clients to read the goodbyes.
+/// Time for which stop() waits for answers to pose requests, and time for clients to read the goodbye messages.
 constexpr Duration kAnswerWithin = std::chrono::milliseconds(400), kStopWithin = std::chrono::seconds(1);
 
 int open_eventfd() {
@@ -85,7 +85,7 @@ struct LiveServer::Impl {
   std::atomic<bool> has_news{false};                    ///< unsent states are waiting
   std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< expected time of new states
   std::atomic<bool> sleeps{false};                      ///< the io thread sleeps or is about to
-  // Read on other threads.
+  // Read by other threads.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
   std::atomic<std::size_t> users{0};

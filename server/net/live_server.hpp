@@ -37,8 +37,7 @@ struct LiveServerSettings {
 struct ServerFigures {
   HubCounters hub{};
   std::uint64_t failed_handshakes = 0;
-  std::size_t connections = 0;                      ///< number of open connections, whether their users have joined or
-                                                    ///< not
+  std::size_t connections = 0;                      ///< number of open connections, with and without a joined user
   std::vector<std::array<std::size_t, 3>> users{};  ///< number of users of each room, by UserRole
 };
 
@@ -48,8 +47,7 @@ struct ServerPulse {
   bool is_stopping = false;
   std::size_t users = 0;
   LocalTime io{};                  ///< time of the io thread's last iteration
-  std::vector<LocalTime> rooms{};  ///< time of the last iteration of each room's loop, in which it made a step or found
-                                   ///< no users
+  std::vector<LocalTime> rooms{};  ///< time at which each room's loop last made a step or found no users
 };
 
 class LiveServer {

@@ -97,8 +97,8 @@ struct RoomScheduler::Loop {
   Duration answering{0};     ///< time of answer and help with sending in that step
   LocalTime slow_until{};    ///< until then the room counts as slow, even if it keeps its rate again
 
-  std::atomic<std::size_t> stepper{0};  ///< index of the thread that owns the room; written only by the current owner,
-                                        ///< at the handover
+  std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; written only by the current owner, at the
+                                        ///< handover
   std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
   Busy busy;                         ///< steps of the room
@@ -131,7 +131,6 @@ struct RoomScheduler::Stepper {
   LocalTime news_since{};               ///< time of the oldest states not announced; LocalTime{}: none
   std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
   std::counting_semaphore<> called{0};  ///< the thread sleeps on it until a call; trying it yields the processor
-                                        ///< several times
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
   Busy busy;  ///< steps of all its rooms

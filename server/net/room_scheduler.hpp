@@ -20,8 +20,7 @@ struct RoomTiming {
   std::uint64_t steps = 0;
   std::uint64_t overruns = 0;  ///< number of steps finished after the next deadline (kFaultOverrun)
   std::uint64_t missed = 0;    ///< number of skipped deadlines
-  std::uint64_t slow = 0;      ///< number of steps made below 90 % of the rate, or within a second after that
-                               ///< (kFaultRoomSlow)
+  std::uint64_t slow = 0;      ///< number of steps for which the room counted as slow (kFaultRoomSlow)
   Histogram lateness;          ///< delay of the start of a step
   /// Time of a whole step: the answer, the calls after it, and the rest of the step. Work for other rooms in between is
   /// excluded.

@@ -25,7 +25,6 @@ namespace tandem::server {
 ///                    alone gives no reliable stiffness
 /// Limits  the surface is a plane; no friction before the touch; a body that yields as a whole feels too stiff; no
 ///         prediction for an object that arrives in less than kSteps soft steps (0.25 s), or while another is pressed
-///         predicted
 class PredictedSoftContact {
  public:
   /// Distance to the body below which an object is observed.

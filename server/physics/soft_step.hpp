@@ -30,8 +30,7 @@ struct SoftPush {
   int sample = 0;
   int thing = 0;
   double mass_kg = 0;                                ///< effective mass of the sample
-  double way_share = 0;                              ///< fraction of the object's motion in this step that is done at
-                                                     ///< this sweep
+  double way_share = 0;                              ///< fraction of the object's motion that is done at this sweep
   Vec3 normal_W = Vec3::Zero();                      ///< outward from the object
   Vec3 lever_W = Vec3::Zero();                       ///< contact point relative to the object's origin
   double size = 0;                                   ///< kPress: λ [kg·m]

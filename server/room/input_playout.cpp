@@ -12,7 +12,7 @@ constexpr double kUsualTicks_per_s = 1000;
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
 /// Largest tolerated drift from the wanted delay, in ticks (see the class).
 constexpr double kStrideTolerance = 0.75;
-/// length below which the extrapolation offset is set to zero
+/// Length below which the extrapolation offset is set to zero.
 constexpr double kNoLead_m = 1e-6;
 /// Limit of the ticks between two inputs. A larger step means that the client has restarted its count. With this limit
 /// tick differences are exact as doubles.
@@ -106,7 +106,7 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
-/// In      wanted  ticks after the oldest input
+/// In      wanted  tick to play, counted from the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
   const std::uint64_t first = input(count_ - 1).tick.value;
   const auto last = static_cast<double>(input(0).tick.value - first);

@@ -29,7 +29,6 @@ struct PlayedInput {
 
 /// Plays out a client's handle, buttons, energies and displayed wrench tick by tick. The delay is chosen so that nearly
 /// all of the inputs arrive in time.
-/// inputs meet.
 ///
 /// Model   The delay is that of PlayoutDelay, from the client's time stamps and the times of the room's steps.
 ///         Lost ticks are interpolated between their neighbours. The position and the rotation vector between them

@@ -42,8 +42,8 @@ struct RoomCommand {
   enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset, kPlace };
   Kind kind = Kind::kJoin;
   Seat seat;
-  BodyId body = {};                               ///< kGrab: body to grab; invalid: the nearest one in reach. kPlace:
-                                                  ///< body to place
+  BodyId body = {};                               ///< kGrab: body to grab; invalid: nearest in reach. kPlace: body to
+                                                  ///< place
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
@@ -66,10 +66,9 @@ struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// all users with tools; for_seat() excludes the recipient
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user to whom the entry of the seat belongs;
-                                                                  ///< invalid: none
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of kGrab and kRelease commands served for
-                                                                  ///< the user
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user to whom the seat's entry belongs; invalid:
+                                                                  ///< none
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of kGrab and kRelease served for the user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
@@ -91,15 +90,13 @@ inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 
 /// Settings of a common start for all hands of a room.
 struct RoomStartSettings {
-  std::size_t users = 0;                        ///< number of manipulators required for the start; 0: each hand starts
-                                                ///< when its client does
+  std::size_t users = 0;                        ///< manipulators required for the start; 0: hands start independently
   Duration countdown{std::chrono::seconds(3)};  ///< from the arrival of the last required user to the start
 };
 
 struct RoomOptions {
   bool steps_soft_aside = false;        ///< soft bodies are stepped on a separate thread, with identical results
-  bool controls_tool_passivity = true;  ///< limits the energy that a tool puts into the world to the energy from the
-                                        ///< hand
+  bool controls_tool_passivity = true;  ///< limits the energy of tools to that of their hands
   RoomStartSettings start{};            ///< for RoomSeats
 };
 

@@ -83,8 +83,7 @@ class RoomSeats {
   physics::SceneCoupling coupling_;
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
-  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the seat's user
-                                                             ///< joined
+  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};

@@ -22,8 +22,8 @@ class RoomStart {
  public:
   explicit RoomStart(const RoomStartSettings& settings) : settings_(settings) {}
 
-  /// Returns whether a common start is used. If not, hands begin when their own clients do, and nothing below has an
-  /// effect.
+  /// Returns whether a common start is used. If not, each hand starts when its client does, and the functions below
+  /// have no effect.
   bool is_used() const { return settings_.users > 0; }
   /// Adds a user when the first valid handle of a manipulator has arrived. Repeated calls for a user have no effect.
   /// Out     whether message() has changed

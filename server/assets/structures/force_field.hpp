@@ -40,8 +40,7 @@ struct HydrogenRule {
   int count = 0;
   int kind = 0;                      ///< kind of geometry, see hydrogen_geometry.hpp
   std::string name;                  ///< name of a single hydrogen; several are numbered: HB1, HB2
-  std::vector<std::string> anchors;  ///< the carrier first, then atoms that define directions; "-C": atom of the
-                                     ///< previous residue
+  std::vector<std::string> anchors;  ///< the carrier, then atoms that define directions; "-C": of the previous residue
 
   std::string hydrogen(int i) const { return count == 1 ? name : name + std::to_string(i + 1); }
 };
@@ -85,8 +84,8 @@ struct ForceField {
   std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< indexed by block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
-  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< block names that differ from the residue's:
-                                                                     ///< LYS → LYSH
+  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< if it differs from the residue's name: LYS →
+                                                                     ///< LYSH
   std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< ALA → NALA, CALA
   std::vector<AtomAlias> aliases;
   /// Aliases for the atom names in this force field's blocks. Their `residue` is a block, a kind of blocks, or "*".

@@ -16,8 +16,8 @@ struct BuiltGroup {
   std::size_t residue = 0;         ///< index among the residues of chains
   std::vector<std::string> names;  ///< names of its hydrogens in that residue
   Vec3 carrier_angstrom = Vec3::Zero();
-  bool turns = false;  ///< can rotate about the bond from `axis_angstrom` to the carrier: methyl, ammonium, hydroxyl,
-                       ///< thiol
+  bool turns = false;  ///< can rotate about the bond from `axis_angstrom` to the carrier, as a methyl group or a
+                       ///< hydroxyl
   Vec3 axis_angstrom = Vec3::Zero();
 };
 
@@ -30,8 +30,7 @@ struct RelaxedPart {
 
 struct RelaxedHydrogens {
   std::vector<std::string> moved;    ///< for the user: "HG of SER 64 of chain B, turned by 63°"
-  std::vector<std::string> clashes;  ///< remaining clashes between built hydrogens of the first part and its other
-                                     ///< atoms
+  std::vector<std::string> clashes;  ///< remaining clashes of built hydrogens of the first part with its other atoms
 };
 
 /// Moves built hydrogens that clash with atoms of other residues. All other hydrogens keep the positions of the force

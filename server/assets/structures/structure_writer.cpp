@@ -48,7 +48,7 @@ struct ResidueNumber {
   std::string insertion;
 };
 
-using ChainNames = std::map<std::string, std::string, std::less<>>;  ///< maps names in the molecule to names in the
+using ChainNames = std::map<std::string, std::string, std::less<>>;  ///< maps the molecule's names to those in the
                                                                      ///< output
 
 struct Complex {
