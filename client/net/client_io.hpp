@@ -25,7 +25,7 @@ struct ClientIoSettings {
   std::string host = "127.0.0.1";  ///< without `trust` a loopback address or "localhost"; with `trust` also a name
   std::uint16_t port = 47800;
   std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
-  ClientSettings client;                 ///< makes_models_aside is always set
+  ClientSettings client;                 ///< ClientIo always sets its makes_models_aside
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO priority, below the haptic thread's; 0: normal scheduler
   Resolve resolve = resolve_by_system;
@@ -35,7 +35,7 @@ struct ClientIoSettings {
 struct ClientIoSnapshot {
   SessionStatus status;
   SessionCounters counters;
-  bool has_state = false;  ///< ClientSession::has_state()
+  bool has_state = false;  ///< see ClientSession::has_state()
   bool has_clock = false;  ///< if true, the next three are valid
   Duration clock_offset{0};
   Duration round_trip{0};
@@ -43,23 +43,23 @@ struct ClientIoSnapshot {
   LinkTraffic links;
   std::uint64_t asset_bytes = 0;               ///< size of the received and verified assets [bytes]
   std::shared_ptr<const wire::Joined> joined;  ///< answer to the last join; null before the first
-  std::shared_ptr<const Credentials> beside;   ///< ClientSession::credentials_beside()
+  std::shared_ptr<const Credentials> beside;   ///< see ClientSession::credentials_beside()
   std::string room;                            ///< joined room; "" before the first welcome
   std::vector<std::string> rooms;              ///< rooms of the server
-  HandStart hand_start;                        ///< ClientSession::hand_start()
-  bool has_nudges = true;                      ///< ClientSession::has_nudges()
+  HandStart hand_start;                        ///< see ClientSession::hand_start()
+  bool has_nudges = true;                      ///< see ClientSession::has_nudges()
   haptics::CouplingParameters coupling;        ///< coupling of this user's tool, as last received from the server
-  std::string_view law;                        ///< ClientSession::law()
-  std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< ClientSession::kept_poses()
-  std::optional<wire::PoseProgress> pose_progress;                     ///< ClientSession::pose_progress()
-  std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< ClientSession::pointed()
-  std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
+  std::string_view law;                        ///< see ClientSession::law()
+  std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< see ClientSession::kept_poses()
+  std::optional<wire::PoseProgress> pose_progress;                     ///< see ClientSession::pose_progress()
+  std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< see ClientSession::pointed()
+  std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< see ClientSession::soft_offsets()
   CouplingCheck coupling_check;                                        ///< result for the coupling in force
-  StageSettings stage;                                                 ///< Client::stage()
-  std::string stage_note;                                              ///< Client::stage_note()
-  std::string model_problem;                                           ///< Client::model_problem()
-  std::optional<Duration> local_after;                                 ///< Client::local_after()
-  std::optional<Duration> full_local_after;                            ///< Client::full_local_after()
+  StageSettings stage;                                                 ///< see Client::stage()
+  std::string stage_note;                                              ///< see Client::stage_note()
+  std::string model_problem;                                           ///< see Client::model_problem()
+  std::optional<Duration> local_after;                                 ///< see Client::local_after()
+  std::optional<Duration> full_local_after;                            ///< see Client::full_local_after()
   std::vector<wire::UserJoined> users;                                 ///< the other users in the room
   std::shared_ptr<const AssetMap> assets;  ///< assets of the scene received so far; null: none yet
 };

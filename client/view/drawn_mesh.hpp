@@ -12,7 +12,7 @@ namespace tandem::client {
 
 using Rgba = std::array<float, 4>;  ///< sRGB colour and opacity, each 0 to 1
 
-/// One corner of a triangle, in the layout that the shaders of renderer.cpp read.
+/// One vertex of a triangle, in the layout that the shaders of renderer.cpp read.
 struct Vertex {
   std::array<float, 3> position_m{};
   std::array<float, 3> normal{};

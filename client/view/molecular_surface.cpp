@@ -73,7 +73,7 @@ Index3 next(Index3 at, int axis, int steps = 1) {
 }
 
 /// F on one block of the grid, and the triangles of the block's edges. The value at a point is bit-identical in all
-/// blocks that contain it, because the same atoms are added in the same order, at coordinates computed in the same way.
+/// blocks that contain it: they add the same atoms in the same order, at coordinates computed in the same way.
 class Block {
  public:
   Block(double grid, double scale) : grid_(grid), scale_(scale) {}

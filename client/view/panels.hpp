@@ -39,7 +39,7 @@ struct PanelContent {
   std::string notice;                                                       ///< text for the top of the window
   std::string news;                                                         ///< last message about the room
   bool is_mouse = false;
-  double camera_turn_rad = 0;        ///< Camera::turn_rad()
+  double camera_turn_rad = 0;        ///< see Camera::turn_rad()
   bool is_making_molecules = false;  ///< molecules in another style are being made at present
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< state of the recording, as text

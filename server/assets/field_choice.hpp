@@ -34,9 +34,9 @@ std::function<WellCheck(const docking::FieldModel&)> way_in(const docking::Molec
                                                             const docking::FieldModel& model, const Vec3& direction_A);
 
 /// Chooses cut-off and grid by docking::choose_cutoff(). If that finds no grid for a large pair, it chooses the
-/// smallest cut-off whose energy well differs from that of all pairs by less than kKeptWell. The cost of a cut-off is
-/// limited to a third of a millisecond of an AVX-512 core. If no cut-off satisfies both, it chooses the one with the
-/// smallest error at that cost.
+/// smallest acceptable cut-off. A cut-off is acceptable if the energy well differs from that of all pairs by less than
+/// kKeptWell, and if its cost is at most a third of a millisecond of an AVX-512 core. If there is none, it chooses the
+/// cut-off with the smallest error at that cost.
 ///
 /// In      model        gives the dielectric
 ///         offset_A     vector from the centre of A to that of B [Å]

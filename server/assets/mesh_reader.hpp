@@ -30,8 +30,8 @@ inline constexpr int kOutOfMemory = 3;
 /// Number of bytes of the largest mesh reply.
 inline constexpr std::size_t kMaxReplyBytes = 9 + kMaxVertices * 24 + kMaxTriangles * 12;
 
-/// Memory limit of the reader. Measured with a million triangles, the memory in bytes for each byte of the file is 27
-/// for obj and binary stl, 22 for binary ply, and 9 to 10 for text ply, off and stl. Libraries take 60 MiB.
+/// Memory limit of the reader. Its memory per byte of the file was measured with a million triangles: 27 bytes for obj
+/// and binary stl, 22 for binary ply, and 9 to 10 for text ply, off and stl. Libraries take 60 MiB.
 constexpr std::size_t address_space_limit(std::size_t file_bytes) {
   return (std::size_t{384} << 20U) + 40 * file_bytes;
 }

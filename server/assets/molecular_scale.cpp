@@ -57,7 +57,7 @@ double rounded(double value) {
   return std::round(value / step) * step;
 }
 
-/// One of `count` evenly spread unit vectors (Fibonacci spiral).
+/// Returns one of `count` evenly spread unit vectors (Fibonacci spiral).
 Vec3 side(int index, int count) {
   const double z = 1 - (2 * index + 1.0) / count, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
   const double r = std::sqrt(1 - z * z);
@@ -77,7 +77,7 @@ docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldMode
 struct Way {
   Vec3 direction_A;
   double contact = 0;
-  double strongest_pull = 0;  ///< kcal/mol/Å, along the line
+  double strongest_pull = 0;  ///< strongest attraction along the line [kcal/mol/Å]
   double best = 0, least_kcal_per_mol = 0;
 };
 

@@ -38,7 +38,7 @@ struct SceneLoading {
 /// A file that the scene uses. Clients can request it by the hash of its bytes.
 struct Asset {
   proto::Sha256 sha256{};
-  /// "mesh", "structure", "contact", "coarse-contact" (common/contact/contact_shape.hpp), "surface"
+  /// one of "mesh", "structure", "contact", "coarse-contact" (common/contact/contact_shape.hpp), "surface"
   /// (common/geometry/surface_asset.hpp), "drawing" (common/geometry/drawing_asset.hpp), or "molecule"
   /// (common/docking/molecule_asset.hpp)
   std::string kind;

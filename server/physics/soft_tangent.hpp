@@ -16,15 +16,13 @@ namespace tandem::server {
 /// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. The same holds
 ///         for the sums of each contact. Bullet moves a link along Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)). This is
 ///         differentiated at the link's position in that sweep, so the sweep is repeated. δm = s [1, −r×] − δp is the
-///         motion of the object's surface relative to the sample, where s is the fraction of the object's motion done
-///         by then. A normal contact correction gives
-///           δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p.
-///         With P = 1 − n nᵀ, sticking friction F gives δF = δF + P δm / w =: δG. Friction that slides along t, with
-///         F = μ Σλ t and G the friction needed to stick, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG.
-///         K = −∂W/∂X = Σ [1; r×] δ(push) / h² over the pushes of that object. Its first push contributes m/h². Each
-///         sweep adds the part that links and volume have reversed in between. Therefore position-based stiffness
-///         depends on rate, mass and sweeps. The result is the symmetric part of K with its negative eigenvalues set to
-///         zero.
+///         motion of the object's surface relative to the sample; s is the fraction of the object's motion done so far.
+///         A normal contact correction gives δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p. With P = 1 − n nᵀ, sticking
+///         friction F gives δF = δF + P δm / w =: δG. Friction that slides along t, with F = μ Σλ t and G the friction
+///         needed to stick, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG. K = −∂W/∂X = Σ [1; r×] δ(push) / h² over the
+///         pushes of that object. Its first push contributes m/h². Each sweep adds the part that links and volume have
+///         reversed in between. Therefore position-based stiffness depends on rate, mass and sweeps. The result is the
+///         symmetric part of K with its negative eigenvalues set to zero.
 /// Source  derived for this project
 /// Limit   Levers, volume gradient and the set of pushes are those of the step, so new contacts are not considered.
 ///         Nodes farther than kRings links from the pushed nodes, or beyond the first kMaxPatch nodes, are fixed.

@@ -49,8 +49,8 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 
 /// Soft bodies in motion, as a deterministic simulation.
 ///
-/// Invariant  for each correction, the impulse of a soft step on a tool, W₀ times the length of the step, is opposite
-///         to the impulse of the tool on the nodes
+/// Invariant  in each correction, the impulses on tool and nodes are opposite; the impulse of a soft step on a tool is
+///         W₀ times the length of the step
 ///
 /// Thread  called from one thread at a time (the room's); with steps_aside a separate thread computes the steps
 class SoftWorld final : public physics::SoftBodies {

@@ -3,10 +3,10 @@
 //   io thread                             room thread (one at a time)
 //   ─────────                             ───────────
 //   RoomCommand  ──ring──▶              answer(): 1 apply commands
-//   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, and let the driver of its mode set
-//                                                   their tool's handle (tool_driver.hpp)
-//                                                 3 step the world as far as hands feel it; account for what each
-//                                                   tool put into it (tool_port.hpp)
+//   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, with which the driver of its
+//                                                   mode sets the tool's handle (tool_driver.hpp)
+//                                                 3 step the part of the world that hands feel, and account
+//                                                   for the energy of each tool (tool_port.hpp)
 //                ◀──mailbox── RoomUpdate              4 publish the updates for users
 //                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, notify watchers, look ahead
 //

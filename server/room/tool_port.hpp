@@ -28,8 +28,8 @@ class ToolPort {
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
   /// Returns whether the hand is to be extrapolated in a gap of its inputs. This is the case if the tool and another
-  /// tool are in contact with the same object. For a tool that holds a body, it is the case if the body has no contact,
-  /// or if another hand acts on it, directly or through other bodies.
+  /// tool are in contact with the same object. A tool that holds a body also qualifies if the body has no contact, or
+  /// if another hand acts on it, directly or through other bodies.
   bool runs_on() const noexcept;
   /// Coupling in force.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }

@@ -13,16 +13,17 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Wavefront .obj: reads v and f. A free-form surface is refused with its name.
+/// Reads v and f of Wavefront .obj. A free-form surface is refused with its name.
 Polygons polygons_of_obj(std::string_view text);
 
-/// Geomview text: one vertex or one face in each line. Other columns are skipped.
+/// Reads Geomview text, with one vertex or one face in each line. Other columns are skipped.
 Polygons polygons_of_off(std::string_view text);
 
-/// Stanford .ply: text, or binary of either byte order. Reads `face` and `tristrips`; other elements are skipped.
+/// Reads Stanford .ply, text or binary of either byte order. Elements other than `vertex`, `face` and `tristrips` are
+/// skipped.
 Polygons polygons_of_ply(std::span<const std::byte> bytes);
 
-/// Text or binary STL.
+/// Reads STL, text or binary.
 Polygons polygons_of_stl(std::span<const std::byte> bytes);
 
 }  // namespace tandem::server::mesh_reader

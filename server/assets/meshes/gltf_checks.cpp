@@ -15,7 +15,7 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::int64_t kSingle = 5126;  // FLOAT
+constexpr std::int64_t kSingle = 5126;  // component type FLOAT of glTF
 /// Limit of the nesting depth of lists and objects. User data of exporters reach a depth of some tens.
 constexpr std::size_t kMaxDepth = 200;
 /// Extensions that do not change the shape.

@@ -29,7 +29,7 @@ struct Polygons {
   double step = 0;
 
   void add_face(const std::vector<std::uint32_t>& face) {
-    if (face.size() < 3) return;  // a point or a line
+    if (face.size() < 3) return;  // points and lines are skipped
     corners.insert(corners.end(), face.begin(), face.end());
     face_sizes.push_back(static_cast<std::uint32_t>(face.size()));
   }

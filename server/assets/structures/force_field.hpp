@@ -65,7 +65,7 @@ struct EndBlocks {
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
   std::vector<BlockAtom> replaced;  ///< atoms of the block with these names; "OXT" is added if the block lacks it
-  std::vector<BlockAtom> added;     ///< H1, H2, H3 …
+  std::vector<BlockAtom> added;     ///< e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
 };
@@ -86,7 +86,7 @@ struct ForceField {
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   std::map<std::string, std::string, std::less<>> block_of_residue;  ///< if it differs from the residue's name: LYS →
                                                                      ///< LYSH
-  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< ALA → NALA, CALA
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
   /// Aliases for the atom names in this force field's blocks. Their `residue` is a block, a kind of blocks, or "*".
   std::vector<AtomAlias> block_aliases;

@@ -14,7 +14,7 @@ struct HistidineChoice {
 };
 
 /// Chooses the neutral tautomer of each histidine in `residues`. The hydrogen is on the nitrogen that has the better
-/// acceptor in the direction of the bond, and not on a nitrogen near a metal or a donor. Without such neighbours the
+/// acceptor in the direction of the bond. It is not on a nitrogen near a metal or a donor. Without such neighbours the
 /// choice is HISE, the usual tautomer in water.
 ///
 /// Model   Acceptors are oxygens of backbone, carboxylates, amides and phosphates up to 3.5 Å from the nitrogen and

@@ -21,8 +21,8 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 /// Model   Hydrogens are 1.0 Å from their atom i, as for the rules of aminoacids.hdb. j, k, l are neighbours of i.
 ///         Kinds 1 and 5: one, opposite to the mean of the neighbours. Kind 6: two, 109.5° apart, in the plane that
 ///         bisects j-i-k. Kinds 2 and 4: at 109.5° to i-j, the first trans to k. Kind 3: two at 120° to i-j, in its
-///         plane with k. If an atom with two hydrogens of kind 4 has another neighbour, such as proline's N at the
-///         start of a chain, kind 6 is used, because kind 4 would place one of them on that neighbour
+///         plane with k. An atom with two hydrogens of kind 4 may have another neighbour, such as proline's N at the
+///         start of a chain. Then kind 6 is used, because kind 4 would place one of them on that neighbour
 /// Source  GROMACS 2022 reference manual, "Hydrogen database"
 /// In      before  atoms of the previous residue, for rules with "-C"; null if there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);

@@ -25,7 +25,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// group remains just below that limit.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
-constexpr double kGivenHydrogenBondAngstrom = 1.5;  // from a given hydrogen to its atom
+constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
 /// Distances from the carrier of a group up to which other atoms matter: heavy atoms, and carriers of other hydrogens.
 constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
@@ -37,7 +37,7 @@ constexpr std::size_t kMaxPairs = 50'000'000;
 /// Displacements below these limits end a search. They are far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
-constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // kJ/mol
+constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // depths of wells in kJ/mol
 constexpr double kNearest_angstrom = 0.5;  // pairs nearer than this have the energy at this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;
 constexpr double kBendPerAngstrom2 = 100;

@@ -41,8 +41,8 @@ struct Composition {
   std::vector<HydrogenRule> rules;
 };
 
-/// Returns whether residues of this name are parts of chains. This is the case if the force field has a block for the
-/// name that is an amino acid, a cap (ACE, NAC/NME, NH2, NHE) or a nucleotide.
+/// Returns whether residues of this name are parts of chains. The force field must have a block of that name for an
+/// amino acid, a cap (ACE, NAC/NME, NH2, NHE) or a nucleotide.
 bool is_chain_residue(const ForceField& force_field, std::string_view residue_name);
 bool is_amino_acid(const ForceField& force_field, std::string_view residue_name);
 bool is_histidine(std::string_view residue_name);

@@ -29,7 +29,7 @@ struct TypedResidue {
   std::optional<double> expected_charge_e;  ///< sum over all atoms of the block; nothing if there is no block
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;
-  std::vector<std::string> missing_heavy;  ///< names
+  std::vector<std::string> missing_heavy;  ///< names of heavy atoms
   std::vector<std::string> missing_hydrogen_names;
   std::vector<std::size_t> misfits;  ///< hydrogens without a carrier, or more than their carrier should have
 };

@@ -11,8 +11,8 @@
 namespace tandem::server {
 
 /// Reads PDB, mmCIF, PQR or PDBQT, gzip-compressed or not, of at most 256 MiB of text. mmCIF is detected by its first
-/// word, PQR and PDBQT by the file name (.pqr, .pqr.gz). gemmi is not used, because it has no readers for PQR and
-/// PDBQT, fails at the line numbers in columns 79-80 of old PDB files, and does not report omissions.
+/// word, PQR and PDBQT by the file name (.pqr, .pqr.gz). gemmi is not used, because it has no readers for PQR and PDBQT
+/// and does not report omissions. It also fails at the line numbers in columns 79-80 of old PDB files.
 ///
 /// Fails   MoleculeError naming the file, if it is missing, too large or damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);

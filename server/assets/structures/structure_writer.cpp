@@ -33,7 +33,7 @@ struct Row {
   std::size_t atom = 0;
   std::string_view chain;
   Vec3 position_angstrom = Vec3::Zero();  ///< in the frame of the receptor's file
-  bool is_standard = false;               ///< ATOM, not HETATM
+  bool is_standard = false;               ///< written as ATOM, otherwise as HETATM
   bool begins_residue = false;
   bool begins_chain = false;  ///< or begins a part of one, after a TER
 
