@@ -5,8 +5,8 @@
 // accepts them. The rest waits in a buffer whose size the session hub monitors. The hub ends the connection of a peer
 // that does not read, so nothing waits for that peer. A datagram that the kernel does not accept is discarded.
 //
-// A turn is one cycle of this thread that ends with sending states. Each source of work has a limit per turn, so no
-// connection delays another:
+// A turn of this thread lasts from one sending of states to the next (begin_turn()). Each source of work has a limit
+// per turn, a token bucket, so no connection delays another:
 //
 //   source            limit                    above the limit, or other protection
 //   listener          kAcceptTurn              further connections wait in the kernel

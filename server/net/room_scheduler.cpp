@@ -327,8 +327,9 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Half of the unused period stays free at its end. The other half is spread as gaps after the rooms' answers. A gap
-  // is at most half of the answer time, and at most kNotWorthASleep. A longer step then does not delay all other rooms.
+  // Half of the unused period stays free at its end. The other half limits the gaps after the rooms' answers. A gap is
+  // also at most half of the answer time and at most kNotWorthASleep. A longer step then does not delay all other
+  // rooms.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
