@@ -1,4 +1,4 @@
-# Everything outside the project, from Debian 12 packages (deploy/install-deps names them).
+# External libraries. All are Debian 12 packages, which deploy/install-deps installs.
 
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)

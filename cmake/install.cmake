@@ -1,12 +1,13 @@
-# What `cmake --install` puts where, and the same places in the build folder: a program looks for its data from where
-# it lies itself (common/base/folders.hpp), so that it runs as built, as installed and after the prefix was moved.
+# Defines which files `cmake --install` installs in which folders, and links the data to the same relative places in the
+# build folder. A program finds its data relative to its own location (common/base/folders.hpp). It therefore works in
+# the build folder, after installation, and after the prefix was moved.
 include(GNUInstallDirs)
 
 set(tandem_data ${CMAKE_INSTALL_DATADIR}/tandem)
 file(RELATIVE_PATH TANDEM_DATA_FROM_PROGRAM ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/tandem)
 cmake_path(SET tandem_built_data NORMALIZE ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${TANDEM_DATA_FROM_PROGRAM})
 
-# tandem_data(file or folder in the source tree, its place among the data): a built program sees a link.
+# tandem_data(SOURCE PLACE): installs a file or folder of the source tree as data. In the build folder it is a link.
 function(tandem_data source place)
   cmake_path(GET place PARENT_PATH above)
   file(MAKE_DIRECTORY ${tandem_built_data}/${above})
@@ -24,12 +25,12 @@ tandem_data(lab/paths paths)
 tandem_data(lab/links links)
 tandem_data(devices/profiles.json devices/profiles.json)
 
-# udev reads /usr/lib: of another prefix the file is there to be copied.
+# udev reads only /usr/lib. For another prefix the file must be copied by the administrator.
 install(FILES deploy/udev/70-tandem.rules DESTINATION lib/udev/rules.d)
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# The server as a service. The unit names its program and its configuration by the prefix that is chosen at
-# installation (cmake --install BUILD --prefix PREFIX). A configuration that is there already is left as it is.
+# Installs the server as a systemd service. The unit names its program and its configuration with the prefix that is
+# given at installation (cmake --install BUILD --prefix PREFIX). An existing configuration is not replaced.
 install(CODE "
   set(TANDEM_PROGRAM \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}/tandem-server\")
   if(\"\${CMAKE_INSTALL_PREFIX}\" STREQUAL /usr)

@@ -1,20 +1,20 @@
-# How tests are built, and which of them run when: `deploy/test` runs all but what is labelled `nightly`.
+# Defines how tests are built and when they run. `deploy/test` runs all tests except those labelled `nightly`.
 #
-# label           run by, compiled with
-# asan, tsan      .ci/run; AddressSanitizer and UndefinedBehaviorSanitizer, ThreadSanitizer
-# nightly         deploy/nightly; optimised: what takes minutes
-# asan-nightly, tsan-nightly, asan-lab, tsan-lab   deploy/nightly; as asan and tsan, of code that bytes from outside do not reach, and of
-#                 the lab
+# label           run by, and how compiled
+# asan, tsan      .ci/run; with AddressSanitizer and UndefinedBehaviorSanitizer, or with ThreadSanitizer
+# nightly         deploy/nightly; optimised. These are tests that take minutes
+# asan-nightly, tsan-nightly, asan-lab, tsan-lab
+#                 deploy/nightly; as asan and tsan. These are tests of code without input from outside, and of the lab
 #
-# The target LABEL_tests builds what a sanitizer's label needs.
+# The target LABEL_tests builds all programs that the tests with a sanitizer's label need.
 foreach(label asan tsan asan-nightly tsan-nightly asan-lab tsan-lab)
   add_custom_target(${label}_tests)
 endforeach()
 
-# The part of the night that runs NUMERIC tests of this folder under sanitizers: nightly, or lab.
+# Nightly part that runs the NUMERIC tests of this folder under sanitizers: nightly or lab.
 set(tandem_night nightly)
 
-# What tests check does not depend on how fast they are, and -O1 compiles in two thirds of the time.
+# Results of tests do not depend on their speed, and compiling with -O1 takes two thirds of the time.
 set(tandem_test_options $<$<CONFIG:Release>:-O1>)
 if(TANDEM_PCH)
   tandem_precompiled(tandem_precompiled_tests
@@ -22,8 +22,8 @@ if(TANDEM_PCH)
     OPTIONS ${tandem_test_options}
     HEADERS ${tandem_common_headers} <gmock/gmock.h> <gtest/gtest.h>)
 endif()
-# What is built of meshes, and a server's keys, are kept between tests, apart from the user's own.
-# Claims that the machine did not let them test are appended to left_out.txt.
+# Assets built from meshes and the keys of servers are stored between tests, separate from the user's own. Claims that
+# cannot be tested on this machine are appended to left_out.txt.
 set(tandem_test_environment
   "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache;TANDEM_STATE=${PROJECT_BINARY_DIR}/state;TANDEM_LEFT_OUT=${PROJECT_BINARY_DIR}/left_out.txt")
 # A sanitizer makes numerical code up to a hundred times slower.
@@ -32,9 +32,9 @@ if(TANDEM_SANITIZE)
   set(tandem_test_timeout 1800)
 endif()
 
-# tandem_run_test(name LABELS ... NEEDS targets COMMAND ...): one ctest entry.
+# tandem_run_test(NAME LABELS ... NEEDS targets COMMAND ...): adds one ctest entry.
 function(tandem_run_test name)
-  # By place, so that an argument of the command may be a list.
+  # Arguments are parsed by position, so that an argument of the command may be a list.
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "LABELS;NEEDS;COMMAND")
   add_test(NAME ${name} COMMAND ${ARG_COMMAND})
   set_tests_properties(${name} PROPERTIES
@@ -46,24 +46,25 @@ function(tandem_run_test name)
   endforeach()
 endfunction()
 
-# What of a GoogleTest program is run by one entry. A filter that no case matches any more fails.
+# Adds an entry that runs some cases of a GoogleTest program. It fails if no case matches the filter.
 function(tandem_run_cases name program filter labels)
   tandem_run_test(${name} LABELS ${labels} NEEDS ${program}
     COMMAND ${program} --gtest_brief=1 "--gtest_filter=${filter}")
   set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION " 0 tests from 0 test suites ran")
 endfunction()
 
-# What is long begins first, so that no core waits for it in the end.
+# Slow tests start first, so that no core waits for them at the end.
 function(tandem_begin_early name is_slow)
   if(is_slow)
     set_tests_properties(${name} PROPERTIES COST 90)
   endif()
 endfunction()
 
-# tandem_test(name [SLOW|NUMERIC] [THREADS] [NIGHTLY Suite.Case ...] [NUMERIC_CASES Suite.Case ...] SOURCES ... LINK ...):
-# one GoogleTest program and one ctest entry; a failure names its case. NIGHTLY (patterns as of --gtest_filter): left out
-# of that entry, and run by name.nightly. THREADS: more than one thread takes part. NUMERIC: meets no bytes from outside;
-# under sanitizers only in the night. NUMERIC_CASES: likewise, of some cases (name.numeric). SLOW: never.
+# tandem_test(NAME [SLOW|NUMERIC] [THREADS] [NIGHTLY Suite.Case ...] [NUMERIC_CASES Suite.Case ...] SOURCES ... LINK
+# ...): adds one GoogleTest program and one ctest entry. A failure names the case. NIGHTLY: patterns as for
+# --gtest_filter; these cases are excluded from that entry and run as NAME.nightly. THREADS: the test uses several
+# threads. NUMERIC: the test gets no bytes from outside, so it runs under sanitizers only at night. NUMERIC_CASES: the
+# same for some cases (NAME.numeric). SLOW: the test never runs under sanitizers.
 function(tandem_test name)
   cmake_parse_arguments(ARG "SLOW;NUMERIC;THREADS" "" "NIGHTLY;NUMERIC_CASES;SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})

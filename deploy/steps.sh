@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# Steps of a long run, each with its time by the clock, for .ci/run and deploy/nightly: source it, set `run` to the run's name, call
-# `step NAME COMMAND...` for each, and `summary` in the end.
+# Steps of a long run with the time that each takes, for .ci/run and deploy/nightly. Source this file, set `run` to the
+# name of the run, call `step NAME COMMAND...` for each step, and `summary` at the end.
 
 : "${run:?}"
 steps=()
@@ -9,7 +9,7 @@ begun=$SECONDS
 
 clock() { printf '%d min %02d s' $(($1 / 60)) $(($1 % 60)); }
 
-# Returns what the command returned.
+# Runs a command as a step, and returns its exit code.
 step() {
   local name=$1 code=0 at=$SECONDS
   shift
@@ -20,7 +20,8 @@ step() {
   return $code
 }
 
-# A table of the steps so far, their sum, and a verdict; $1: minutes that the whole may take. Returns 1 if a step failed.
+# Prints a table of the steps, their total time, and a verdict. $1: allowed total time in minutes. Returns 1 if a step
+# failed.
 summary() {
   local total=$((SECONDS - begun))
   echo "$run: times"

@@ -1,4 +1,4 @@
-// See command.hpp. One table has the commands with their fields, so that parser, help and USING.md always match.
+// See command.hpp. A single table contains the commands and their fields, so that parser, help and USING.md agree.
 #include "client/commands/command.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kMaxWordShown = 40;
 constexpr std::size_t kMaxPosesListed = 20;
 
-/// A field of a command; text if it has no unit.
+/// A field of a command. A field without a unit is text.
 struct Field {
   const char* name;
   const char* unit = nullptr;
@@ -30,7 +30,7 @@ struct Field {
 struct Usage {
   const char* verb;
   const char* purpose;
-  std::array<Field, 4> fields{};  ///< unused ones have no name
+  std::array<Field, 4> fields{};  ///< unused entries have no name
 
   std::span<const Field> used() const {
     const auto end = std::ranges::find_if(fields, [](const Field& field) { return field.name == nullptr; });
@@ -104,14 +104,14 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
 
-/// Removes blanks at both ends, and the carriage return with which other operating systems end a line.
+/// Removes blanks at both ends, and the carriage return with which some systems end a line.
 std::string_view without_rim(std::string_view line) {
   while (!line.empty() && (is_blank(line.back()) || line.back() == '\r')) line.remove_suffix(1);
   while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
   return line;
 }
 
-/// Removes a quoted field from the front of `line`, which begins with the quote, and returns it.
+/// Removes a quoted field from the start of `line`, which begins with the quotation mark, and returns it.
 std::string pop_quoted(std::string_view& line) {
   std::string word;
   for (std::size_t i = 1; i < line.size(); ++i) {

@@ -10,10 +10,10 @@
 
 namespace tandem::client {
 
-/// Maximum size of a line [bytes]; a longer one is refused.
+/// Largest size of a line [bytes]. A longer line is refused.
 inline constexpr std::size_t kMaxCommandBytes = 1024;
 
-/// A parsed line: the command exists, and each field is within its range.
+/// A parsed line, whose command exists and whose fields are within their ranges.
 struct CommandLine {
   std::string verb;
   std::vector<std::string> texts;  ///< text fields, in the order of the command's usage
@@ -24,19 +24,19 @@ struct CommandLine {
 /// \" and \\ stand for " and \.
 ///
 /// Fails   std::invalid_argument: the line is empty, too long or not printable UTF-8; the command does not exist (lists
-///         all commands); a field is missing, superfluous, not a number or out of range (names it and its unit)
+///         all commands); a field is missing, superfluous, not a number, or out of range (names it and its unit)
 CommandLine parse_command(std::string_view line);
 
-/// First field of a line, for its answer: printable and short; "" for an empty line.
+/// Returns the first field of a line for use in its answer, printable and short; "" for an empty line.
 std::string command_word(std::string_view line);
 
-/// Usage and purpose of all commands: "keep [NAME]", "move X Y Z", …
+/// Returns usage and purpose of all commands: "keep [NAME]", "move X Y Z", …
 std::vector<std::pair<std::string, std::string>> command_usages();
 
-/// Finds the pose with this number ("2", "#2") or name.
+/// Finds the saved pose with this number ("2", "#2") or this name.
 ///
-/// In      pose  "2" may also be a name; "#2" is a number only
-/// Fails   std::invalid_argument: no match (lists all poses), or more than one (lists the matches)
+/// In      pose  "2" may be a number or a name; "#2" is a number only
+/// Fails   std::invalid_argument: no pose matches (lists all), or more than one does (lists the matches)
 const wire::KeptPose& find_pose(const std::vector<wire::KeptPose>& poses, const std::string& pose);
 
 }  // namespace tandem::client

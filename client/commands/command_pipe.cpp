@@ -24,7 +24,7 @@ namespace {
 
 constexpr Duration kFinishWithin = std::chrono::milliseconds(500);
 constexpr int kPollPeriod_ms = 100;
-// POSIX (_POSIX_PIPE_BUF): after poll() reports POLLOUT a pipe accepts this many bytes without blocking.
+// POSIX (_POSIX_PIPE_BUF): after poll() has reported POLLOUT, a pipe accepts this many bytes without blocking.
 constexpr std::size_t kMaxWriteBytes = 512;
 
 }  // namespace
@@ -49,9 +49,9 @@ struct CommandPipe::Impl {
 
   const int lines;
   const int answers;
-  const int wake;  ///< readable once the thread must stop
+  const int wake;  ///< becomes readable when the thread must stop
 
-  // Used by this object's thread only.
+  // Used only by the thread of this object.
   std::array<char, 4096> buffer{};
   std::string_view unread;
   bool has_ended = false;
@@ -59,7 +59,7 @@ struct CommandPipe::Impl {
   mutable std::mutex mutex;  // protects the members below
   std::condition_variable changed;
   Turn turn = Turn::kRead;
-  std::string text;  ///< the line, or its answer
+  std::string text;  ///< the line or its answer, according to `turn`
   std::string why_not_written;
   bool should_stop = false;
   LocalTime give_up{};  ///< deadline for the last answer; valid with should_stop
@@ -83,7 +83,7 @@ void CommandPipe::Impl::run() {
   changed.notify_all();
 }
 
-/// Returns false if there are no more lines.
+/// Reads a line. Returns false if there are no more lines.
 bool CommandPipe::Impl::read_line() {
   std::string line;
   bool has_some = false;
@@ -121,7 +121,7 @@ bool CommandPipe::Impl::has_input() {
   return false;
 }
 
-/// Returns false if the reader of the answers has closed its end, or reads none until the deadline.
+/// Writes the answer. Returns false if its reader has closed the pipe, or does not read before the deadline.
 bool CommandPipe::Impl::write_answer() {
   std::string answer;
   {
@@ -147,7 +147,7 @@ bool CommandPipe::Impl::write_answer() {
   return true;
 }
 
-/// Waits until the answers can be written. Returns false after the deadline of a stop.
+/// Waits until answers can be written. Returns false after the deadline of a stop.
 bool CommandPipe::Impl::can_write() const {
   while (true) {
     pollfd watched{answers, POLLOUT, 0};

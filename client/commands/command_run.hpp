@@ -1,6 +1,6 @@
-// Scripted docking: executes the commands of --commands in order, by the same requests as the window's panel.
+// Scripted docking: executes the commands of --commands in order, with the same requests as the window's panel.
 //
-//   standard input ──▶ command_pipe ──▶ command (parsed) ──▶ this ──▶ ClientIo::send(), ScriptedHand
+//   standard input ──▶ command_pipe ──▶ command (parsed) ──▶ CommandRun ──▶ ClientIo::send(), ScriptedHand
 //   standard output ◀── command_pipe ◀── one JSON object a line ◀──┘
 #pragma once
 
@@ -13,33 +13,34 @@
 
 namespace tandem::client {
 
-/// Answers each line by exactly one line: {"line": its number, "command": its name, "ok": true, and the results}, or
+/// Answers each line with exactly one line: {"line": its number, "command": its name, "ok": true, and the results}, or
 /// {"line", "command", "ok": false, "error": the problem and the remedy}.
 ///
 /// Thread  main
 class CommandRun {
  public:
-  /// Reads the first line once the room is joined and its state and kept poses have arrived.
-  /// In      io              must outlive this
-  ///         pointer         of the device that the commands move; null: movement commands are refused
+  /// Reads the first line when the room is joined and its state and saved poses have been received.
+  /// In      io              must outlive this object
+  ///         pointer         pointer of the device that the commands move; null: movement commands are refused
   ///         lines, answers  file descriptors
-  /// Fails   std::system_error: as CommandPipe
+  /// Fails   see CommandPipe
   CommandRun(ClientIo& io, std::shared_ptr<devices::Pointer> pointer, int lines, int answers);
   CommandRun(const CommandRun&) = delete;
   CommandRun& operator=(const CommandRun&) = delete;
   /// Calls finish().
   ~CommandRun();
 
-  /// Receives an event of the client; call for each, before the poll() with a snapshot that has its effect.
+  /// Receives an event of the client. Call for each event, before the poll() whose snapshot includes its effect.
   void receive(const Event& event);
-  /// Continues the present command, or begins the next; called about every 10 ms.
+  /// Continues the current command, or begins the next one. Called about every 10 ms.
   /// In      view  HapticCore::newest_view(); null: none yet
   void poll(const ClientIoSnapshot& io, const View* view, LocalTime now);
-  /// Returns whether the program must end: the command quit, the end of the input, or no reader of the answers.
+  /// Returns whether the program must end, because of the command quit, the end of the input, or the loss of the
+  /// reader.
   bool is_over() const;
-  /// Answers the present command with an error, and stops reading.
+  /// Answers the current command with an error, and stops reading.
   void finish();
-  /// Failed commands or unwritten answers, as text; "" if all were answered without an error. After finish().
+  /// Describes failed commands and unwritten answers; empty if there were none. Call after finish().
   std::string problem() const;
 
  private:

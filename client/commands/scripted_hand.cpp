@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-// Limits the jump of the pointer after a delay of the main thread.
+// Limits the motion of the pointer in one call after a delay of the main thread.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 }  // namespace

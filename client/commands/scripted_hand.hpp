@@ -1,4 +1,4 @@
-// A hand moved by commands: drives the pointer of the device "mouse", as the window's mouse does otherwise.
+// A hand moved by commands. It moves the pointer of the device "mouse", as the mouse of the window does otherwise.
 #pragma once
 
 #include <memory>
@@ -11,25 +11,25 @@
 namespace tandem::client {
 
 /// Moves the pointer of the device "mouse" along a straight line to a goal in the world. The device's simulated hand,
-/// with mass, damping and spring, follows the pointer and yields to forces; forces are therefore limited as for any
+/// with mass, damping and spring, follows the pointer and yields to forces. Forces are therefore limited as for any
 /// other hand.
 ///
 /// Thread  main
 class ScriptedHand {
  public:
-  /// Speed in the device frame: that of a careful user, an eighth of the speed that the device can follow.
+  /// Speed in the device frame. It is that of a careful user, an eighth of the speed that the device can follow.
   static constexpr double kSpeed_m_per_s = 0.1;
   static constexpr double kTurn_rad_per_s = 1;
-  /// Maximum distance between pointer and hand, as for the window's mouse. At this distance the hand's spring applies
-  /// about the device's maximum force; the pointer stops there.
+  /// Largest distance between pointer and hand, the same as for the window's mouse. At this distance the hand's spring
+  /// exerts about the device's maximum force, and the pointer stops.
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;
-  /// The hand is at rest after moving slower than these limits for kRestFor.
+  /// The hand counts as at rest after it was slower than these limits for kRestFor.
   static constexpr double kRestSpeed_m_per_s = 0.002;
   static constexpr double kRestTurn_rad_per_s = 0.02;
   static constexpr Duration kRestFor = std::chrono::milliseconds(300);
 
-  /// In      pointer  the device's; not null
+  /// In      pointer  pointer of the device; not null
   explicit ScriptedHand(std::shared_ptr<devices::Pointer> pointer);
 
   /// In      X_WH  goal of the handle in the world
@@ -37,14 +37,14 @@ class ScriptedHand {
   /// Presses or releases buttons of the handle.
   /// In      button  bits of Button
   void press(std::uint32_t button, bool is_down);
-  /// Intended pose of the hand in the device frame, and its buttons.
+  /// Target pose of the hand in the device frame, and its buttons.
   const devices::PointerTarget& target() const { return target_; }
-  /// Advances the pointer at its speed limit since the last call, and publishes it. A new scene ends the movement and
-  /// releases the buttons.
+  /// Moves the pointer by the motion since the last call, at its speed limit, and publishes it. If the scene has
+  /// changed, ends the movement and releases the buttons.
   void follow(const View& view, LocalTime now);
-  /// Returns whether the hand has come to rest since the last move_to(), at the goal or at an obstacle.
+  /// Returns whether the hand has come to rest since the last move_to(), at the goal or against an obstacle.
   bool is_at_rest(LocalTime now) const;
-  /// Returns whether the pointer has reached the goal, with the hand within kMaxStretch_m and kMaxTwist_rad of it.
+  /// Returns whether the pointer has reached the goal and the hand is within kMaxStretch_m and kMaxTwist_rad of it.
   bool has_arrived() const { return has_arrived_; }
 
  private:
@@ -55,9 +55,9 @@ class ScriptedHand {
   devices::PointerTarget target_;
   std::optional<Pose> goal_WH_;
   bool has_arrived_ = true;
-  std::uint32_t scene_ = 0;  ///< generation of the newest view's scene
+  std::uint32_t scene_ = 0;  ///< generation number of the scene in the newest view
   LocalTime followed_{};
-  LocalTime moved_{};  ///< last time at which the hand was faster than at rest, or move_to() was called
+  LocalTime moved_{};  ///< last time at which the hand exceeded the limits of rest, or move_to() was called
 };
 
 /// Inverse of WorkspaceMapping::world_pose().

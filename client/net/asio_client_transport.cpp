@@ -20,9 +20,9 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// Maximum time that a closed connection may take to send its queue and, with simulated links, the bytes in flight.
+/// Time limit in which a closed connection must send its queue and, with simulated links, the bytes in flight.
 constexpr Duration kLinger = std::chrono::milliseconds(500);
-/// Limit of datagrams read at one wake-up. All waiting ones are read, because only the newest matters.
+/// Limit of the datagrams read in one wake-up. Normally all waiting ones are read, because only the newest matters.
 constexpr int kDatagramsPerWake = 1024;
 constexpr std::uint64_t kLinksPerConnection = 4;
 
@@ -74,12 +74,12 @@ struct AsioClientTransport::Connection {
       : stream(io), tls(tls_context), datagrams(io), pump_timer(io), linger(io) {}
 
   tcp::socket stream;
-  net::Address address;  ///< address that TCP connected to; datagrams are sent there too
+  net::Address address;  ///< address of the TCP connection; datagrams are sent there too
   secure::TlsStream tls;
   udp::socket datagrams;
-  StampedReceiver receiver;  ///< receiver of `datagrams`
+  StampedReceiver receiver;  ///< reads from `datagrams`
   asio::steady_timer pump_timer;
-  std::optional<LocalTime> pump_due;  ///< expiry of the pump timer
+  std::optional<LocalTime> pump_due;  ///< expiry of pump_timer
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
   LinkTraffic before;  // sums over earlier connections
@@ -89,7 +89,7 @@ struct AsioClientTransport::Connection {
   bool is_connected = false;
   bool is_closing = false;
   bool has_sent_all = false;
-  std::optional<std::string> lost_because;  // end of stream, not yet reported
+  std::optional<std::string> lost_because;  // reason of the end of stream, not reported yet
   std::array<std::byte, 64 * 1024> incoming{};
 };
 
@@ -139,7 +139,7 @@ void AsioClientTransport::connect(LocalTime) {
   connector_.start();
 }
 
-/// Replaces a connection that could not be set up. The links are kept: nothing has passed through them yet.
+/// Replaces a connection that could not be set up. Its links are reused, because nothing has passed through them yet.
 void AsioClientTransport::renew() {
   const ConnectionPointer before = current_;
   current_ = std::make_shared<Connection>(io_, tls_ ? &*tls_ : nullptr);
@@ -170,7 +170,7 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   if (connection->tls.is_plain()) established();
 }
 
-/// Both ends are authenticated: no other address is tried.
+/// Both ends are authenticated, so no other address is tried.
 void AsioClientTransport::established() {
   current_->is_connected = true;
   connector_.set_up();
@@ -188,7 +188,7 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
   connection->stream.async_read_some(
       asio::buffer(connection->incoming), [this, connection](const error_code& error, std::size_t size) {
         if (!is_current(*connection)) {
-          // During closing the received bytes are discarded; only the server's end of stream matters.
+          // While closing, received bytes are discarded; only the server's end of stream matters.
           if (error) abort(*connection);
           if (!error) read(connection);
           return;
@@ -237,7 +237,7 @@ void AsioClientTransport::lost(const ConnectionPointer& connection, const std::s
   report_loss_when_due(*connection);
 }
 
-// Reports the end of a stream after its last bytes, also through a simulated link: they may be a goodbye.
+// Reports the end of a stream after its last bytes have passed the simulated link, because they may contain a goodbye.
 void AsioClientTransport::report_loss_when_due(Connection& connection) {
   if (!connection.lost_because || !is_current(connection)) return;
   if (connection.links != nullptr && connection.links->control_down.next_due()) return;
@@ -254,7 +254,7 @@ void AsioClientTransport::set_datagram_port(std::uint16_t port) {
   const udp::endpoint server(current_->address, port != 0 ? port : port_);
   current_->datagrams.open(server.protocol(), error);
   if (!error) current_->datagrams.non_blocking(true, error);
-  // A connected socket: the kernel drops datagrams from other senders.
+  // The socket is connected, so that the kernel drops datagrams from other senders.
   if (!error) current_->datagrams.connect(server, error);
   if (error) return;
   current_->receiver = StampedReceiver(current_->datagrams.native_handle(), clock_.now());
@@ -272,13 +272,13 @@ void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
 }
 
 void AsioClientTransport::receive_datagrams(Connection& connection) {
-  // One byte more than allowed: an oversized datagram is detected instead of truncated.
+  // The buffer has one byte more than allowed, so that a datagram that is too long is detected and not truncated.
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
     LocalTime came{};
     const auto received = connection.receiver.receive(buffer, clock_, came);
     if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    if (!received) continue;  // ICMP error of an earlier send; TCP reports a lost server
+    if (!received) continue;  // ICMP error of an earlier send; the loss of a server is reported by TCP
     const auto datagram = std::span(buffer).first(*received);
     if (connection.links != nullptr) {
       connection.links->down.send(came, datagram);
@@ -299,7 +299,8 @@ void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
   flush(current_);
 }
 
-// Write errors are left to the pending read, which fails too: the session must not be called from inside its own call.
+// Write errors are left to the pending read, which fails too, because the session must not be called from within its
+// own call.
 void AsioClientTransport::flush(const ConnectionPointer& connection) {
   if (connection->is_waiting_to_write || !connection->stream.is_open()) return;
   proto::Bytes& unsent = connection->unsent;
@@ -358,7 +359,7 @@ void AsioClientTransport::close() {
   finish_when_drained(*connection);
 }
 
-// Closes only the sending half. The server's end of stream then confirms that it has read everything.
+// Closes only the sending half. The server's end of stream then confirms that the server has read everything.
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
@@ -413,7 +414,7 @@ void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
   while (const auto bytes = links.control_down.receive(now)) {
     if (is_current(connection)) session_->on_control_bytes(*bytes, clock_.now());
   }
-  // Datagrams carry the time at which they were due, however late this call is.
+  // Datagrams are passed with the time at which they were due, even if this call is late.
   for (auto due = links.down.next_due(); due && *due <= now; due = links.down.next_due()) {
     const auto datagram = links.down.receive(now);
     if (datagram && is_current(connection)) session_->on_datagram(*datagram, *due);

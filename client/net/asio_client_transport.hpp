@@ -1,12 +1,12 @@
 // The client's sockets, and the optional simulated links between them and the session.
 //
 //   session ──▶ [link up] ──▶ socket        without links: bytes pass unchanged
-//   session ◀── [link down] ◀── socket      with links: bytes are held until due, by one timer on the io thread
+//   session ◀── [link down] ◀── socket      with links: bytes are delayed until due, by one timer on the io thread
 //
-// Control bytes pass through a secure::TlsStream between link and socket; with --insecure it leaves them unchanged.
-// State and control have a link in each direction (control: reliable). Each connection has its own sockets and links,
-// so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept are queued here.
-// State over TCP is sent only when the queue is empty.
+// Control bytes pass through a secure::TlsStream between link and socket. With --insecure it leaves them unchanged.
+// State and control each have a link in each direction; the control links are reliable. Each connection has separate
+// sockets and links, so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept
+// are queued here. State over TCP is sent only when the queue is empty.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -24,7 +24,7 @@
 
 namespace tandem::client {
 
-/// A link simulated inside the client, for control and state alike (control bytes are never lost or reordered).
+/// Links simulated inside the client, for control and state. Control bytes are never lost or reordered.
 struct SimulatedLinks {
   net::LinkParameters up;    ///< client to server
   net::LinkParameters down;  ///< server to client
@@ -33,32 +33,32 @@ struct SimulatedLinks {
 
 /// Traffic of the simulated links, summed over all connections.
 struct LinkTraffic {
-  net::LinkCounters up;  ///< datagrams
+  net::LinkCounters up;  ///< datagrams to the server
   net::LinkCounters down;
-  net::LinkCounters control_up;  ///< chunks of the control stream; includes the state if that is sent over TCP
+  net::LinkCounters control_up;  ///< chunks of the control stream, including the state if it is sent over TCP
   net::LinkCounters control_down;
 };
 
 /// ClientTransport over Asio.
 ///
-/// Thread  the one that runs the io_context
+/// Thread  the thread that runs the io_context
 class AsioClientTransport final : public ClientTransport {
  public:
-  /// In      host     a numeric address; with `trust` also a host name, which is looked up on connecting
-  ///         trust    key or authorities to verify the server with; none: no TLS, loopback only
-  ///         resolve  look-up function for names
-  /// Fails   std::invalid_argument: another address, a file that holds no authority, or a bad link parameter
+  /// In      host     a numeric address; with `trust` also a host name, which is looked up when connecting
+  ///         trust    key or authorities with which the server is verified; none: no TLS, loopback only
+  ///         resolve  function that looks up names
+  /// Fails   std::invalid_argument: another kind of address, a file without an authority, or an invalid link parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
                       const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
                       const Clock& clock, Resolve resolve = resolve_by_system);
   ~AsioClientTransport() override;
 
-  /// Sets the session whose callbacks are called; before the first connect().
+  /// Sets the session whose callbacks are called. Call before the first connect().
   void attach(ClientSession& session) { session_ = &session; }
-  /// True when no closed connection still has bytes to send.
+  /// Returns true if no closed connection has bytes left to send.
   bool is_drained() const;
-  /// Changes the parameters of the simulated links, up and down. Ignored if there were none at construction.
-  /// Fails   std::invalid_argument: a bad parameter
+  /// Changes the parameters of the simulated links in both directions. Ignored if there were none at construction.
+  /// Fails   std::invalid_argument: an invalid parameter
   void set_links(const net::LinkParameters& both);
   const LinkTraffic& link_traffic() const { return link_traffic_; }
 

@@ -21,10 +21,10 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// Time-outs and reconnection are checked at least this often.
+/// Period after which time-outs and reconnection are checked.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kSnapshotPeriod = std::chrono::milliseconds(10);
-/// Maximum wait of stop() for the leave message to be sent.
+/// Time limit for which stop() waits until the leave message is sent.
 constexpr Duration kStopWithin = std::chrono::milliseconds(500);
 
 int open_eventfd() {
@@ -61,16 +61,16 @@ struct ClientIo::Impl {
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
 
-  std::shared_ptr<const wire::Joined> joined;  // io thread's copy
-  std::shared_ptr<const Credentials> beside;   // io thread's copy
-  std::shared_ptr<const AssetMap> assets;      // io thread's copy
-  std::deque<Event> new_events;                // io thread's own, until the next snapshot
+  std::shared_ptr<const wire::Joined> joined;  // copy of the io thread
+  std::shared_ptr<const Credentials> beside;   // copy of the io thread
+  std::shared_ptr<const AssetMap> assets;      // copy of the io thread
+  std::deque<Event> new_events;                // used by the io thread until the next snapshot
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects the next two; never taken by the haptic thread
   ClientIoSnapshot published;
   std::deque<Event> events;
 
-  std::thread thread;  // last member: uses all of the above
+  std::thread thread;  // last member, because the thread uses all of the above
 };
 
 ClientIo::Impl::Impl(ClientIoSettings client_settings, devices::Device& device)
@@ -100,7 +100,7 @@ void ClientIo::Impl::run() {
     await_poll_time();
     io.run();
   } catch (const std::exception& error) {
-    // Out of memory or threads. Ending the program here would leave the device's last force on.
+    // There is not enough memory, or no more threads. Ending the program here would leave the device at its last force.
     session.fail(error.what());
   }
   publish_snapshot(clock.now());
@@ -146,7 +146,7 @@ void ClientIo::Impl::perform(const Command& command) {
   client.send(std::get<ClientCommand>(command), clock.now());
 }
 
-// Only this thread writes `published`, so it may read it without the lock.
+// Only this thread writes `published`, so this thread may read it without the lock.
 void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();
@@ -214,7 +214,7 @@ const HapticCore& ClientIo::haptics() const {
 
 void ClientIo::notify() noexcept {
   const std::uint64_t one = 1;
-  // Fails only when the counter is full: then the io thread has been woken already.
+  // Writing fails only if the counter is full; then the io thread has already been woken.
   [[maybe_unused]] const auto written = ::write(impl_->tick_event.native_handle(), &one, sizeof one);
 }
 

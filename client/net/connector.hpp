@@ -1,4 +1,4 @@
-// Connects to a server at the first of its addresses that answers (common/net/address_race.hpp).
+// Connects to a server at the first of its addresses that accepts (common/net/address_race.hpp).
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,33 +16,33 @@
 
 namespace tandem::client {
 
-/// Remembers the addresses of a host that was once reached. A later start() tries them during the new look-up, the last
-/// winner first, so that a name server that does not answer delays no reconnection.
+/// Stores the addresses of a host that was reached once. A later start() tries them during the new look-up, the last
+/// successful one first. A name server that does not answer therefore delays no reconnection.
 ///
-/// Thread  the one that runs the io_context
+/// Thread  the thread that runs the io_context
 class Connector {
  public:
   using Accepted = std::function<void(boost::asio::ip::tcp::socket socket, const net::Address& address)>;
   using Lost = std::function<void(const std::string& why)>;
 
-  /// In      host          a numeric address; "localhost", this machine, if not encrypted; otherwise a name
-  ///         is_encrypted  false: only loopback addresses
-  ///         accepted      receives a connection to set up; another one after set_up_failed() or a slow set-up
-  ///         lost          called when no address of the host is left
-  /// Fails   std::invalid_argument: not a numeric address, or one that needs encryption
+  /// In      host          a numeric address; "localhost" (this machine) without encryption; otherwise a name
+  ///         is_encrypted  if false, only loopback addresses are allowed
+  ///         accepted      gets a connection that must be set up; called again after set_up_failed() or a slow set-up
+  ///         lost          called when all addresses of the host have failed
+  /// Fails   std::invalid_argument: not a numeric address, or an address that requires encryption
   Connector(boost::asio::io_context& io, const std::string& host, std::uint16_t port, bool is_encrypted,
             Resolve resolve, const Clock& clock, Accepted accepted, Lost lost);
 
   void start();
-  /// Ends the race: the accepted connection is set up.
+  /// Ends the race, because the accepted connection has been set up.
   void set_up();
-  /// Rejects the accepted connection: the other addresses are tried.
+  /// Rejects the accepted connection, so that the other addresses are tried.
   void set_up_failed(net::AttemptFailure failure, const std::string& why);
   void cancel();
 
-  /// Server as shown to users: "rig.example:47800".
+  /// Name of the server as shown to users, e.g. "rig.example:47800".
   std::string server_name() const;
-  /// Results of the race so far, as shown to users; empty: no race, or a numeric address.
+  /// Results of the race so far, as shown to users. Empty if there is no race, or for a numeric address.
   std::string progress() const;
 
  private:

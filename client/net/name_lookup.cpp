@@ -48,13 +48,13 @@ std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6,
   return addresses;
 }
 
-/// Shared with the look-up threads, which may outlive the NameLookup.
+/// State shared with the look-up threads, which may outlive the NameLookup.
 struct NameLookup::State {
   std::mutex mutex;             // protects `io`
-  boost::asio::io_context* io;  ///< null after the NameLookup was destroyed
+  boost::asio::io_context* io;  ///< null after the NameLookup has been destroyed
   Resolve resolve;
   Answer answer;
-  std::array<bool, 2> is_outstanding{};  ///< used by the io thread only; index 1 is IPv6
+  std::array<bool, 2> is_outstanding{};  ///< used by the io thread only; index 0 is IPv4, index 1 is IPv6
 };
 
 NameLookup::NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer)
@@ -85,7 +85,7 @@ void NameLookup::start(const std::string& host) {
     };
     try {
       std::thread([state = state_, host, is_v6, finish] {
-        // The thread inherits the priority of the io thread.
+        // The thread has inherited the priority of the io thread.
         realtime::drop_realtime();
         std::string problem;
         const std::vector<net::Address> addresses = state->resolve(host, is_v6, problem);

@@ -1,5 +1,5 @@
-// Looks up the addresses of a host without blocking the io thread: without an answer of the name server getaddrinfo()
-// blocks for 5 s and more.
+// Looks up the addresses of a host without blocking the io thread. getaddrinfo() would block it for 5 s or more if the
+// name server does not answer.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -12,30 +12,30 @@
 
 namespace tandem::client {
 
-/// Returns the addresses of one family; blocks. Sets `problem` if there is none.
+/// Returns the addresses of one family. May block. If there are none, sets `problem`.
 using Resolve = std::function<std::vector<net::Address>(const std::string& host, bool is_v6, std::string& problem)>;
-/// The system's resolver.
+/// Calls the resolver of the system.
 std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6, std::string& problem);
 
 /// Looks up each address family in a separate thread, so that the answer for one does not wait for the other (RFC 8305,
-/// section 3). The threads are detached: neither a lost connection nor the end of the program waits for a name server.
-/// At most one look-up per family is outstanding, however often the client reconnects.
+/// section 3). The threads are detached, so neither a lost connection nor the end of the program waits for a name
+/// server. At most one look-up per family is outstanding, however often the client reconnects.
 ///
-/// Thread  the one that runs the io_context
+/// Thread  the thread that runs the io_context
 class NameLookup {
  public:
   using Answer =
       std::function<void(const std::vector<net::Address>& addresses, bool is_v6, const std::string& problem)>;
 
-  /// In      io       must outlive this; `answer` is called on its thread
+  /// In      io       must outlive this object; `answer` is called on its thread
   ///         resolve  called by the look-up threads
   NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer);
-  /// No answer is delivered after this.
+  /// After this no answer is delivered.
   ~NameLookup();
   NameLookup(const NameLookup&) = delete;
   NameLookup& operator=(const NameLookup&) = delete;
 
-  /// Starts the look-ups that are not outstanding. One answer per family follows.
+  /// Starts the look-ups that are not outstanding. Each family gets one answer.
   void start(const std::string& host);
 
  private:

@@ -14,7 +14,8 @@
 namespace tandem::client {
 namespace {
 
-/// Tolerance between two readings of two clocks: thread delays, and slewing of at most 500 ppm (NTP), here 1/1000.
+/// Tolerance for the difference between two clocks: delays of the thread, and slewing by at most 500 ppm (NTP), for
+/// which 1/1000 is allowed.
 constexpr Duration kMaxApart = std::chrono::milliseconds(5);
 constexpr Duration::rep kSlewed = 1000;
 
@@ -28,7 +29,7 @@ Duration wall_clock() noexcept {
   return duration_of(wall);
 }
 
-/// Kernel time stamp of a message, on the wall clock; nothing if it has none.
+/// Returns the kernel's time stamp of a message, on the wall clock; nothing if there is none.
 std::optional<Duration> stamp_of(msghdr& message) noexcept {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;

@@ -1,4 +1,4 @@
-// The recording of one client.
+// Records one client.
 //
 //   main thread                   recorder thread
 //   add(tick), add(link) ──ring──▶ to messages ▶ RecordingFile
@@ -25,15 +25,15 @@ namespace tandem::client {
 struct ClientRecording {
   std::filesystem::path file;
   std::uint64_t every = 1;        ///< every n-th tick is recorded
-  Duration unix_offset{0};        ///< from this machine's clock to the time since 1970
-  wire::RecordedSession about{};  ///< `part` and `every` are filled in
+  Duration unix_offset{0};        ///< offset added to this machine's clock to get the time since 1970
+  wire::RecordedSession about{};  ///< the recorder sets `part` and `every`
   recording::RotationSettings rotation{};
 };
 
-/// State of the link and the session at one time.
+/// State of the link and of the session at one time.
 struct LinkFigures {
   LocalTime at{};
-  std::string_view state;  ///< a string literal
+  std::string_view state;  ///< must be a string literal
   bool has_clock = false;
   Duration clock_offset{0}, round_trip{0}, minimum_round_trip{0};
   std::uint64_t sent = 0, received = 0, dropped = 0, reconnects = 0;
@@ -42,7 +42,7 @@ struct LinkFigures {
 class ClientRecorder {
  public:
   /// Creates the file and starts the thread.
-  /// In      on_news  called on that thread with text for the user
+  /// In      on_news  called on that thread with messages for the user
   /// Fails   std::invalid_argument: the file cannot be created
   ClientRecorder(ClientRecording settings, std::function<void(const std::string&)> on_news);
   /// Calls finish().
@@ -53,22 +53,22 @@ class ClientRecorder {
   /// Thread  one; neither blocks nor allocates
   void add(const TickRecord& tick, int phase) noexcept;
   void add(const LinkFigures& figures) noexcept;
-  /// Writes the queued records and the end of the file. Idempotent.
+  /// Writes the queued records and the end of the file. Repeated calls have no effect.
   void finish();
 
   /// The first file of the recording.
   const std::filesystem::path& name() const { return settings_.file; }
   // Thread  any
-  /// Ticks and figures missing in the recording.
+  /// Number of ticks and figures that are missing from the recording.
   std::uint64_t lost() const;
   std::uint64_t bytes_written() const { return file_.bytes_written(); }
-  /// Last text passed to on_news; empty: none.
+  /// Last message passed to on_news; empty: none.
   std::string newest_news() const;
-  /// The written file; after finish().
+  /// The written file. Available after finish().
   const recording::RecordingFile& file() const { return file_; }
 
  private:
-  using Record = std::variant<std::pair<TickRecord, int>, LinkFigures>;  ///< a tick with its phase
+  using Record = std::variant<std::pair<TickRecord, int>, LinkFigures>;  ///< a tick with its phase, or figures
 
   void push(const Record& record) noexcept;
   void drain();

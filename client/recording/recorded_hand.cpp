@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-/// Half an hour at 1 kHz, 0.4 GB of memory.
+/// Limit of samples: half an hour at 1 kHz, in 0.4 GB of memory.
 constexpr std::size_t kMaxSamples = 2'000'000;
 
 }  // namespace

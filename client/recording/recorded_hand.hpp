@@ -1,4 +1,4 @@
-// The hand of a recording, for the device "replay".
+// Reads the motion of the hand from a recording, for the device "replay".
 #pragma once
 
 #include <filesystem>
@@ -11,9 +11,9 @@
 namespace tandem::client {
 
 /// Reads the device samples of a client's recorded ticks, from all files of the recording.
-/// Out     why  reason why the recording is incomplete, for the user; empty: complete. The `reason` of the last sample
-///              before damage states it
-/// Fails   std::invalid_argument: not a client's recording, or more than 2 million ticks
+/// Out     why  reason why the recording is incomplete, for the user; empty: it is complete. The `reason` of the last
+///              sample before the damage contains the same text
+/// Fails   std::invalid_argument: not a client's recording, or it has more than 2 million ticks
 std::shared_ptr<const std::vector<devices::DeviceSample>> read_recorded_hand(const std::filesystem::path& file,
                                                                              std::string& why);
 

@@ -6,10 +6,10 @@
 
 namespace tandem::client {
 
-/// In      phase  index in the simulated hand's path; −1: none
+/// In      phase  index of the phase in the simulated hand's trajectory; −1: none
 wire::RecordedTick recorded(const TickRecord& tick, int phase);
-/// Non-finite values and invalid rotations are kept unchanged, because a recording is read for display. Use `sample` of
-/// a damaged file only through devices::DeviceReader.
+/// Keeps non-finite values and invalid rotations, because a recording is read for display. Therefore `sample` of a
+/// damaged file must be used only through devices::DeviceReader.
 TickRecord tick_of(const wire::RecordedTick& recorded);
 
 }  // namespace tandem::client

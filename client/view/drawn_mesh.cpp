@@ -10,7 +10,8 @@ namespace {
 constexpr int kConeSides = 20;
 constexpr Rgba kWhite{1, 1, 1, 1};
 
-/// Appends triangles between the circles of two profile points about z; a radius of 0 is a tip.
+/// Appends triangles between two circles about z, which are given by two points of a profile. A circle of radius 0 is a
+/// tip.
 void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z,
                  int sides) {
   const auto first = static_cast<int>(mesh.vertices.size());

@@ -1,4 +1,4 @@
-// Triangle meshes in the graphics card's format, made from a scene's shapes. Needs no window.
+// Triangle meshes in the format of the graphics card, made from a scene's shapes. No window is needed.
 #pragma once
 
 #include <array>
@@ -10,33 +10,33 @@
 
 namespace tandem::client {
 
-using Rgba = std::array<float, 4>;  ///< sRGB and opacity, 0 to 1
+using Rgba = std::array<float, 4>;  ///< sRGB colour and opacity, each 0 to 1
 
-/// One corner of a triangle, in the layout that the shaders of renderer.cpp read.
+/// One vertex of a triangle, in the layout that the shaders of renderer.cpp read.
 struct Vertex {
   std::array<float, 3> position_m{};
   std::array<float, 3> normal{};
   std::array<std::uint8_t, 4> color{};
 };
 
-/// Triangles of three corners each, counter-clockwise seen from outside.
+/// Triangles of three vertices each, counter-clockwise seen from outside.
 using DrawnMesh = std::vector<Vertex>;
 
-/// Appends a shaded mesh, or shades and appends a mesh.
+/// Appends a shaded mesh. The second function shades the mesh first.
 /// In      mesh  triangles that geometry::shaded() drops are not drawn
 void append_mesh(DrawnMesh& out, const geometry::ShadedMesh& shaded, const Pose& X, const Rgba& color);
 void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color);
 
-/// Colour in a vertex's format.
+/// Converts a colour to the format of a vertex.
 std::array<std::uint8_t, 4> bytes_of(const Rgba& color);
 
-/// Appends a cone along z: its base of radius 1 at 0, its tip at 1.
+/// Appends a cone along z, with its base of radius 1 at z = 0 and its tip at z = 1.
 void append_cone(DrawnMesh& out);
 
-/// Appends the side of a cylinder from one point to another.
+/// Appends the lateral surface of a cylinder between two points.
 void append_stick(DrawnMesh& out, const Vec3& from, const Vec3& to, double radius_m, int sides, const Rgba& color);
 
-/// A ball of radius 1: an octahedron whose edges are halved `halvings` times.
+/// Returns a ball of radius 1: an octahedron whose edges are halved `halvings` times.
 geometry::TriangleMesh halved_octahedron(int halvings);
 std::array<float, 3> floats_of(const Vec3& a);
 

@@ -12,17 +12,17 @@
 namespace tandem::client {
 namespace {
 
-/// Above this number of atoms balls have fewer triangles.
+/// Number of atoms above which balls have fewer triangles.
 constexpr std::size_t kFineAtoms = 1500;
-/// Above this number of atoms balls are octahedra with a ball's normals, and sticks have few sides: each is a few
-/// pixels wide.
+/// Number of atoms above which balls are octahedra with the normals of a ball, and sticks have few sides. Each is then
+/// only a few pixels wide.
 constexpr std::size_t kCoarseAtoms = 20'000;
 constexpr int kSides = 20, kCoarseSides = 5;
-/// Above this number of atoms a ball represents several, and there are no sticks. Bounds the vertices of the largest
-/// molecule that a server may send to a quarter of a gigabyte.
+/// Number of atoms above which a ball represents several atoms, and there are no sticks. It limits the vertices of the
+/// largest molecule that a server may send to a quarter of a gigabyte.
 constexpr std::size_t kMaxBalls = 250'000;
 
-/// Colours of the elements except carbon, which has its molecule's colour.
+/// Colours of the elements except carbon, which has the colour of its molecule.
 struct Element {
   std::string_view symbol;
   double mass_u;
@@ -50,7 +50,7 @@ constexpr std::array<Element, 19> kElements{{{"H", 1.008, {0.93F, 0.93F, 0.93F, 
                                              {"BR", 79.904, {0.55F, 0.15F, 0.10F, 1}},
                                              {"I", 126.904, {0.45F, 0.10F, 0.55F, 1}}}};
 
-/// Colour of an atom's element; for an unknown symbol, of the element with the nearest mass.
+/// Returns the colour of an atom's element. For an unknown symbol, it is that of the element with the nearest mass.
 Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rgba& own) {
   const auto* found = kElements.end();
   if (atom < molecule.elements.size()) found = std::ranges::find(kElements, molecule.elements[atom], &Element::symbol);
@@ -61,8 +61,8 @@ Rgba element_color(const docking::Molecule& molecule, std::size_t atom, const Rg
   return found->symbol == "C" ? own : found->color;
 }
 
-/// Colour by the first three letters of the name: some force fields append the protonation state. Other names are
-/// listed in full.
+/// Returns the colour for the first three letters of the name, because some force fields append the protonation state.
+/// Names that differ are listed in full.
 Rgba residue_color(std::string_view name) {
   constexpr Rgba kAcidic{0.80F, 0.20F, 0.07F, 1}, kBasic{0.00F, 0.27F, 0.67F, 1}, kPolar{0.27F, 0.67F, 0.60F, 1},
       kApolar{0.87F, 0.80F, 0.47F, 1}, kNucleotide{0.67F, 0.27F, 0.60F, 1}, kOther{0.35F, 0.35F, 0.35F, 1};
@@ -82,7 +82,8 @@ Rgba residue_color(std::string_view name) {
 constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kMaxBondAngstrom = 2.6;
-/// Limits on atoms in a cube of kMaxBondAngstrom and on bonds of an atom: beyond chemistry, but a server may send it.
+/// Limits of the atoms in a cube of kMaxBondAngstrom and of the bonds of an atom. They are above any chemical value,
+/// but a server may send more.
 constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
 
 int halvings_for(const docking::Molecule& molecule, int fine) {
@@ -104,7 +105,8 @@ void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, do
   }
 }
 
-/// Bonded pairs of atoms. Atoms are sorted into cells of the longest bond, so that the cost is linear.
+/// Returns the bonded pairs of atoms. Atoms are sorted into cells of the longest bond length, so that the cost is
+/// linear.
 std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule,
                                                           const std::stop_token& stop) {
   using Cell = std::array<int, 3>;

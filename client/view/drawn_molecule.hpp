@@ -1,4 +1,4 @@
-// Molecules as triangle meshes: balls, sticks, ribbons. Needs no window.
+// Molecules as triangle meshes: balls, sticks and ribbons. No window is needed.
 #pragma once
 
 #include <array>
@@ -27,32 +27,33 @@ struct MoleculeStyle {
   bool operator==(const MoleculeStyle&) const = default;
 };
 
-/// One colour per atom. By element: carbons in the molecule's own colour, others in the usual colours (nitrogen blue,
-/// oxygen red, sulphur yellow, hydrogen white). By chain: chain_color() from `first_chain` on, in the order of the
-/// file. By residue: acidic red, basic blue, polar teal, the other amino acids sand, nucleotides purple, all else dark
-/// grey. Molecules without names are coloured by element.
+/// Returns one colour per atom. By element: carbon has the molecule's colour `own`, other elements the usual colours
+/// (nitrogen blue, oxygen red, sulphur yellow, hydrogen white). By chain: chain_color() from `first_chain` on, in the
+/// order of the file. By residue: acidic red, basic blue, polar teal, other amino acids sand, nucleotides purple, all
+/// others dark grey. Molecules without names are coloured by element.
 /// Source  chains: Tol, "Colour schemes", SRON/EPS/TN/09-002, 2021 ("muted")
 std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
                               std::size_t first_chain = 0);
-/// One of nine colours, repeated from the tenth chain on.
+/// Returns one of nine colours, which repeat from the tenth chain on.
 Rgba chain_color(std::size_t chain);
-/// Number of different chain names.
+/// Returns the number of different chain names.
 std::size_t chain_count(const docking::Molecule& molecule);
 
-/// Appends a ball of the van der Waals radius for each atom. Above a quarter of a million atoms a ball represents
+/// Appends a ball with the van der Waals radius for each atom. Above a quarter of a million atoms, a ball represents
 /// several consecutive atoms and has their total volume.
 /// In      colors  one for each atom
-///         stop    once requested, nothing more is appended; also in the functions below
+///         stop    after a stop request nothing more is appended; the same holds for the functions below
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Appends a small ball for each atom, and a stick in both atoms' colours for each bond. Two atoms are bonded if they
-/// are nearer than the sum of their covalent radii plus 0.4 Å. Above a quarter of a million atoms as append_balls().
+/// Appends a small ball for each atom, and a stick in the colours of both atoms for each bond. Two atoms are bonded if
+/// their distance is below the sum of their covalent radii plus 0.4 Å. Above a quarter of a million atoms it is the
+/// same as append_balls().
 /// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                    std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Radius of the atom's element, found by name, otherwise by mass.
+/// Returns the radius of the atom's element, which is found by name, otherwise by mass.
 double van_der_waals_radius_angstrom(const docking::Molecule& molecule, std::size_t atom);
 
 }  // namespace tandem::client

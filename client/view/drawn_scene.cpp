@@ -19,17 +19,18 @@
 namespace tandem::client {
 namespace {
 
-/// Static bodies widen the view only up to these multiples of the ball around tools and moving bodies: a table does
-/// not.
+/// Static bodies widen the view only up to these multiples of the ball around tools and moving bodies. A table, for
+/// example, does not widen it.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
 constexpr double kDeskReach_m = 0.08;
-/// Margin around the focus ball.
+/// Factor by which the focus ball is enlarged as a margin.
 constexpr double kFocusMargin = 1.15;
 constexpr double kDefaultToolRadius_m = 0.005;
-/// Limit for soft bodies, which are shaded again at each new deformation; a server sends about four thousand at most.
+/// Limit for soft bodies, because they are shaded again at each new deformation. A server sends about four thousand
+/// triangles at most.
 constexpr std::size_t kMaxSoftTriangles = 8'000;
-/// Limit for all meshes of a scene together: 700 MB of vertices.
+/// Limit for all meshes of a scene together, which are then 700 MB of vertices.
 constexpr std::size_t kMaxSceneTriangles = 8'000'000;
 
 Rgba rgba_of(const google::protobuf::RepeatedField<double>& rgb, const Rgba& otherwise) {
@@ -144,7 +145,7 @@ class Builder {
     }
   }
 
-  /// Finest mesh received so far with at most `most` triangles.
+  /// Returns the finest mesh received so far that has at most `most` triangles.
   const geometry::ShadedMesh* drawing(const wire::Mesh& mesh, std::size_t most) {
     const geometry::ShadedMesh* finest = nullptr;
     for (const wire::AssetInfo& info : offered_) {
@@ -156,7 +157,7 @@ class Builder {
     return finest;
   }
 
-  /// Decoded drawing asset; each asset is decoded once for all shapes that use it.
+  /// Returns a decoded drawing asset. Each asset is decoded once for all shapes that use it.
   const std::optional<geometry::ShadedMesh>& decoded(const std::string& sha256) {
     const auto [entry, is_new] = decoded_.try_emplace(sha256);
     if (!is_new || stop_.stop_requested()) return entry->second;
@@ -192,7 +193,7 @@ class Builder {
     }
   }
 
-  /// Widens the focus to contain a ball.
+  /// Widens the focus ball until it contains the given ball.
   void hold(const Vec3& centre, double radius_m) {
     const Vec3 apart = centre - out_.focus_W;
     const double distance = apart.norm();
@@ -227,7 +228,7 @@ class Builder {
     out_.floor_z_m = lowest_z_m();
   }
 
-  /// Minimum focus radius: the reach of a hand on a desk, scaled to the world.
+  /// Returns the smallest focus radius: the reach of a hand on a desk, scaled to the world.
   double least_focus_radius_m() const {
     double scale = scene_.tools().empty() ? 1 : 0;
     for (const wire::Tool& tool : scene_.tools()) scale = std::max(scale, tool.workspace().position_scale());
@@ -259,7 +260,7 @@ class Builder {
   DrawnScene out_;
 };
 
-/// Multiple of `along` from `from` to the triangle; infinite if the ray misses it.
+/// Returns the distance from `from` to the triangle as a multiple of `along`; infinity if the ray misses it.
 double along_ray(const Vec3& from, const Vec3& along, const Vertex* corners) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   std::array<Vec3, 3> p;

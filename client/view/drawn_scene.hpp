@@ -1,4 +1,5 @@
-// The drawn meshes of a joined scene: one for each body and tool, from the scene's message and its assets.
+// The drawn meshes of a joined scene, one for each body and tool. They are made from the scene's message and its
+// assets.
 #pragma once
 
 #include <memory>
@@ -18,14 +19,14 @@
 namespace tandem::client {
 
 struct DrawnBody {
-  std::string name;  ///< printable
+  std::string name;  ///< with printable characters only
   DrawnMesh mesh;    ///< in the body's frame
   Pose X_WB_start;
   bool is_static = false;
-  double radius_m = 0;                                ///< radius of a bounding ball about the body's origin
-  std::shared_ptr<const docking::Molecule> molecule;  ///< in the body's frame; null: no molecule, or not received yet
-  /// Soft body only: triangles at rest, and for each vertex the weights of the points of proto::soft_lattice() that
-  /// move it.
+  double radius_m = 0;                                ///< radius of a bounding ball around the body's origin
+  std::shared_ptr<const docking::Molecule> molecule;  ///< in the body's frame; null: none, or not received yet
+  /// For a soft body: its triangles at rest, and for each vertex the points of proto::soft_lattice() that move it, with
+  /// their weights.
   geometry::TriangleMesh soft{};
   std::vector<proto::NearPlaces> soft_goes_with{};
   Rgba soft_color{};
@@ -35,29 +36,30 @@ struct DrawnScene {
   std::vector<DrawnBody> bodies;       ///< in the order of scene.bodies
   std::vector<DrawnBody> soft_bodies;  ///< in the order of scene.soft_bodies, at rest
   std::vector<DrawnBody> tools;        ///< in the order of scene.tools
-  std::vector<std::string> missing;    ///< objects that cannot be drawn (yet), with the reason
+  std::vector<std::string> missing;    ///< objects that cannot be drawn, or not yet, with the reason
   /// Ball around the objects of interest: tools, moving bodies, and static bodies that are not much larger.
   Vec3 focus_W = Vec3::Zero();
   double focus_radius_m = 0.1;
-  double floor_z_m = 0;  ///< lowest z of the static bodies; without any, of the focus ball
+  double floor_z_m = 0;  ///< lowest z of the static bodies; if there are none, of the focus ball
 };
 
-/// Colour of a tool by its index: those of Okabe and Ito, distinguishable with any colour vision. Their yellow and cyan
-/// are reserved for the arrows.
+/// Colour of a tool by its index. The colours are those of Okabe and Ito, which are distinguishable for colour-blind
+/// users. Their yellow and cyan are reserved for the arrows.
 Rgba tool_color(std::size_t tool);
 
-/// In      assets  may be incomplete: shapes without their asset are omitted and named in `missing`
-///         stop    once requested, meshes are omitted and molecules are left incomplete
-/// Cost    with molecular surfaces up to some seconds (molecular_surface.hpp)
+/// In      assets  may be incomplete: shapes whose asset is missing are omitted and listed in `missing`
+///         stop    after a stop request, meshes are omitted and molecules are left incomplete
+/// Cost    up to some seconds with molecular surfaces (molecular_surface.hpp)
 /// Thread  any
 DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules = {},
                             const std::stop_token& stop = {});
 
-/// Mesh of a deformed soft body in its own frame; empty if there is no soft body, or its surface has not arrived.
+/// Returns the mesh of a deformed soft body in its frame. It is empty if there is no soft body, or if its surface has
+/// not been received.
 /// In      offsets_W  one for each point of proto::soft_lattice()
 DrawnMesh drawn_soft(const DrawnBody& body, std::span<const Vec3> offsets_W);
 
-/// Finds the first body that a ray hits: its index, and the hit point in its frame.
+/// Returns the first body that a ray hits: its index, and the hit point in its frame. Returns nothing without a hit.
 /// In      X_WB  one for each body
 std::optional<std::pair<std::size_t, Vec3>> first_hit(const DrawnScene& scene, std::span<const Pose> X_WB,
                                                       const Vec3& from_W, const Vec3& along_W);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr Duration kBetweenCounts = std::chrono::milliseconds(200);
 constexpr Duration kMemory = std::chrono::seconds(2);
-/// Values for a longer gap between frames are skipped.
+/// Gap between frames above which no values are added for the missing time.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(500);
 
 double in_ms(Duration duration) {
@@ -25,7 +25,7 @@ double share_lost(const net::LinkCounters& now, const net::LinkCounters& then) {
   return static_cast<double>(now.lost - then.lost) / static_cast<double>(now.sent - then.sent);
 }
 
-/// Pose of the second molecule in the frame of the first, from a kept pose.
+/// Returns the pose of the second molecule in the frame of the first, from a saved pose.
 Pose pose_of(const wire::KeptPose& kept) {
   const auto& n = kept.in_first();
   return {{n[0], n[1], n[2]}, Quat(n[3], n[4], n[5], n[6])};
@@ -95,7 +95,8 @@ void Figures::add_molecules(const DrawnScene& scene, const View* view, const Cli
   if (io.kept_poses != nullptr) rmsd_angstrom = docking::rmsd_angstrom(b, X_AB, pose_of(io.kept_poses->front()));
 }
 
-// Transit times mix the server's clock and the local one: the offset between them does not affect the deviation.
+// Transit times are differences between the server's clock and the local one. The offset between the clocks does not
+// affect their standard deviation.
 void Figures::add_transit(const View& view, LocalTime now) {
   forget_old(transits_ms_, now);
   if (view.newest.update.step != transit_of_) {

@@ -1,4 +1,4 @@
-// Data of the window's plots and figures, collected over the last seconds.
+// Data for the window's plots and figures, collected over the last seconds.
 #pragma once
 
 #include <array>
@@ -29,37 +29,39 @@ class Curve {
   std::size_t next_ = 0;
 };
 
-/// Displayed pose of a body, or its start pose before the first view.
+/// Returns the displayed pose of a body; before the first view, its start pose.
 Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body);
 
+/// Collects the values of the plots and figures.
+///
 /// Thread  the window's
 class Figures {
  public:
-  /// Time between two values of a curve, and time span of a whole curve.
+  /// Time between two values of a curve, and time span of a complete curve.
   static constexpr Duration kStep{std::chrono::milliseconds(20)};
   static constexpr Duration kSpan = kStep * static_cast<int>(Curve::kLength);
 
-  /// Adds a tick; call for each tick, in order.
+  /// Adds a tick. Call for each tick, in order.
   void add(const TickRecord& record);
-  /// Adds a view and the session's figures; call once a frame.
+  /// Adds a view and the session's figures. Call once a frame.
   void add(const View* view, const ClientIoSnapshot& io, LocalTime now);
-  /// Updates the figures of two docked molecules a few times a second, in a scene of exactly two molecules. Call once a
-  /// frame.
+  /// Updates the figures of two docked molecules a few times a second, if the scene has exactly two molecules. Call
+  /// once a frame.
   void add_molecules(const DrawnScene& scene, const View* view, const ClientIoSnapshot& io, LocalTime now);
 
-  Curve force_n, torque_n_m;          ///< largest displayed in a step
-  Curve round_trip_ms, state_age_ms;  ///< newest
+  Curve force_n, torque_n_m;          ///< largest displayed value in a step of the curve
+  Curve round_trip_ms, state_age_ms;  ///< newest value
   Curve residual_n;                   ///< predicted residual force
   Curve longest_tick_ms;              ///< longest interval between two ticks
   double jitter_ms = 0;  ///< standard deviation of the transit time of the server's updates, over the last 2 s
-  double loss_up = 0, loss_down = 0;  ///< shares that the simulated links lost in the last 2 s
+  double loss_up = 0, loss_down = 0;  ///< fractions of messages that the simulated links lost in the last 2 s
 
-  // First and second molecule of the scene, at their displayed poses.
+  // Figures of the first and the second molecule of the scene, at their displayed poses.
   bool has_molecules = false;
   std::array<std::size_t, 2> molecules{};  ///< indices of their bodies
   std::size_t contacts = 0;
   docking::AtomPairs hydrogen_bonds;
-  std::optional<double> rmsd_angstrom;  ///< from the pose in their files
+  std::optional<double> rmsd_angstrom;  ///< deviation from the pose in their files
 
  private:
   void finish_step();

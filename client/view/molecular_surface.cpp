@@ -13,16 +13,17 @@ constexpr double kSharpness = 1.2;
 constexpr double kFinestGrid_angstrom = 0.4;
 constexpr double kAtomsOnFinestGrid = 2000;
 constexpr double kCoarsening = 1.3;
-/// Standard deviation of the narrowest Gaussian, in cells, so that none falls between the grid's points.
+/// Smallest standard deviation of a Gaussian, in cells. With it no Gaussian falls between the points of the grid.
 constexpr double kMinWidth = 0.8;
-/// An atom's reach ends where its contribution is this share of the level.
+/// Contributions of an atom below this fraction of the level are neglected.
 constexpr double kNegligible = 0.01;
-/// Vertices keep this distance from their cell's faces, as a share of the cell, so that no two coincide.
+/// Smallest distance of a vertex from the faces of its cell, as a fraction of the cell, so that no two vertices
+/// coincide.
 constexpr double kFaceMargin = 0.02;
 constexpr int kNewtonSteps = 3;
 
 constexpr int kBlockCells = 8;
-/// Grid points of a block per axis: its own, one before and one after them.
+/// Number of grid points of a block per axis: its cells' points, one before and one after them.
 constexpr int kPoints = kBlockCells + 2;
 constexpr int kCells = kPoints - 1;
 
@@ -38,7 +39,7 @@ struct Blob {
   Rgba color;
 };
 
-/// F at one point.
+/// Value and gradient of F at one point.
 struct Sample {
   double value = 0;
   Vec3 gradient = Vec3::Zero();
@@ -72,7 +73,7 @@ Index3 next(Index3 at, int axis, int steps = 1) {
 }
 
 /// F on one block of the grid, and the triangles of the block's edges. The value at a point is bit-identical in all
-/// blocks that contain it: the same atoms in the same order, at coordinates computed in the same way.
+/// blocks that contain it: they add the same atoms in the same order, at coordinates computed in the same way.
 class Block {
  public:
   Block(double grid, double scale) : grid_(grid), scale_(scale) {}
@@ -99,7 +100,7 @@ class Block {
   const std::vector<Blob>* blobs_ = nullptr;
   const std::vector<std::uint32_t>* atoms_ = nullptr;
   std::array<double, kPoints * kPoints * kPoints> values_{};
-  std::array<int, kCells * kCells * kCells> vertex_of_{};  ///< −1: none yet
+  std::array<int, kCells * kCells * kCells> vertex_of_{};  ///< index of a cell's vertex; −1: none yet
   std::vector<Vertex> vertices_;
   std::array<std::vector<double>, 3> centres_;
   mutable std::vector<double> squares_;
@@ -120,7 +121,7 @@ void Block::fill(const Index3& block, const std::vector<Blob>& blobs, const std:
   for (const std::uint32_t atom : atoms) add(blobs[atom]);
 }
 
-/// Adds a Gaussian as the product of one factor per axis.
+/// Adds a Gaussian. It is computed as the product of one factor per axis.
 void Block::add(const Blob& blob) {
   std::array<std::array<double, kPoints>, 3> factors{};
   Index3 first{}, last{};
@@ -146,7 +147,7 @@ void Block::add(const Blob& blob) {
   }
 }
 
-/// Appends the faces of the edges that start at the block's own points.
+/// Appends the faces of the edges that start at points inside this block.
 void Block::append_to(DrawnMesh& out) {
   const auto is_inside_value = [](double value) { return value >= 1; };
   if (std::ranges::none_of(values_, is_inside_value) || std::ranges::all_of(values_, is_inside_value)) return;
@@ -159,12 +160,12 @@ void Block::append_to(DrawnMesh& out) {
   }
 }
 
-/// Appends the quadrilateral of the four cells around an edge, split along its shorter diagonal.
+/// Appends the quadrilateral between the four cells around an edge, split along its shorter diagonal.
 void Block::add_faces(DrawnMesh& out, const Index3& at, int axis) {
   const bool is_leaving = is_inside(at);
   if (is_leaving == is_inside(next(at, axis))) return;
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // Counter-clockwise about the axis. Copies instead of references, because vertices_ may be reallocated.
+  // Counter-clockwise about the axis. Vertices are copied, because references would become invalid if vertices_ grows.
   std::array<Vertex, 4> corners{vertex(next(next(at, u, -1), v, -1)), vertex(next(at, v, -1)), vertex(at),
                                 vertex(next(at, u, -1))};
   if (!is_leaving) std::swap(corners[1], corners[3]);
@@ -196,7 +197,7 @@ Vec3 Block::mean_of_crossings(const Index3& cell) const {
   return sum / count;
 }
 
-/// Vertex of a cell. Newton's method uses log F, which for an isolated atom is a parabola.
+/// Returns the vertex of a cell. Newton's method uses log F, which is a parabola for an isolated atom.
 const Vertex& Block::vertex(const Index3& cell) {
   int& index = vertex_of_[place_of(kCells, cell)];
   if (index >= 0) return vertices_[static_cast<std::size_t>(index)];
@@ -220,15 +221,15 @@ const Vertex& Block::vertex(const Index3& cell) {
   return made;
 }
 
-/// Weight of an atom's colour: decreases with the distance, is independent of the grid, and never 0.
-/// In      square  squared distance, in units of the atom's radius
+/// Weight of an atom's colour. It decreases with the distance, does not depend on the grid, and is never 0.
+/// In      square  squared distance, in units of the atom's squared radius
 double color_weight(double square) {
   const double near = 1 / std::max(square, 1e-9);
   const double fourth = near * near * near * near;
   return fourth * fourth;
 }
 
-/// Computes all distances first, in a loop that compilers vectorise; few atoms are near enough to contribute.
+/// All distances are computed first, in a loop that compilers can vectorise. Few atoms are near enough to contribute.
 Sample Block::sample(const Vec3& at) const {
   const double x = at.x(), y = at.y(), z = at.z();
   for (std::size_t i = 0; i < squares_.size(); ++i) {
@@ -251,7 +252,7 @@ Sample Block::sample(const Vec3& at) const {
   return sum;
 }
 
-/// Blocks within an atom's reach plus one cell, so that each neighbour of a reached point is in one of them.
+/// Returns the blocks within an atom's reach plus one cell, so that they contain each neighbour of a reached point.
 std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& blobs, double grid,
                                                        const std::stop_token& stop) {
   std::map<Index3, std::vector<std::uint32_t>> blocks;
@@ -271,7 +272,7 @@ std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& 
   return blocks;
 }
 
-/// Returns false if the surface has more than `max_triangles`; true also after a stop.
+/// Returns false if the surface has more than `max_triangles`; true otherwise, also after a stop.
 bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid, double scale,
                     std::size_t max_triangles, const std::stop_token& stop) {
   const std::size_t before = out.size();

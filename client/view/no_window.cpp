@@ -1,4 +1,4 @@
-// Replaces window.cpp in a build without the window (TANDEM_WINDOW=OFF).
+// Replacement of window.cpp in a build without the window (TANDEM_WINDOW=OFF).
 #include <stdexcept>
 
 #include "client/view/window.hpp"

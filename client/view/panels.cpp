@@ -33,7 +33,7 @@ void fact(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-/// Plots a curve from 0 to a round number above all its values.
+/// Plots a curve. The axis ranges from 0 to a round number above all values.
 void curve(const char* name, const Curve& values, const char* format, double least_top, const ImVec4& color) {
   double top = least_top;
   while (top < values.largest()) top *= 2;
@@ -56,7 +56,7 @@ bool slider(const char* name, double& value, double largest, const char* format)
   return is_moved;
 }
 
-/// Draws a choice among names. Returns the new choice; empty: unchanged.
+/// Draws a choice among names. Returns the new choice, or an empty string if it is unchanged.
 std::string chosen(const char* label, const std::string& now, const std::vector<std::string>& names) {
   std::string choice;
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 5.2F);
@@ -72,7 +72,7 @@ std::vector<std::string> strings(const std::vector<std::string_view>& views) {
   return {views.begin(), views.end()};
 }
 
-/// Begins a part of the panels and updates whether it is open.
+/// Begins a part of the panels, and updates whether the part is open.
 bool begin_part(const char* title, bool& is_open) {
   ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
   is_open = ImGui::CollapsingHeader(title);
@@ -92,7 +92,7 @@ void draw_link(ClientIo& client, net::LinkParameters& link) {
   client.send(command::SetLinks{link});
 }
 
-/// Draws the other rooms of the server, and the operator's button.
+/// Draws the server's other rooms, and the operator's button.
 void draw_room(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   const std::string scene = printable(io.joined->scene().name());
@@ -132,13 +132,15 @@ void draw_session(const PanelContent& content) {
   if (!content.news.empty()) ImGui::TextWrapped("%s", content.news.c_str());
 }
 
-/// Draws one coefficient of the coupling for the room's operator, in distinguishable steps.
+/// Draws a slider for a coefficient of the coupling, for the operator of the room. Its value has three significant
+/// digits.
+/// felt.
 void draw_coefficient(ClientIo& client, const char* label, const char* name, double now, double largest) {
   double value = now;
   if (slider(label, value, largest, "%.3g") && value > 0) client.send(command::SetParameter{name, value});
 }
 
-/// Draws a choice that is not available here, with the reason.
+/// Draws a choice that is disabled, with the reason.
 void closed_choice(const char* label, const std::string& now, const std::string& why) {
   ImGui::BeginDisabled();
   chosen(label, now, {});
@@ -148,7 +150,7 @@ void closed_choice(const char* label, const std::string& now, const std::string&
   ImGui::PopStyleColor();
 }
 
-/// Draws the room's coupling law, which its operator sets.
+/// Draws the coupling law of the room, which its operator can change.
 void draw_law(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   const wire::Coupling& of_scene = io.joined->scene().coupling();
@@ -173,7 +175,7 @@ void draw_law(const PanelContent& content) {
   }
 }
 
-/// Draws the stage: how the scene is rendered to the hand.
+/// Draws the stage, which is the method by which the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   StageSettings wanted = io.rendering.stage;
@@ -225,7 +227,7 @@ void draw_touch(const PanelContent& content) {
   curve("longest tick [ms]", figures.longest_tick_ms, "%.2f", 2, {0.80F, 0.80F, 0.80F, 1});
   if (content.view == nullptr) return;
   const TickRecord& record = content.view->record;
-  // Only molecules have an energy.
+  // Only a scene with molecules has an energy.
   if (const double energy = content.view->newest.update.field_energy_kj_per_mol;
       content.view->has_state && energy != 0 && !figures.has_molecules) {
     fact("energy",
@@ -238,7 +240,7 @@ void draw_touch(const PanelContent& content) {
   }
 }
 
-/// Draws a choice among named enumerators, by their numbers.
+/// Draws a choice among the enumerators with these names.
 template <std::size_t kCount, class Number>
 void choose(const char* label, const std::array<const char*, kCount>& all, Number& number) {
   const std::vector<std::string> names(all.begin(), all.end());
@@ -246,8 +248,8 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
   if (!choice.empty()) number = static_cast<Number>(std::ranges::find(names, choice) - names.begin());
 }
 
-/// Draws settings of the user's own hand. The workspace mapping is set on release of a slider, because each change
-/// fades the force out and ramps it up again.
+/// Draws the settings of the user's hand. The workspace mapping is set when a slider is released, because each change
+/// fades the force out and in again.
 void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   auto scale = static_cast<float>(workspace.scale);
   auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);
@@ -256,7 +258,7 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   ImGui::SliderFloat("reach", &scale, 0.1F, 10, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
   bool is_set = ImGui::IsItemDeactivatedAfterEdit();
   workspace.scale = scale;
-  // The mouse's hand moves in picture directions, so it needs no turn.
+  // A hand moved by the mouse moves in directions of the picture, so the user does not need to rotate its workspace.
   if (!content.is_mouse) {
     ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
     ImGui::SliderFloat("turn", &turn_deg, -180, 180, "%.0f°", ImGuiSliderFlags_AlwaysClamp);

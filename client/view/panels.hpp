@@ -1,4 +1,4 @@
-// The panels beside the scene: session, network, curves, help.
+// The panels beside the scene: session, network, curves and help.
 #pragma once
 
 #include <array>
@@ -13,20 +13,20 @@
 
 namespace tandem::client {
 
-/// Switches of the user, remembered by the window.
+/// Settings that the user can switch. The window stores them from one run to the next.
 struct WindowSwitches {
   bool shows_help = false;
   bool shows_panels = true;
   bool shows_ghosts = false;
   bool shows_contacts = true;
   bool follows_tool = false;
-  bool cuts = false;       ///< hides objects nearer than a plane
-  double cut_share = 0.5;  ///< position of the plane: 0 in front of, 1 behind the focus ball
+  bool cuts = false;       ///< hides all objects that are nearer than a plane
+  double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
-  /// Open parts of the panels: session, network, touch, stage, view, molecules, hand.
+  /// open or closed state of the panels' parts: session, network, touch, stage, view, molecules, hand
   std::array<bool, 7> is_open{true, true, true, true, true, true, false};
-  std::array<char, 65> pose_name{};      ///< input field for a pose to be kept; not remembered
-  std::array<char, 65> new_pose_name{};  ///< input field for a new name of a kept pose; not remembered
+  std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
+  std::array<char, 65> new_pose_name{};  ///< input field for a new name of a saved pose; not stored
 };
 
 struct PanelContent {
@@ -34,22 +34,22 @@ struct PanelContent {
   const View* view = nullptr;
   const ClientIoSnapshot* io = nullptr;
   const Figures* figures = nullptr;
-  const std::vector<std::pair<std::string, std::string>>* facts = nullptr;  ///< names and values about the run
-  const std::vector<std::string>* missing = nullptr;  ///< objects of the scene that are not in the picture
-  std::string notice;                                 ///< for the top of the window
-  std::string news;                                   ///< last news of the room
+  const std::vector<std::pair<std::string, std::string>>* facts = nullptr;  ///< names and values that describe the run
+  const std::vector<std::string>* missing = nullptr;                        ///< objects of the scene that are not drawn
+  std::string notice;                                                       ///< text for the top of the window
+  std::string news;                                                         ///< last message about the room
   bool is_mouse = false;
-  double camera_turn_rad = 0;        ///< Camera::turn_rad()
-  bool is_making_molecules = false;  ///< molecules in another style are being made
+  double camera_turn_rad = 0;        ///< see Camera::turn_rad()
+  bool is_making_molecules = false;  ///< molecules in another style are being made at present
   bool is_recording = false;
-  const std::string* recording_state = nullptr;   ///< in words
-  const std::string* recording_folder = nullptr;  ///< folder of the next recording
-  bool* is_record_pressed = nullptr;              ///< set by the button
+  const std::string* recording_state = nullptr;   ///< state of the recording, as text
+  const std::string* recording_folder = nullptr;  ///< folder for the next recording
+  bool* is_record_pressed = nullptr;              ///< set to true when the button is pressed
 };
 
 /// Draws the panels in the current ImGui context.
-/// In      link       simulated link, changed by the sliders
-///         workspace  of the hand, changed by the sliders
+/// In      link       parameters of the simulated link, changed by the sliders
+///         workspace  mapping of the hand, changed by the sliders
 /// Thread  the window's
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace);
@@ -57,14 +57,14 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
 /// Formats a number as printf does.
 std::string text_of(const char* format, double value);
 
-/// Sends a pose request in a room of two molecules; the server refuses it elsewhere.
+/// Sends a pose request in a room of two molecules. In other rooms the server refuses it.
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");
-/// Keeps the present pose under the typed name.
+/// Saves the current pose under the entered name.
 void keep_pose(ClientIo* client, WindowSwitches& switches);
-/// Draws the poses' part of the panels (pose_panel.cpp).
+/// Draws the part of the panels for saved poses (pose_panel.cpp).
 void draw_poses(const PanelContent& content, WindowSwitches& switches);
 
-/// Width of the panels at the window's right, in ImGui's pixels.
+/// Width of the panels at the right side of the window, in ImGui's pixels.
 double panels_width();
 
 /// Problem of the session as text for the user; empty if there is none.

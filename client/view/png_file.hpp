@@ -7,7 +7,7 @@
 
 namespace tandem::client {
 
-/// In      rgb  three bytes per pixel, rows from top to bottom
+/// In      rgb  three bytes per pixel, in rows from top to bottom
 /// Fails   std::runtime_error: the file cannot be written
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgb, int width, int height);
 

@@ -9,16 +9,17 @@
 namespace tandem::client {
 namespace {
 
-/// Sine of the elevation above which the camera looks from above.
+/// Sine of the camera's elevation above which the camera is said to look from above.
 constexpr double kAbove = 0.85;
-/// Minimum visible share of an axis: limits the speed along an axis nearly parallel to the line of sight.
+/// Smallest visible fraction of an axis that is used. It limits the speed along an axis nearly parallel to the line of
+/// sight.
 constexpr double kMinSeen = 0.35;
 
 bool is_from_above(const Camera& camera) {
   return std::abs(camera.forward_W().z()) > kAbove;
 }
 
-/// Horizontal direction away from the camera.
+/// Returns the horizontal direction away from the camera.
 Vec3 level_forward(const Camera& camera) {
   return Vec3::UnitZ().cross(camera.right_W());
 }
@@ -50,8 +51,8 @@ void PointerHand::press(std::uint32_t button, bool is_down) {
   target_.buttons = is_down ? target_.buttons | button : target_.buttons & ~button;
 }
 
-// A body that the scene attached to the hand is held without a button: the button is pressed and released to release
-// it.
+// A body that the scene attaches to the hand is held without a pressed button. To release it, the button is pressed and
+// released.
 void PointerHand::toggle_grab(bool is_holding, LocalTime now) {
   const bool is_down = (target_.buttons & kButtonGrab) != 0;
   missed_at_.reset();

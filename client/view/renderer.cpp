@@ -13,9 +13,9 @@ namespace tandem::client {
 namespace {
 
 constexpr int kShadowPixels = 2048;
-/// Direction to the sun, in the world.
+/// Direction to the sun in the world.
 const Vec3 kToSun = Vec3(-0.45, -0.55, 1.0).normalized();
-/// Extent of the floor, in radii of the focus ball.
+/// Half width of the floor, in radii of the focus ball.
 constexpr double kFloorReach = 14;
 
 using Mat4 = Eigen::Matrix4f;
@@ -70,7 +70,7 @@ class Program {
   GLuint id_;
 };
 
-/// Vertex buffers of a mesh on the graphics card.
+/// Vertex buffers of a mesh in the memory of the graphics card.
 class Buffers {
  public:
   explicit Buffers(const DrawnMesh& mesh) : count_(static_cast<GLsizei>(mesh.size())) {
@@ -108,7 +108,7 @@ class Buffers {
   GLuint buffer_ = 0;
 };
 
-/// Square of two triangles from −1 to 1, at z = 0.
+/// Returns a square of two triangles from −1 to 1, at z = 0.
 DrawnMesh square() {
   DrawnMesh mesh;
   for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, -1}, {1, 1}, {-1, 1}}) {
@@ -124,7 +124,7 @@ Mat4 matrix_of(const Pose& X) {
   return matrix.cast<float>();
 }
 
-/// Depth map of the scene seen from the sun.
+/// Depth map of the scene as seen from the sun.
 class ShadowMap {
  public:
   ShadowMap() {
@@ -194,7 +194,7 @@ void Renderer::Impl::draw_shadows(const DrawnFrame& frame, const Mat4& sun) cons
   glDepthMask(GL_TRUE);
   shadows.use();
   shadows.set("clip_of_world", sun);
-  // Depth is offset by the slope, so that no surface shadows itself.
+  // Depth is offset in proportion to the slope, so that no surface casts a shadow on itself.
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(2.0F, 4.0F);
   for (const DrawnThing& thing : frame.things) {

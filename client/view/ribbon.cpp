@@ -18,31 +18,31 @@ using docking::Molecule;
 
 enum class Fold : std::uint8_t { kCoil, kHelix, kStrand, kNucleic };
 
-/// One residue of a chain; lengths in Å.
+/// One residue of a chain. Lengths are in Å.
 struct Link {
   std::size_t residue = 0;  ///< index in the molecule
   std::size_t atom = 0;     ///< α carbon or C4'
   Vec3 place = Vec3::Zero();
-  Vec3 across = Vec3::Zero();  ///< in the plane of the peptide, perpendicular to the chain; zero: unknown
+  Vec3 across = Vec3::Zero();  ///< direction in the plane of the peptide, perpendicular to the chain; zero: unknown
   Fold fold = Fold::kCoil;
 };
 using Chain = std::vector<Link>;
 
 constexpr double kMaxPeptideAngstrom = 4.5, kMaxNucleotideAngstrom = 8;
 constexpr std::size_t kMinLinks = 3;
-/// Half sizes of a cross-section: in the ribbon's plane, and through it.
+/// Half sizes of a cross-section: in the plane of the ribbon, and perpendicular to it.
 using Size = Eigen::Vector2d;
 const Size kCoilSize(0.28, 0.28), kHelixSize(1.3, 0.22), kStrandSize(1.0, 0.22), kNucleicSize(0.6, 0.6);
 constexpr double kArrowAngstrom = 1.7, kBaseAngstrom = 0.35;
 constexpr int kBaseSides = 8;
-/// Cross-sections between two residues, and corners of each, for molecules up to this number of residues.
+/// Numbers of cross-sections between two residues and of corners of each, for molecules of up to this many residues.
 struct Detail {
   std::size_t max_residues;
   int sections, corners;
 };
 constexpr std::array<Detail, 4> kDetails{{{3000, 8, 12}, {30'000, 4, 6}, {100'000, 2, 4}, {1'000'000, 1, 3}}};
 
-/// Atoms of a molecule by residue.
+/// Atoms of a molecule, sorted by residue.
 class Residues {
  public:
   explicit Residues(const Molecule& molecule) : molecule_(molecule), starts_(docking::residue_starts(molecule)) {}
@@ -108,7 +108,7 @@ std::vector<Chain> chains_of(const Residues& residues) {
   return chains;
 }
 
-/// Distances from a residue to those two, three and four further on, with their tolerances.
+/// Distances from a residue to the second, third and fourth residue after it, with tolerances.
 struct Pattern {
   Fold fold;
   std::array<double, 3> distances, margins;
@@ -117,7 +117,7 @@ struct Pattern {
 constexpr std::array<Pattern, 2> kPatterns{
     {{Fold::kHelix, {5.5, 5.3, 6.4}, {0.5, 0.5, 0.6}, 5}, {Fold::kStrand, {6.7, 9.9, 12.4}, {0.6, 0.9, 1.1}, 4}}};
 
-/// Compares the distances to the residues that exist, at least to the second one.
+/// Compares the distances to those of these residues that exist. The second one must exist.
 bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   if (i + 2 >= chain.size()) return false;
   for (std::size_t k = 0; k < 3 && i + k + 2 < chain.size(); ++k) {
@@ -127,7 +127,7 @@ bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   return true;
 }
 
-/// Marks a run of residues that fit, with the two after its last; shorter runs than min_links are ignored.
+/// Marks a run of residues that fit, and the two residues after its last. Runs shorter than min_links are ignored.
 void mark(Chain& chain, const Pattern& pattern) {
   for (std::size_t i = 0; i < chain.size();) {
     std::size_t end = i;
@@ -140,7 +140,7 @@ void mark(Chain& chain, const Pattern& pattern) {
   }
 }
 
-/// Converts `across` from oxygen positions to directions, each within 90° of the previous one.
+/// Converts `across` from positions of oxygens to directions, each within 90° of the previous one.
 void turn_to_planes(Chain& chain) {
   Vec3 before = Vec3::Zero();
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -159,7 +159,7 @@ void turn_to_planes(Chain& chain) {
   }
 }
 
-/// Smooths the pleats of strands out of the ribbon.
+/// Smooths the pleats of strands, so that the ribbon is flat.
 void smooth_strands(Chain& chain) {
   const Chain as_was = chain;
   for (std::size_t i = 1; i + 1 < chain.size(); ++i) {
@@ -182,7 +182,7 @@ Size size_of(Fold fold) {
   }
 }
 
-/// Half sizes of the cross-section at `share` of the way after link i.
+/// Returns the half sizes of the cross-section at the fraction `share` of the distance after link i.
 Size size_at(const Chain& chain, std::size_t i, double share) {
   const Fold here = chain[i].fold, next = chain[std::min(i + 1, chain.size() - 1)].fold;
   const bool ends_next = i + 2 >= chain.size() || chain[i + 2].fold != Fold::kStrand;
@@ -195,14 +195,14 @@ Size size_at(const Chain& chain, std::size_t i, double share) {
   return from + smooth * (size_of(next) - from);
 }
 
-/// Cross-section: its corners, each with its outward normal.
+/// Cross-section, given by its corners with their outward normals.
 struct Section {
   Vec3 middle, along;
   std::vector<std::pair<Vec3, Vec3>> corners;
   Rgba color;
 };
 
-/// Point and tangent of the Catmull-Rom spline, extended straight at the ends.
+/// Returns point and tangent of the Catmull-Rom spline, which is extended straight at the ends.
 std::pair<Vec3, Vec3> place_and_way(const Chain& chain, std::size_t i, double t) {
   const std::size_t last = chain.size() - 1;
   const Vec3 b = chain[i].place, c = chain[std::min(i + 1, last)].place;
@@ -232,7 +232,7 @@ Section section_at(const Chain& chain, std::size_t i, double share, int corners,
   return section;
 }
 
-/// Mesh of consecutive cross-sections, in metres.
+/// Mesh between consecutive cross-sections, in metres.
 class Ribbon {
  public:
   Ribbon(DrawnMesh& out, double metres_per_angstrom) : out_(out), scale_(metres_per_angstrom) {}
@@ -287,7 +287,7 @@ void append_base(DrawnMesh& out, const Residues& residues, const Link& link, dou
   }
 }
 
-/// Appends the atoms outside of chains.
+/// Appends the atoms that are outside of chains.
 void append_others(DrawnMesh& out, const Molecule& molecule, double scale, std::span<const Rgba> colors,
                    const std::vector<bool>& is_in_chain, const std::stop_token& stop) {
   Molecule others;

@@ -1,4 +1,4 @@
-// Chains of a molecule as ribbons. Needs no window.
+// Chains of a molecule as ribbons. No window is needed.
 #pragma once
 
 #include <span>
@@ -8,15 +8,15 @@
 
 namespace tandem::client {
 
-/// Appends a ribbon for each chain of three residues or more: wide along helices, with an arrow at the end of strands,
-/// a tube elsewhere. Nucleic acids get a tube with a rod for each base. Atoms outside of chains (ligands, ions, water)
-/// are drawn as sticks, and so is a molecule without names.
+/// Appends a ribbon for each chain of at least three residues: wide along helices, with an arrow at the end of strands,
+/// and a tube elsewhere. Nucleic acids get a tube with a rod for each base. Atoms outside of chains (ligands, ions,
+/// water), and molecules without names, are drawn as sticks.
 ///
-/// Model   a Catmull-Rom spline through the α carbons (C4' of nucleotides), smoothed first in strands, with its width
-///         in the plane of the peptides. A residue belongs to a helix or strand according to its distances to the α
-///         carbons two, three and four residues further on
-/// In      colors  one for each atom; a residue has that of its α carbon
-///         stop    once requested, nothing more is appended
+/// Model   a Catmull-Rom spline through the α carbons (C4' of nucleotides), which are smoothed first in strands. The
+///         width is in the plane of the peptides. A residue belongs to a helix or a strand according to its distances
+///         to the α carbons of the second, third and fourth residue after it
+/// In      colors  one for each atom; a residue has the colour of its α carbon
+///         stop    after a stop request nothing more is appended
 /// Source  planes: Carson and Bugg, "Algorithm for ribbon models of proteins", J. Mol. Graphics 4, 1986; distances:
 ///         Labesse et al., "P-SEA: a new efficient assignment of secondary structure from Cα trace of proteins", CABIOS
 ///         13, 1997, without its angles

@@ -19,13 +19,13 @@ constexpr Rgba kStretch{1, 1, 1, 1};
 constexpr Rgba kUntinted{1, 1, 1, 1};
 constexpr Rgba kHydrogenBond{1, 1, 1, 1};
 
-/// Sizes of marks, in radii of the focus ball.
+/// Sizes of marks in radii of the focus ball.
 constexpr double kPerNewton = 0.16;
 constexpr double kPerNewtonMetre = 3.2;
 constexpr double kRod = 0.011;
 constexpr double kHandleRadius = 0.045;
 constexpr double kContact = 0.009;
-/// Smaller forces and torques have no arrow.
+/// Smallest force and torque for which an arrow is drawn.
 constexpr double kMinForce_n = 0.05;
 constexpr double kMinTorque_n_m = 0.003;
 
@@ -41,7 +41,7 @@ DrawnMesh cone() {
   return result;
 }
 
-/// Pose at `from` with z along `direction`, which must not be zero.
+/// Returns the pose at `from` with z along `direction`, which must not be zero.
 Pose along(const Vec3& from, const Vec3& direction) {
   return {from, Quat::FromTwoVectors(Vec3::UnitZ(), direction)};
 }
@@ -52,14 +52,14 @@ std::string number(double value, const char* unit, int digits) {
   return text.data();
 }
 
-/// 1, 2 or 5 times a power of ten, about a third of `size_m`.
+/// Returns 1, 2 or 5 times a power of ten, about a third of `size_m`.
 double grid_for(double size_m) {
   const double power = std::pow(10, std::floor(std::log10(size_m / 3)));
   const double times = size_m / 3 / power;
   return power * (times < 2 ? 1 : times < 5 ? 2 : 5);
 }
 
-/// Bright variant of a colour, for text on a dark ground.
+/// Returns a bright variant of a colour, for text on a dark background.
 Rgba bright(const Rgba& color) {
   return {0.45F + 0.55F * color[0], 0.45F + 0.55F * color[1], 0.45F + 0.55F * color[2], 1};
 }
@@ -92,7 +92,7 @@ bool SceneView::update(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   return is_another;
 }
 
-/// Content to show next. Without molecules the style is irrelevant and stays unchanged.
+/// Returns the content to show next. If there are no molecules, the style does not matter and stays unchanged.
 SceneView::Content SceneView::wanted(MoleculeStyle molecules) const {
   const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
   const bool has_style = !shown_ || std::ranges::any_of(scene_.bodies, has_molecule);
@@ -129,17 +129,17 @@ void SceneView::show(DrawnScene scene, const Content& content) {
   }
 }
 
-/// Shows the next content when complete; otherwise starts a thread that makes it, unless one is running.
+/// Shows the next content if it is complete. Otherwise starts a thread that makes it, unless one is running.
 bool SceneView::show_made(MoleculeStyle molecules) {
   Content content = wanted(molecules);
   if (surface_ && surface_->first == content) {
     show((*std::exchange(surface_, std::nullopt)).second, content);
     return true;
   }
-  // Balls take little time and are shown until the rest is complete.
+  // Balls take little time to make, so they are shown until the rest is complete.
   if (!shown_) content.second.shape = MoleculeStyle::kBalls;
   if (!made_.valid()) begin_making(content);
-  // Additional assets do not restart the work; they are included in the next run.
+  // Assets that arrive later do not restart the work. They are included in the next run.
   if (making_.second != content.second) {
     is_given_up_ = true;
     maker_.request_stop();
@@ -256,7 +256,7 @@ void SceneView::add_own_tool(const View* view, bool shows_ghosts) {
   add_wrench(*view);
 }
 
-// Draws the device's pose as a glass ball with its axes, and a line from it to the tool.
+// Draws the pose of the device as a glass ball with its axes, and a line from it to the tool.
 void SceneView::add_handle(const View& view) {
   if (!view.record.sample.is_valid) return;
   constexpr std::array<Rgba, 3> kAxes{{{0.84F, 0.37F, 0, 1}, {0, 0.62F, 0.45F, 1}, {0.2F, 0.5F, 0.9F, 1}}};
@@ -276,7 +276,7 @@ void SceneView::add_contacts(const View& view) {
   }
 }
 
-/// Dashed lines from donor to acceptor.
+/// Draws dashed lines from donor to acceptor.
 void SceneView::add_hydrogen_bonds(const View* view, const Figures& figures) {
   constexpr int kDashes = 5;
   const double scale = joined_->scene().molecular_field().metres_per_angstrom();
@@ -296,7 +296,7 @@ void SceneView::add_hydrogen_bonds(const View* view, const Figures& figures) {
   }
 }
 
-/// Draws a pulsing cone at the pointed place, in the colour of the pointing user's tool.
+/// Draws a pulsing cone at the place to which a user points, in the colour of that user's tool.
 void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalTime now) {
   constexpr double kBeats_per_s = 2;
   const double size_m = scene_.focus_radius_m;
@@ -306,7 +306,7 @@ void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalT
     const std::size_t body = point.body() - std::size_t{1};
     Vec3 at_W(point.place(0), point.place(1), point.place(2));
     if (point.body() != 0) {
-      if (body >= scene_.bodies.size()) continue;  // belongs to the previous scene
+      if (body >= scene_.bodies.size()) continue;  // the body belongs to the previous scene
       at_W = felt_pose(scene_, view, body) * at_W;
     }
     const auto user = std::ranges::find(io.users, message.user(), &wire::UserJoined::user);
@@ -320,7 +320,7 @@ void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalT
   }
 }
 
-// Draws the displayed force and torque, in the device's newtons.
+// Draws the displayed force and torque. Their values are in the device's newtons.
 void SceneView::add_wrench(const View& view) {
   const Wrench& on_hand_D = view.record.displayed_on_hand_D;
   const double force_n = on_hand_D.f.norm(), torque_n_m = on_hand_D.t.norm();

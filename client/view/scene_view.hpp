@@ -1,4 +1,4 @@
-// Maps the joined scene and the newest view to drawn things: meshes at poses, and labels.
+// Converts the joined scene and the newest view to objects to draw: meshes at poses, and labels.
 #pragma once
 
 #include <future>
@@ -17,41 +17,43 @@
 
 namespace tandem::client {
 
-/// Text at a point of the scene.
+/// A text at a point of the scene.
 struct SceneLabel {
   Vec3 at_W = Vec3::Zero();
   std::string text;
   Rgba color{1, 1, 1, 1};
-  double above = 0;  ///< height above the point, in text heights
+  double above = 0;  ///< distance above the point, in text heights
 };
 
 inline constexpr Rgba kForceColor{1.0F, 0.89F, 0.15F, 1};
 inline constexpr Rgba kContactColor{0.80F, 0.0F, 0.60F, 1};
 inline constexpr Rgba kTorqueColor{0.25F, 0.90F, 0.98F, 1};
 
+/// Makes the meshes of the joined scene and arranges them for each frame.
+///
 /// Thread  the window's
 class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
 
-  /// Rebuilds the scene's meshes in a thread when scene, assets or style have changed, and shows them when complete.
-  /// Molecules appear as balls first. Deformed soft bodies are updated at once. The surface shown last is kept. Returns
-  /// true if another scene, or more of it, is shown.
+  /// Rebuilds the scene's meshes in a thread if scene, assets or style have changed, and shows them when they are
+  /// complete. Molecules appear as balls first. Deformed soft bodies are updated at once. The last shown surface is
+  /// kept in memory. Returns true if another scene is shown, or more of the same one.
   bool update(const ClientIoSnapshot& io, MoleculeStyle molecules);
-  /// In      view  null: none yet, objects are at their start poses
+  /// In      view  null: none received yet; objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
 
   const DrawnScene& scene() const { return scene_; }
-  /// Returns whether the scene, parts of it, or molecules of this style are still to be shown.
+  /// Returns whether the scene, parts of it, or molecules of this style are not shown yet.
   bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
-  /// The user's own tool, at its displayed pose.
+  /// Displayed pose of the user's tool.
   const Pose& tool_pose() const { return X_WT_; }
 
  private:
-  /// Inputs of a scene's meshes, besides its message.
+  /// Data from which a scene's meshes are made, in addition to its message.
   using Content = std::pair<std::shared_ptr<const AssetMap>, MoleculeStyle>;
 
   void forget_scene(const ClientIoSnapshot& io);
@@ -77,19 +79,19 @@ class SceneView {
   std::size_t ball_;
   std::size_t rod_;
   std::size_t cone_;
-  std::size_t first_of_scene_ = 0;  ///< first index of the scene's meshes: bodies, soft bodies, tools
+  std::size_t first_of_scene_ = 0;  ///< index of the scene's first mesh, in the order bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  std::optional<Content> shown_;                           ///< null: nothing of this scene yet
-  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, while another style is shown
-  std::optional<Content> failed_;                          ///< content that could not be made
+  std::optional<Content> shown_;                           ///< null: nothing of this scene is shown yet
+  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, stored while another style is shown
+  std::optional<Content> failed_;                          ///< content whose meshes could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
-  Content making_;            ///< content that made_ will deliver; valid while made_ is
-  bool is_given_up_ = false;  ///< the content is no longer needed, another is
+  Content making_;            ///< content of the meshes in `made_`; valid while `made_` is
+  bool is_given_up_ = false;  ///< the result of `made_` is no longer needed, because other content is
   std::future<DrawnScene> made_;
   std::jthread maker_;
 };

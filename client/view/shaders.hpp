@@ -22,8 +22,9 @@ void main() {
   gl_ClipDistance[0] = dot(cut, world);
 })";
 
-// Lighting in linear space; screen values are its power 1/2.2. Sky light from above and weak ground light from below; a
-// sun whose shadow is filtered over 3 x 3 points of its map; a small highlight.
+// Lighting is computed in linear space; displayed values are its power 1/2.2. There is light of the sky from above,
+// weak light of the ground from below, and a sun with a small highlight. Its shadow is filtered over 3 x 3 points of
+// its map.
 inline constexpr const char* kLight = R"(
 uniform vec3 eye, to_sun;
 uniform sampler2DShadow shadow_map;
@@ -87,7 +88,7 @@ void main() {
   gl_Position = clip_of_world * vec4(at, 1.0);
 })";
 
-// Lines about a pixel wide; the floor fades into the background.
+// Lines are about a pixel wide. The floor fades into the background.
 inline constexpr const char* kFloorFragmentShader = R"(
 in vec3 at;
 in vec4 in_sun;

@@ -2,7 +2,7 @@
 #include "client/view/window.hpp"
 
 #include <epoxy/gl.h>
-// Must follow the header of the OpenGL functions, which it would declare otherwise.
+// Must follow the header of the OpenGL functions; otherwise it would declare them itself.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -26,18 +26,18 @@ constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr float kFontPixels = 14;
 constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
 constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
-/// Shares of the window's height by which a wheel step, or an arrow key per second, moves the hand.
+/// Motion of the hand for a wheel step, and for an arrow key per second, as fractions of the window's height.
 constexpr double kWheelShare = 0.02;
 constexpr double kKeyShare_per_s = 0.25;
-/// Rotation of the hand when the mouse crosses the window's height.
+/// Rotation of the hand for a mouse motion across the window's height.
 constexpr double kHandTurn_rad = 3;
 constexpr double kWheelTurn_rad = 0.08;
 constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
 constexpr double kDoubleClickPixels = 8;
-/// Pose of a 3D mouse at full deflection.
+/// Pose of the cap of a 3D mouse at full deflection.
 constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
 
-/// GLFW's last error text.
+/// Returns GLFW's last error text.
 std::string glfw_problem() {
   const char* words = nullptr;
   glfwGetError(&words);
@@ -178,7 +178,7 @@ Window::Impl::Impl(WindowSettings window_settings)
   float scale = 1, scale_y = 1;
   glfwGetWindowContentScale(window, &scale, &scale_y);
   glfwSetWindowUserPointer(window, this);
-  // Before ImGui installs its callbacks, which call these.
+  // These must be set before ImGui installs its callbacks, because ImGui's callbacks call them.
   glfwSetKeyCallback(window, note_key);
   glfwSetMouseButtonCallback(window, note_button);
   ImGui::CreateContext();
@@ -219,7 +219,7 @@ void Window::Impl::note_button(GLFWwindow* window, int button, int action, int) 
   self.double_click.add(self.clock.now(), at);
 }
 
-/// Number of the next enumerator, cyclic.
+/// Returns the number of the next enumerator; the first one follows the last.
 template <std::size_t kCount, class Number>
 Number next_of(const std::array<const char*, kCount>&, Number number) {
   return static_cast<Number>((number + 1) % kCount);
@@ -227,7 +227,7 @@ Number next_of(const std::array<const char*, kCount>&, Number number) {
 
 void Window::Impl::handle_keys() {
   const std::vector<int> keys = std::exchange(keys_pressed, {});
-  if (ImGui::GetIO().WantTextInput) return;  // a text field has the keyboard
+  if (ImGui::GetIO().WantTextInput) return;  // a text field gets the keyboard input
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
   if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
@@ -278,7 +278,7 @@ void Window::Impl::handle_mouse() {
   }
 }
 
-/// Applies the 3D mouse, which is opened with the pose as its control (devices/spacemouse).
+/// Moves the camera by the 3D mouse. Its device was opened so that the cap's pose is its control (devices/spacemouse).
 void Window::Impl::handle_cap() {
   if (settings.cap == nullptr) return;
   const devices::DeviceSample sample = settings.cap->read(clock.now());
@@ -300,7 +300,7 @@ void Window::Impl::move_hand_by_mouse(double right, double down, double wheel) {
   }
 }
 
-/// Follows the device and the tool of the newest view.
+/// Updates the hand's target and the camera from the device and the tool in the newest view.
 void Window::Impl::follow(const View* view) {
   if (view == nullptr) return;
   hand.set_workspace(view->workspace);
@@ -311,7 +311,7 @@ void Window::Impl::follow(const View* view) {
   if (switches.follows_tool) camera.focus_on(scene->tool_pose().p);
 }
 
-/// Points at the object under the mouse, otherwise at the user's own tool.
+/// Points at the object under the mouse; if there is none, at the user's tool.
 void Window::Impl::point(const View* view) {
   if (!std::exchange(is_pointing_requested, false) || settings.client == nullptr) return;
   const ImGuiIO& io = ImGui::GetIO();

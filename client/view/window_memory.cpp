@@ -18,7 +18,7 @@ namespace json = boost::json;
 
 constexpr std::size_t kMaxBytes = 16 * 1024;
 
-/// Calls `use` for each switch with its name in the file.
+/// Calls `use` for each switch, with its name in the file.
 template <class Switches, class Use>
 void for_each_switch(Switches& switches, const Use& use) {
   use("shows_panels", switches.shows_panels);

@@ -1,4 +1,4 @@
-// The window's settings kept from one run to the next, in a small JSON file of the user.
+// The window's settings that are stored from one run to the next, in a small JSON file of the user.
 #pragma once
 
 #include <array>
@@ -10,14 +10,15 @@
 
 namespace tandem::client {
 
-/// XDG_STATE_HOME/tandem/window.json, otherwise below ~/.local/state; empty if neither is known.
+/// Returns XDG_STATE_HOME/tandem/window.json, otherwise the same file below ~/.local/state. Empty if neither folder is
+/// known.
 std::filesystem::path window_memory_file();
-/// Reads the switches; missing or invalid entries keep their defaults.
+/// Reads the switches. Missing or invalid entries leave the defaults unchanged.
 WindowSwitches remembered_switches(const std::filesystem::path& file);
-/// Writes the switches, and replaces the file as a whole. Errors are ignored.
+/// Writes the switches by replacing the whole file. Errors are ignored.
 void remember_switches(const std::filesystem::path& file, const WindowSwitches& switches);
 
-/// Sets `number` to the index of `name` in `names`; unchanged if there is none.
+/// Sets `number` to the index of `name` in `names`. If the name is not found, `number` is unchanged.
 template <std::size_t kCount, class Number>
 void apply_named(std::string_view name, const std::array<const char*, kCount>& names, Number& number) {
   for (std::size_t i = 0; i < kCount; ++i) {

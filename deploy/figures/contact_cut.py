@@ -1,6 +1,6 @@
-"""The cut through the tree over a shell, and the motion after which a node is queried again: common/contact/SEARCH.md.
+"""Draws the cut through the tree of a shell, and the motion after which a node is queried again: common/contact/SEARCH.md.
 
-The shell is a parabola above a flat solid. The tree halves its points; a leaf has eight. Lengths are in millimetres.
+The shell is a parabola above a flat solid. Each node of the tree halves its points; a leaf has eight. Lengths are in mm.
 """
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 
@@ -20,7 +20,7 @@ def ball(first, count):
 
 
 def walk(first, count, found):
-    """Appends (first, count, kind) of the cut below a node, and of the nodes above it."""
+    """Appends (first, count, kind) for each node of the cut below a node, and for the nodes above the cut."""
     x, y, radius = ball(first, count)
     if y - radius > BAND:
         found.append((first, count, "far"))
@@ -75,7 +75,7 @@ def draw_tree(d, found):
 
 
 def draw_motion(d):
-    """A node that approaches by 75 % of the motion that was accumulated: the rest is sideways."""
+    """Draws a node that approaches by 75 % of its accumulated motion; the rest of the motion is sideways."""
     left, bottom, per_step, per_m = 70.0, 560.0, 13.0, 0.36
     at = lambda step, m: (left + per_step * step, bottom - per_m * m)
     d.text(20, 326, "Verlet slack of one far node: it is queried only where the two lines meet", 14, weight="bold")

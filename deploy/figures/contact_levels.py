@@ -1,9 +1,9 @@
-"""States of the level policy of a contact search, for common/contact/SEARCH.md."""
+"""Draws the states of the level policy of a contact search, for common/contact/SEARCH.md."""
 from drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, Drawing
 
 PATH = "common/contact/levels.svg"
-CAPACITY, PER_CANDIDATE = 384, 1.3  # candidates of the second direction of a pair; queries for each
-LIMITS = {"first": 16, "fine": 4, "coarse": 8, "trial": 4}  # multiples of the queries of a step that a walk may make
+CAPACITY, PER_CANDIDATE = 384, 1.3  # candidates of the second direction of a pair; queries per candidate
+LIMITS = {"first": 16, "fine": 4, "coarse": 8, "trial": 4}  # limit of a walk, as a multiple of the queries of a step
 
 
 def limit(state):

@@ -1,14 +1,14 @@
-"""Contacts of a flat node on a plane, and the depth of a late-found contact: common/contact/PATCHES.md.
+"""Draws contacts of a flat node on a plane, and the depth of a late-found contact: common/contact/PATCHES.md.
 
-The node is a hexagon of 10 mm, tilted, so that a part presses by up to 60 µm and the rest is above the plane. The parts
-are cut and each gets four contacts at its mean ± deviations, as PlaneContacts does.
+The node is a hexagon of 10 mm. It is tilted, so that a part of it penetrates the plane by up to 60 µm and the rest is above
+it. As in PlaneContacts, the hexagon is cut into parts, and each part gets four contacts at its mean ± deviations.
 """
 from math import cos, pi, sin, sqrt
 
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 
 PATH = "common/contact/patches.svg"
-DEPTH, SLOPE, ENDS = -60.0, 36.0, (16.0, 64.0, 256.0, 400.0)  # µm at the left corner, µm/mm along x; ends of gap slices
+DEPTH, SLOPE, ENDS = -60.0, 36.0, (16.0, 64.0, 256.0, 400.0)  # depth [µm] at the left corner, slope [µm/mm] along x, ends of gap slices [µm]
 
 
 def distance(p):
@@ -16,7 +16,7 @@ def distance(p):
 
 
 def cut(polygon, low, high):
-    """The part of a convex polygon with low <= distance <= high."""
+    """Returns the part of a convex polygon with low <= distance <= high."""
     for level, sign in ((low, -1.0), (high, 1.0)):
         kept = []
         for i, p in enumerate(polygon):
@@ -31,7 +31,7 @@ def cut(polygon, low, high):
 
 
 def four(polygon):
-    """Mean ± deviations along x and y: exact for these shapes, which are symmetric about the x axis."""
+    """Returns the mean ± deviations along x and y. This is exact for shapes that are symmetric about the x axis, as these."""
     n, sums = 240, [0.0] * 5
     low, high = min(x for x, _ in polygon), max(x for x, _ in polygon)
     for i in range(n):
@@ -72,7 +72,7 @@ def draw_slices(d):
 
 
 def limited(deep, rigid, motion, steps):
-    """Depth [µm] that limit_depths() leaves: found late at step 5, then moved inwards by motion {step: µm}."""
+    """Returns the depth [µm] after limit_depths() of a contact found late at step 5. motion {step: µm} moves it inwards."""
     shown, depth, true, jumped = [], 0.0, deep, 0.0
     for step in range(steps):
         moved = motion.get(step, 0.0)

@@ -1,7 +1,7 @@
-"""A drawing in SVG: lines, curves, arrows, boxes and text, in pixels with y downwards. Standard library only.
+"""A drawing in SVG: lines, curves, arrows, boxes and text, in pixels with y downwards. Uses the standard library only.
 
-Colours follow the reports of the lab: dark text, one accent a quantity. Numbers are written with one decimal, so that the
-file is the same on every machine.
+Colours are those of the lab's reports: dark text, and one accent colour per quantity. Numbers are written with one decimal,
+so that the file is the same on every machine.
 """
 from html import escape
 
@@ -36,12 +36,12 @@ class Drawing:
         self._add("line", x1=x1, y1=y1, x2=x2, y2=y2, stroke=colour, stroke_width=width, stroke_dasharray=dash)
 
     def path(self, points, colour=INK, width=1.5, dash=None, fill="none", closed=False):
-        """A polyline through points, (x, y) each; closed joins the last to the first."""
+        """Adds a polyline through points (x, y). If closed, the last point is joined to the first."""
         steps = " L ".join(f"{_number(x)} {_number(y)}" for x, y in points)
         self._add("path", d=f"M {steps}{' Z' if closed else ''}", stroke=colour, stroke_width=width, stroke_dasharray=dash, fill=fill)
 
     def arrow(self, x1, y1, x2, y2, colour=INK, width=1.5, dash=None, head=7.0):
-        """A line with a head at (x2, y2)."""
+        """Adds an arrow with its head at (x2, y2)."""
         dx, dy = x2 - x1, y2 - y1
         length = (dx * dx + dy * dy) ** 0.5
         ux, uy = dx / length, dy / length
@@ -57,18 +57,18 @@ class Drawing:
         self._add("rect", x=x, y=y, width=width, height=height, rx=corner, stroke=colour, stroke_width=stroke, fill=fill)
 
     def text(self, x, y, words, size=13.0, colour=INK, anchor="start", weight=None):
-        """One line of text; anchor: start, middle or end."""
+        """Adds one line of text; anchor is start, middle or end."""
         self._add("text", words, x=x, y=y, font_family=FONT, font_size=size, fill=colour, text_anchor=anchor, font_weight=weight)
 
     def labelled_box(self, x, y, width, height, lines, colour=INK, fill="white", size=13.0):
-        """A box with centred lines of text."""
+        """Adds a box with centred lines of text."""
         self.box(x, y, width, height, colour, fill=fill)
         first = y + height / 2 - (len(lines) - 1) * 0.65 * size + 0.35 * size
         for index, words in enumerate(lines):
             self.text(x + width / 2, first + index * 1.3 * size, words, size, INK, "middle")
 
     def svg(self):
-        """The file's text."""
+        """Returns the text of the SVG file."""
         w, h = _number(self._width), _number(self._height)
         head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" viewBox="0 0 {w} {h}" role="img">'
         return "\n".join([head, f"<title>{escape(self._title)}</title>", '<rect width="100%" height="100%" fill="white"/>',

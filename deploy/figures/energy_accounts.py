@@ -1,21 +1,21 @@
-"""The energy accounts at both ends of the network, and the two laws by which they act: gain and brake."""
+"""Draws the energy balances at both ends of the network, and the two laws by which they act: gain and brake."""
 from drawing import BLUE, Drawing, GREEN, GREY, INK, LIGHT, ORANGE
 
 PATH = "common/haptics/passivity/energy_accounts.svg"
 
-# HandPassivityController and ToolPassivityController [mJ, N·s/m]
+# Parameters of HandPassivityController and ToolPassivityController [mJ, N·s/m].
 HAND_MIN, HAND_CREDIT = -2.0, 0.2
 TOOL_MIN, TOOL_CREDIT, GENTLE_TO = -50.0, 5.0, 20.0
 GENTLE, FIRM = 20.0, 2000.0
 
 
 def max_gain(balance):
-    """Bound of the gain by a negative balance."""
+    """Returns the largest gain at a negative balance."""
     return min(1.0, max(0.0, (balance - HAND_MIN) / (-HAND_MIN - HAND_CREDIT)))
 
 
 def max_brake(missing):
-    """Bound of the brake by the missing energy."""
+    """Returns the largest brake for the missing energy."""
     share = min(1.0, max(0.0, (missing - GENTLE_TO) / (-TOOL_MIN - TOOL_CREDIT - GENTLE_TO)))
     return GENTLE + share * (FIRM - GENTLE)
 

@@ -1,7 +1,7 @@
-"""Winding numbers half way between the sides of faces, and the decisions of mesh repair: common/geometry/REPAIR.md.
+"""Draws mean winding numbers of both sides of faces, and the decisions of mesh repair: common/geometry/REPAIR.md.
 
 The picture is a section: a square with a wall inside and a fin outside. The number at an edge is the winding number of all
-other edges at its middle, as repair computes it of triangles.
+other edges at its midpoint. Mesh repair computes the same for triangles.
 """
 from math import atan2, pi
 
@@ -22,7 +22,7 @@ def winding(p, edges):
 
 
 def sides(edges, asked):
-    """{edge: (number, side, clear)} of the edges asked, by the others."""
+    """Returns {edge: (number, side, clear)} for the queried edges, computed from all others."""
     found = {}
     for edge in asked:
         middle = tuple((u + v) / 2 for u, v in zip(*edge))

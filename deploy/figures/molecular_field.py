@@ -1,4 +1,4 @@
-"""Left: the split of a potential at the cut-off. Right: clusters near each other, and the grid about the first molecule."""
+"""Draws, on the left, the split of a potential at the cut-off, and on the right clusters and the grid of the first molecule."""
 import math
 
 from drawing import BLUE, Drawing, GREEN, GREY, INK, LIGHT, ORANGE, RED
@@ -7,11 +7,11 @@ PATH = "common/docking/molecular_field.svg"
 
 START, CUTOFF = 6.0, 8.0  # Å; kSwitchWidthAngstrom is 2
 ALPHA = 1.0  # Coulomb with a constant dielectric
-LEAF = 8  # atoms of a cluster here; 16 in the code
+LEAF = 8  # atoms per cluster in this figure; 16 in the code
 
 
 def force_switch():
-    """A, B and C of field_model.cpp."""
+    """Returns the coefficients A, B and C of field_model.cpp."""
     r1, rc, width = START, CUTOFF, CUTOFF - START
     scale = ALPHA / (rc ** (ALPHA + 2) * width ** 2)
     a = -scale * ((ALPHA + 4) * rc - (ALPHA + 1) * r1)
@@ -20,7 +20,7 @@ def force_switch():
 
 
 def near(r):
-    """Energy of the pairs below the cut-off."""
+    """Returns the energy of pairs within the cut-off."""
     if r >= CUTOFF:
         return 0.0
     a, b, c = force_switch()
@@ -29,14 +29,14 @@ def near(r):
 
 
 def ball(x, y, radius, count):
-    """Points spread evenly over a disc."""
+    """Returns points spread evenly over a disc."""
     golden = math.pi * (3 - math.sqrt(5))
     spread = [(radius * math.sqrt((i + 0.5) / count), i * golden) for i in range(count)]
     return [(x + r * math.cos(t), y + r * math.sin(t)) for r, t in spread]
 
 
 def boxes(points):
-    """Boxes of clusters: halves along the longer side, down to LEAF points."""
+    """Returns the boxes of clusters, made by halving along the longer side down to LEAF points."""
     low, high = [min(p[k] for p in points) for k in (0, 1)], [max(p[k] for p in points) for k in (0, 1)]
     if len(points) <= LEAF:
         return [(*low, *high)]
@@ -46,7 +46,7 @@ def boxes(points):
 
 
 def apart(a, b):
-    """Distance of two boxes."""
+    """Returns the distance between two boxes."""
     gaps = [max(a[k] - b[k + 2], b[k] - a[k + 2], 0.0) for k in (0, 1)]
     return math.hypot(*gaps)
 
@@ -74,7 +74,7 @@ def draw_split(d):
 
 
 def draw_search(d):
-    left, top, pixels = 450, 50, 5.2  # pixels an Å
+    left, top, pixels = 450, 50, 5.2  # pixels per Å
     d.text(430, 28, "Clusters within the cut-off, nodes of the grid", 14, INK, weight="bold")
     nodes = [(3.0 * i, 3.0 * j) for i in range(29) for j in range(22)]
     first, second = ball(30, 32, 17, 64), ball(59, 32, 10, 32)

@@ -1,5 +1,6 @@
-"""Playout over a link with jitter and a burst of losses: newest-wins against played time, and the waiting times that choose the
-delay. The same rules as common/net/playout.cpp, on a made-up link of 50 ms whose jitter has a deviation of 6 ms.
+"""Draws playout over a link with jitter and a burst of losses: the newest input compared with playout, and the distribution of
+waiting times from which the delay is chosen. The rules are those of common/net/playout.cpp. The link is an example of 50 ms
+with a jitter of 6 ms (standard deviation).
 """
 import math
 import random
@@ -13,7 +14,7 @@ LOST = range(2475, 2509)
 
 
 def packets():
-    """(stamp, arrival) [ms] in the order of arrival; one a millisecond, one burst of 34 lost."""
+    """Returns (stamp, arrival) [ms] in the order of arrival, for one datagram per millisecond; a burst of 34 is lost."""
     source = random.Random(5)
     last, found = 0.0, []
     for stamp in range(COUNT):
@@ -27,7 +28,7 @@ def packets():
 
 
 def waiting_times(found, base):
-    """Waiting time of each gap and the gap's length [ms], as PlayoutDelay::add() counts them."""
+    """Returns the waiting time and the length of each gap [ms], as PlayoutDelay::add() counts them."""
     return [(max(0.0, arrival - before - base), stamp - before)
             for (before, _), (stamp, arrival) in zip(found, found[1:])]
 

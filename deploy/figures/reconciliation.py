@@ -1,5 +1,5 @@
-"""Reconciliation at matched time: the server's answer to input k is compared with the model at input k, and the sum of the
-corrections decides what is still missing. The lower curves are stepped by the rule of client/model/reconciler.cpp.
+"""Draws reconciliation at matched time. The server's answer to input k is compared with the model at input k. The sum of the
+corrections since then is subtracted. The lower curves are computed by the rule of client/model/reconciler.cpp.
 """
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 
@@ -10,7 +10,7 @@ SHOWN_S = 2.0
 
 
 def corrected(keeps_sums):
-    """Correction of the model [m] at each tick; the server's answer is LOOP_S old."""
+    """Returns the correction of the model [m] at each tick. The server's answer is LOOP_S old."""
     given, sums = 0.0, [0.0]
     delay = round(LOOP_S / STEP_S)
     time_constant_s = TIME_CONSTANT_S + (LOOPS * LOOP_S if keeps_sums else 0)

@@ -1,4 +1,4 @@
-"""One period of a shared thread with three rooms, beside the io thread; and a move of a room between two threads."""
+"""Draws one period of a shared thread with three rooms, with the io thread, and a move of a room between two threads."""
 from drawing import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, RED, Drawing
 
 PATH = "server/room/scheduling.svg"
@@ -10,13 +10,14 @@ ROOMS = [("A", 40.0, 20.0, 30.0), ("B", 25.0, 15.0, 20.0), ("C", 60.0, 20.0, 60.
 COLOURS = [BLUE, ORANGE, GREEN]
 LEFT, SCALE, FROM = 120.0, 2.05, 165.0
 
-# Load of each room as a share of a thread's time, before and after place_rooms(); limits of room_placement.cpp.
+# Load of each room as a fraction of a thread's time, before and after place_rooms(). Limits are those of room_placement.cpp.
 BEFORE, AFTER = [[0.3, 0.3, 0.29], [0.3]], [[0.3, 0.29], [0.3, 0.3]]
 TAKES, BEARS = 0.7, 0.85
 
 
 def deadlines():
-    """settle(): after the turns of the rooms before it, with a gap of half a turn, at most 50 us and the spare time."""
+    """Returns the phases that settle() gives: after the answers of the previous rooms, each with a gap of half its answer time,
+    at most 50 us and at most the spare time."""
     spare = max(0.0, PERIOD - sum(sum(room[1:]) for room in ROOMS)) / (2 * len(ROOMS))
     at, all_of_them = PLACE * PERIOD, []
     for _, answer, help_us, _ in ROOMS:

@@ -25,7 +25,7 @@ struct DockingOptions {
   bool has_far_grid = false;
 };
 
-/// Parses "FILE:A,B/478".
+/// Parses an option of the form "FILE:A,B/478".
 wire::MoleculeSource source_of(const std::string& option, const std::string& text, const std::string& hydrogens) {
   if (structure_choice(text).file.empty()) throw std::invalid_argument(option + " \"" + text + "\" names no file");
   return molecule_source(text, hydrogens);

@@ -1,4 +1,4 @@
-// tandem-server: opens rooms with scenes, and serves them until it is stopped.
+// The program tandem-server, which opens rooms with scenes and serves them until it is stopped.
 #include <CLI/CLI.hpp>
 #include <iomanip>
 #include <optional>
@@ -46,11 +46,11 @@ struct Options {
   server::Invited invited;
   std::filesystem::path dev_certificates;
   bool resumes = false;
-  std::optional<std::filesystem::path> keep;  ///< folder of kept poses; none: in the state folder
+  std::optional<std::filesystem::path> keep;  ///< folder for saved poses; none: in the state folder
   std::filesystem::path record;               ///< empty: no recording
   recording::RotationSettings rotation;
-  std::optional<std::string> metrics;  ///< [ADDRESS:]PORT
-  std::optional<std::string> agones;   ///< port, or auto
+  std::optional<std::string> metrics;  ///< address as [ADDRESS:]PORT
+  std::optional<std::string> agones;   ///< port of the sidecar, or "auto"
 };
 
 void add_duration(CLI::App& app, const std::string& name, const std::string& help,
@@ -208,7 +208,7 @@ void declare(CLI::App& app, Options& options) {
                "print a summary as one JSON object at the end; the ready line then goes to stderr");
 }
 
-/// Describes the step time on this machine. Throws if it exceeds the period: users would only get faults.
+/// Describes the step time on this machine. Throws if it exceeds the period, because users would then get only faults.
 std::string machine_note(const server::LoadedScene& scene, Duration step) {
   const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
   std::ostringstream text;
@@ -222,7 +222,7 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // Checked here, because the parser would report it before a misspelt option.
+  // Checked here and not by the parser, which would report it before a misspelt option.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
@@ -258,7 +258,7 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, re
   return rooms;
 }
 
-/// Describes in one line the error in the options, and the file if it was not on the command line.
+/// Describes an option error in one line. If the option was not on the command line, the line names its file.
 std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   constexpr std::string_view kUnknownInFile = "INI was not able to parse ";
   const std::string what = error.what();
@@ -297,7 +297,7 @@ std::string invitations(const Options& options, std::uint16_t port, const server
   return lines;
 }
 
-/// Warns if no other machine can use the invitations; otherwise empty.
+/// Returns a warning if no other machine can use the invitations; otherwise an empty string.
 std::string reach_of_invitations(const Options& options) {
   if (options.invitations == 0 || !server::is_loopback(options.bind)) return "";
   return "warning: the server listens on " + options.bind +
@@ -314,7 +314,7 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-/// Returns the exit code. A fault after the set-up has its own code, so that a supervisor restarts the program.
+/// Returns the exit code. A fault after the set-up has a separate code, so that a supervisor restarts the program.
 int run(server::LiveServer& server, realtime::Output& output) {
   try {
     server.run();
@@ -325,7 +325,7 @@ int run(server::LiveServer& server, realtime::Output& output) {
   }
 }
 
-/// Returns the name of a bundled scene unchanged, and the absolute path of a scene file.
+/// Returns the name of a shipped scene unchanged, and the absolute path of a scene file.
 std::string scene_name(const std::string& named) {
   std::error_code error;
   return std::filesystem::exists(named, error) ? std::filesystem::absolute(named).string() : named;
@@ -335,7 +335,7 @@ std::string key_text(const secure::KeyId& id) {
   return {reinterpret_cast<const char*>(id.data()), id.size()};
 }
 
-/// Returns null if nothing is recorded.
+/// Returns null if no recording is requested.
 server::ServerRecorder* start_recording(const Options& options, server::LiveServer& server,
                                         const server::ServerCheckpoint* checkpoint, realtime::Output& output) {
   if (options.record.empty()) return nullptr;
@@ -354,7 +354,7 @@ server::ServerRecorder* start_recording(const Options& options, server::LiveServ
       options.record, server.rooms(), settings, [&output](const std::string& news) { output.log("record", news); }));
 }
 
-/// Number of messages and steps missing from a finished recording.
+/// Returns the number of messages and steps that are missing from a finished recording.
 std::uint64_t lost_of(const server::ServerRecorder& recorder) {
   std::uint64_t lost = 0;
   for (const auto& room : recorder.rooms()) lost += room->file().messages_lost() + room->steps_lost();
@@ -376,7 +376,7 @@ int serve(const Options& options, realtime::Output& output) {
   }
   std::optional<server::ServerKeys> keys;
   std::shared_ptr<void> lock;
-  std::unique_ptr<server::InvitationLedger> ledger;  // outlives the server
+  std::unique_ptr<server::InvitationLedger> ledger;  // must outlive the server
   if (!options.is_insecure || options.resumes) lock = server::lock_state(options.security.state);
   if (!options.is_insecure) {
     keys = server::open_keys(options.security);
@@ -406,7 +406,7 @@ int serve(const Options& options, realtime::Output& output) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
   }
   if (ledger) ledger->begin(options.resumes, server::unix_ms_now());
-  // Logged only after the whole set-up has succeeded: an error is then the only line.
+  // Logged only after the whole set-up has succeeded. If it fails, the error is thus the only line.
   for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
@@ -417,7 +417,7 @@ int serve(const Options& options, realtime::Output& output) {
   if (checkpoint != nullptr)
     server.on_admission = [checkpoint](const wire::AdmissionState& state) { checkpoint->note(state); };
   server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
-  // With --json stdout is one object and nothing else.
+  // With --json, stdout contains one object and nothing else.
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);

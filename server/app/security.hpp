@@ -1,4 +1,4 @@
-// Identity of a server and its rules for joining: keys kept in a folder, certificates, invitations.
+// Identity of a server and its rules for joining: stored keys, certificates and invitations.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace tandem::server {
 
-/// Returns $TANDEM_STATE, otherwise $XDG_STATE_HOME/tandem, otherwise $HOME/.local/state/tandem; empty when none is
-/// set.
+/// Returns $TANDEM_STATE, otherwise $XDG_STATE_HOME/tandem, otherwise $HOME/.local/state/tandem. Returns an empty path
+/// if none of the variables is set.
 std::filesystem::path default_state_folder();
 
 struct SecurityOptions {
-  std::filesystem::path state = default_state_folder();  ///< keys made by the server
-  std::filesystem::path certificate;                     ///< empty: self-signed, with only the key
+  std::filesystem::path state = default_state_folder();  ///< folder of the keys that the server makes
+  std::filesystem::path certificate;                     ///< certificate file; empty: self-signed by the server's key
   std::filesystem::path key;
   std::vector<std::string> issuers;  ///< public keys of other token issuers
 };
@@ -31,22 +31,22 @@ struct ServerKeys {
   secure::KeyPair issuer;  ///< signs invitations
   std::string certificate_pem;
 };
-/// Makes missing keys, and for a new server key its list of used invitations.
+/// Reads the keys and makes missing ones. For a new server key, also makes the list of used invitations.
 /// Fails   std::invalid_argument: a file cannot be read or written, or a key is invalid
 ServerKeys open_keys(const SecurityOptions& options);
 
-/// File of the used invitations (InvitationLedger).
+/// Path of the file that lists the used invitations (InvitationLedger).
 std::filesystem::path ledger_file(const std::filesystem::path& state);
-/// Locks the folder for one server until the returned object is destroyed: two servers would each accept the same token
-/// once.
-/// Fails   std::invalid_argument: another server holds the lock, or it cannot be written
+/// Locks the folder for one server until the returned object is destroyed. Without the lock, two servers could each
+/// accept the same token once.
+/// Fails   std::invalid_argument: another server holds the lock, or the lock file cannot be written
 std::shared_ptr<void> lock_state(const std::filesystem::path& state);
 
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
-/// Fails   std::invalid_argument: one of the issuers is not a key
+/// Fails   std::invalid_argument: one of the issuers is not a valid key
 AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);
 
-/// Milliseconds since 1970, UTC.
+/// Returns the time in milliseconds since 1970, UTC.
 std::uint64_t unix_ms_now();
 
 /// Rights granted by a token.
@@ -57,19 +57,19 @@ struct Invited {
   double max_force_n = 0;
   Duration life{std::chrono::minutes(15)};
 };
-/// Parses --valid: a time with its unit, up to 30 days.
-/// Fails   std::invalid_argument: not a time, or longer; the message names value, limit and remedy
+/// Parses the value of --valid, a time with its unit, up to 30 days.
+/// Fails   std::invalid_argument: not a time, or too long; the message names value, limit and remedy
 Duration valid_for(const std::string& text);
-/// Fails   std::invalid_argument: out of the ranges of proto/join_token.hpp
+/// Fails   std::invalid_argument: a value is out of the range in proto/join_token.hpp
 proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer);
 
-/// "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …"
+/// Returns a line of the form "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …".
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys);
 
-/// Whether a server that listens at this address is reachable from this machine only.
+/// Returns whether a server that listens at this address is reachable from this machine only.
 bool is_loopback(const std::string& address);
-/// Public address of this machine: the first IPv4 address of a network that is up. Without one, if `may_be_v6`, the
-/// first IPv6 address that is not link-local; otherwise 127.0.0.1.
+/// Returns the public address of this machine: the first IPv4 address of a network interface that is up. If there is
+/// none and `may_be_v6`, returns the first IPv6 address that is not link-local; otherwise 127.0.0.1.
 std::string own_address(bool may_be_v6);
 std::string own_host_name();
 

@@ -1,4 +1,4 @@
-// Final report of a server for programs (--json).
+// Final report of a server as JSON, for other programs (--json).
 #pragma once
 
 #include "common/base/json.hpp"
@@ -7,8 +7,8 @@
 
 namespace tandem::server {
 
-/// Units are in the names; latencies are quantiles in microseconds.
-/// In      recorder  finished; null: no recording
+/// Units are part of the names. Latencies are quantiles in microseconds.
+/// In      recorder  already finished; null: no recording
 boost::json::object report_json(const LiveServer& server, const ServerRecorder* recorder = nullptr);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// tandem-token: issues join tokens and invitations for a running tandem-server.
+// The program tandem-token, which issues join tokens and invitations for a running tandem-server.
 #include <CLI/CLI.hpp>
 #include <iostream>
 

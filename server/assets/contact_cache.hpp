@@ -1,4 +1,5 @@
-// Cache of the contact assets of meshes, in a folder. Other programs may write to it, so every entry is checked.
+// Cache of the contact assets of meshes, in a folder. Other programs may write to that folder, so every entry is
+// checked.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +13,16 @@
 
 namespace tandem::server {
 
-/// Cache key of a contact asset: a hash of everything that its bytes depend on.
+/// Cache key of a contact asset: a hash of all data on which its bytes depend.
 proto::Sha256 contact_key(const geometry::ContactMesh& mesh, const contact::ContactShapeOptions& options);
 
 std::filesystem::path kept_contact_file(const std::filesystem::path& folder, const proto::Sha256& key);
 
-/// Returns the bytes of a cached asset. Empty unless the file begins with `key`. The bytes themselves are not parsed;
-/// contact_shape_from() does that.
+/// Returns the bytes of a cached asset, or an empty vector if the file does not begin with `key`. The bytes are parsed
+/// later, by contact_shape_from().
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key);
 
-/// Out     error of the write; none if it succeeded
+/// Out     error code of the write; zero if it succeeded
 std::error_code keep_contact(const std::filesystem::path& file, const proto::Sha256& key,
                              std::span<const std::uint8_t> bytes);
 

@@ -1,4 +1,4 @@
-// Computes the centre of mass and the inertia of a body from its shapes, so that an author gives only the mass.
+// Computes the centre of mass and the inertia of a body from its shapes, so that a scene needs to give only the mass.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace tandem::server {
 
-/// Mass properties of solids of one density. Overlaps count twice; a sheet counts as its convex hull.
-/// Fails   std::domain_error when the shapes enclose no volume (a flat mesh)
+/// Mass properties of solids of equal density. Overlaps count twice; a sheet counts as its convex hull.
+/// Fails   std::domain_error: the shapes enclose no volume (a flat mesh)
 MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
 
-/// Mass properties of atoms about their centre of mass, which is the origin of `molecule`. The total mass is scaled to
-/// `mass_kg`.
-/// In      metres_per_angstrom  S_x
+/// Mass properties of the atoms of `molecule` about their centre of mass, which is its origin. The total mass is scaled
+/// to `mass_kg`.
+/// In      metres_per_angstrom  length scale of the scene
 MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molecule, double metres_per_angstrom);
 
 }  // namespace tandem::server

@@ -32,16 +32,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Limit of wall-clock time, as a multiple of the reader's processor time: other processes may use the processor too.
+// Limit of wall-clock time, as a multiple of the limit of processor time, because other processes may use the
+// processor.
 constexpr int kMaxWaitShare = 10;
 /// Limit of the number of additional files (buffers) of one mesh file.
 constexpr std::size_t kMaxBeside = 64;
-/// Size limit of a .gltf whose buffers are looked up. A longer one contains its numbers itself.
+/// Size limit of a .gltf whose buffer files are looked up. A larger file contains its data itself.
 constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
-/// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but usually a scale is missing.
+/// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but often mean that a scale is
+/// missing.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 
-/// Remedy for a missing file: the Debian package if the folder belongs to one, else `otherwise`.
+/// Remedy for a missing file: its Debian package if the folder belongs to one, otherwise `otherwise`.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
   const std::string text = file.string();
   const auto is_below = [&text](const char* folder) { return text.rfind(folder, 0) == 0; };
@@ -55,7 +57,7 @@ std::string mebibytes(std::size_t bytes) {
   return std::to_string(bytes >> 20U) + " MiB";
 }
 
-/// Path of the reader: $TANDEM_MESH_READER, else the folder of the running program.
+/// Path of the reader program: $TANDEM_MESH_READER, otherwise in the folder of the running program.
 fs::path reader_program() {
   const char* const chosen = std::getenv("TANDEM_MESH_READER");
   if (chosen != nullptr && *chosen != '\0') return chosen;
@@ -63,7 +65,7 @@ fs::path reader_program() {
   return fs::read_symlink("/proc/self/exe", error).parent_path() / "tandem-mesh-reader";
 }
 
-/// Owns an open file descriptor and closes it.
+/// Owner of an open file descriptor, which it closes.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
@@ -90,7 +92,7 @@ class Descriptor {
                    std::strerror(error) + "); install it there, or set TANDEM_MESH_READER to where it is");
 }
 
-/// A file for the reader, with the name by which other files refer to it.
+/// A file for the reader, with the name by which the mesh file refers to it.
 struct GivenFile {
   std::string name;
   std::vector<std::byte> bytes;
@@ -114,7 +116,7 @@ void append(int descriptor, const std::string& name, std::span<const std::byte> 
   write_all(descriptor, bytes);
 }
 
-/// Descriptor of an anonymous file that holds the mesh and its additional files, for the reader to map.
+/// Returns the descriptor of an anonymous file with the mesh and its additional files, for the reader to map.
 int memory_file(std::span<const std::byte> bytes, const std::vector<GivenFile>& beside) {
   const int descriptor = memfd_create("mesh", MFD_CLOEXEC);
   append(descriptor, "", bytes);
@@ -122,7 +124,7 @@ int memory_file(std::span<const std::byte> bytes, const std::vector<GivenFile>& 
   return descriptor;
 }
 
-/// Decodes percent escapes: "%20" is a space.
+/// Decodes percent escapes, e.g. "%20" to a space.
 std::string unescaped(const std::string& uri) {
   std::string text;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -135,7 +137,7 @@ std::string unescaped(const std::string& uri) {
   return text;
 }
 
-/// Names of the buffer files of a .gltf; names that lead out of its folder are left out.
+/// Returns the names of the buffer files of a .gltf. Names of files outside of its folder are skipped.
 std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
   namespace json = boost::json;
   std::vector<std::string> names;
@@ -153,7 +155,7 @@ std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
   const json::value* const buffers =
       !error && document.is_object() ? document.as_object().if_contains("buffers") : nullptr;
   if (buffers != nullptr && buffers->is_array()) std::ranges::for_each(buffers->as_array(), add);
-  // Version 1 of glTF lists buffers by name.
+  // In version 1 of glTF, `buffers` is an object whose keys are names.
   if (buffers != nullptr && buffers->is_object()) {
     for (const auto& [key, buffer] : buffers->as_object()) add(buffer);
   }
@@ -173,7 +175,7 @@ std::vector<GivenFile> files_beside(std::span<const std::byte> bytes, const fs::
   for (const std::string& name : buffers_of(bytes)) {
     const fs::path path = file.parent_path() / name;
     std::error_code error;
-    // The reader reports a missing file.
+    // A missing file is skipped here, because the reader reports it.
     if (!fs::is_regular_file(path, error)) continue;
     std::vector<std::byte> buffer = read_asset_file(path, "");
     total += buffer.size();
@@ -192,7 +194,8 @@ std::size_t bytes_of(std::span<const std::byte> bytes, const std::vector<GivenFi
   return total;
 }
 
-/// The reader process. Starting it is safe beside other threads: nothing of this process is used between fork and exec.
+/// The reader process. It can be started while other threads run, because no memory of this process is used between
+/// fork and exec.
 class ReaderProcess {
  public:
   ReaderProcess(const std::vector<std::byte>& bytes, const std::vector<GivenFile>& beside, const fs::path& file)
@@ -211,7 +214,7 @@ class ReaderProcess {
     wait();
   }
 
-  /// Reads the reply; refuses the file if the reader fails.
+  /// Returns the reply. Refuses the file if the reader fails.
   std::vector<std::uint8_t> reply() {
     std::vector<std::uint8_t> reply;
     const SteadyClock clock;
@@ -244,7 +247,7 @@ class ReaderProcess {
     refuse_without_reader(file_, error);
   }
 
-  /// Reads the next piece, waiting at most 0.1 s. Returns false at the end.
+  /// Reads the next piece, waiting at most 0.1 s. Returns false at the end of the reply.
   bool read_more(std::vector<std::uint8_t>& reply) const {
     pollfd ready{output_->get(), POLLIN, 0};
     if (poll(&ready, 1, 100) <= 0) return true;
@@ -288,8 +291,8 @@ class ReaderProcess {
   pid_t pid_ = -1;
 };
 
-/// Decodes the reply. Returns nothing unless the bytes are exactly a mesh of bounded size with indices in range. A
-/// reader that parsed a hostile file is not trusted.
+/// Decodes the reply. Returns nothing unless the bytes are exactly a mesh of bounded size with indices in range. The
+/// check is needed because a reader that has parsed a hostile file cannot be trusted.
 std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t> reply) {
   ByteReader reader(reply);
   const std::uint8_t kind = reader.number<std::uint8_t>();
@@ -312,7 +315,7 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
   return mesh;
 }
 
-/// Replaces the name that the reader uses for the file by its real name.
+/// Replaces the reader's name for the file by the real name.
 std::string named_as(const fs::path& file, std::string text) {
   const std::string extension = file.extension().string();
   const std::string name = "mesh." + (extension.empty() ? "" : extension.substr(1));

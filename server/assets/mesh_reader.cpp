@@ -1,4 +1,4 @@
-// tandem-mesh-reader: parses one mesh file in bounded memory and time, for mesh_file.cpp. See mesh_reader.hpp.
+// The program tandem-mesh-reader, which parses one mesh file in bounded memory and time (see mesh_reader.hpp).
 #include "server/assets/mesh_reader.hpp"
 
 #include <sys/mman.h>
@@ -24,7 +24,7 @@
 #include "server/assets/meshes/triangles.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
-// AddressSanitizer does not work with a limited address space; single allocations are limited instead.
+// AddressSanitizer needs an unlimited address space. Therefore the size of single allocations is limited instead.
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=3000:hard_rss_limit_mb=4000:detect_leaks=0";
 }
@@ -43,7 +43,8 @@ void limit(__rlimit_resource resource, std::size_t value) {
   setrlimit(resource, &both);
 }
 
-/// Applies the limits after the libraries of the program are loaded. From then on the process cannot open any file.
+/// Limits memory, time and files after the libraries of the program are loaded. From then on the process cannot open
+/// files.
 void limit_resources(std::size_t file_bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, address_space_limit(file_bytes));
@@ -54,7 +55,7 @@ void limit_resources(std::size_t file_bytes) {
   std::set_new_handler([] { _exit(kOutOfMemory); });
 }
 
-/// Maps the whole standard input; empty if there is none.
+/// Maps the whole standard input. Returns an empty span if there is none.
 std::span<const std::byte> input() {
   struct stat status {};
   if (fstat(STDIN_FILENO, &status) != 0 || status.st_size <= 0) return {};
@@ -101,19 +102,19 @@ std::vector<GivenFile> files_of(std::span<const std::byte> input) {
   return files;
 }
 
-/// Removes the UTF-8 byte order mark that some editors write.
+/// Removes the UTF-8 byte order mark that some editors write at the start.
 std::span<const std::byte> without_mark(std::span<const std::byte> bytes) {
   return bytes.subspan(text_of(bytes).starts_with("\xEF\xBB\xBF") ? 3 : 0);
 }
 
-/// Whether Assimp's coordinates of an .obj are used unchanged. This keeps earlier caches and measurements of such files
-/// valid.
+/// Returns whether Assimp's coordinates of an .obj are used unchanged. Otherwise caches and measurements of such files
+/// would become invalid.
 bool is_ordinary(const Extent& extent) {
   constexpr double kMinSize = 1e-2, kMaxSize = 1e6, kFarthest = 4;
   return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
-/// Whether Assimp's vertices fill the same box as the vertices that the file lists.
+/// Returns whether Assimp's vertices fill the same box as the vertices that the file lists.
 bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
   constexpr double kMaxShare = 1e-5;
   Eigen::AlignedBox3d box;
@@ -186,6 +187,6 @@ int main(int argc, char** argv) {
   if (argc != 2 || bytes.empty()) return kBadCall;
   limit_resources(bytes.size());
   const bool is_written = write_all(import(bytes, lower_case(argv[1])));
-  // Skips the importer's destructor: the system frees its memory.
+  // The importer's destructor is skipped, because the system frees the memory.
   _exit(is_written ? 0 : kBadCall);
 }

@@ -1,14 +1,14 @@
 // Interface between mesh_file and the program tandem-mesh-reader. Parsers of mesh files trust the sizes that a file
-// declares: 250 bytes that declare two billion vertices made Assimp allocate 19 GB. So each file is parsed by a process
-// of its own, which has bounded memory and time, opens no files, and may crash:
+// declares: a file of 250 bytes that declared two billion vertices made Assimp allocate 19 GB. Therefore each file is
+// parsed by a separate process, which has bounded memory and time, opens no files, and may crash:
 //
 //   tandem-mesh-reader FORMAT      FORMAT  the file's extension without the dot
 //   standard input                 the file and its additional files (buffers of a .gltf), from a descriptor of known
 //                                  size (fstat()). For each: u32 length of its name, u32 bytes, the name, the bytes
 //   standard output, exit code 0   kMesh, u32 vertices, u32 triangles, f64 x y z each, i32 a b c each; or kRefusal and
 //                                  text
-//   exit code kOutOfMemory         memory above address_space_limit()
-//   SIGXCPU                        processor time above cpu_limit_s()
+//   exit code kOutOfMemory         the file needs more memory than address_space_limit()
+//   SIGXCPU                        the file needs more processor time than cpu_limit_s()
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,8 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Limits of one file: clients can fetch the asset, and the server can build its contact shape, in reasonable time.
+/// Limits for one file. Within them clients can fetch the asset, and the server can build its contact shape, in
+/// reasonable time.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20U;
 inline constexpr std::size_t kMaxTriangles = 1'000'000;
 inline constexpr std::size_t kMaxVertices = 3 * kMaxTriangles;
@@ -26,15 +27,15 @@ inline constexpr std::uint8_t kMesh = 'M';
 inline constexpr std::uint8_t kRefusal = 'R';
 inline constexpr int kOutOfMemory = 3;
 
-/// Size of the largest mesh reply.
+/// Number of bytes of the largest mesh reply.
 inline constexpr std::size_t kMaxReplyBytes = 9 + kMaxVertices * 24 + kMaxTriangles * 12;
 
-/// Memory limit of the reader. Measured with a million triangles, bytes of memory for each byte of the file: obj and
-/// binary stl 27, binary ply 22, text ply, off and stl 9 to 10. Libraries take 60 MiB.
+/// Memory limit of the reader. Its memory per byte of the file was measured with a million triangles: 27 bytes for obj
+/// and binary stl, 22 for binary ply, and 9 to 10 for text ply, off and stl. Libraries take 60 MiB.
 constexpr std::size_t address_space_limit(std::size_t file_bytes) {
   return (std::size_t{384} << 20U) + 40 * file_bytes;
 }
-/// Limit of processor time. Measured with the same files: at most 0.065 s for each MiB.
+/// Limit of processor time. Measured with the same files, the reader takes at most 0.065 s for each MiB.
 constexpr std::size_t cpu_limit_s(std::size_t file_bytes) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return 40 + (file_bytes >> 20U);

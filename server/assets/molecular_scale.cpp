@@ -26,23 +26,23 @@ using docking::kKilojoulesPerKilocalorie;
 using docking::Molecule;
 
 constexpr double kStrongestPull_n = 1;
-/// Scale for molecules that do not attract each other.
+/// Force scale for molecules that do not attract each other.
 constexpr double kScaleWithoutPull = 0.03;
 constexpr double kTouching_kcal_per_mol = 5;
-/// Largest number of pairs that is minimised, which takes a second or two.
+/// Largest number of pairs for which the energy is minimised; at this number it takes one or two seconds.
 constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kSearchOut_angstrom = 4, kSearchIn_angstrom = 2;
 constexpr double kAside_angstrom = 6;
 constexpr int kSides = 6;
-/// Numbers for drawing one molecule out of the other: directions, descent steps at the start, descent steps after each
-/// displacement.
+/// Numbers for pulling one molecule out of the other: number of directions, descent steps at the start, and descent
+/// steps after each displacement.
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
 constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
-/// Limit below which a pull does not count as attraction [kcal/mol/Å].
+/// Limit below which a force does not count as attraction [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
-/// Depth that the well must have below the zero area, so something is left to feel [kT].
+/// Minimum depth of the well below the zero area, so that attraction can still be felt [kT].
 constexpr double kFelt_kt = 3;
 
 double extent_angstrom(const Molecule& molecule) {
@@ -51,13 +51,13 @@ double extent_angstrom(const Molecule& molecule) {
   return extent;
 }
 
-/// Rounds to four digits. Kernels differ in the last digits of a float, and a scene must be the same on all machines.
+/// Rounds to four digits. Kernels differ in the last digits of a float, but a scene must be the same on all machines.
 double rounded(double value) {
   const double step = std::pow(10, std::floor(std::log10(std::max(1e-12, std::abs(value)))) - 3);
   return std::round(value / step) * step;
 }
 
-/// One of `count` evenly spread unit vectors (Fibonacci spiral).
+/// Returns one of `count` evenly spread unit vectors (Fibonacci spiral).
 Vec3 side(int index, int count) {
   const double z = 1 - (2 * index + 1.0) / count, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
   const double r = std::sqrt(1 - z * z);
@@ -67,21 +67,21 @@ Vec3 side(int index, int count) {
 docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldModel model, bool has_charges) {
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = model.has_far_grid && has_charges;
-  // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints refer to the same scene on
-  // other machines. With a grid it would take seconds. Other kernels differ only in the last digits of a float, and
-  // four digits are kept.
+  // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints are valid for the same scene
+  // on other machines. With a grid it would take seconds, so the default kernel is used. Kernels differ only in the
+  // last digits of a float, and results are rounded to four digits.
   return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 
-/// Result of the approach of two molecules along a line; distances in Å.
+/// Result of the approach of two molecules along a line. Distances are in Å.
 struct Way {
   Vec3 direction_A;
   double contact = 0;
-  double strongest_pull = 0;  ///< kcal/mol/Å, along the line
+  double strongest_pull = 0;  ///< strongest attraction along the line [kcal/mol/Å]
   double best = 0, least_kcal_per_mol = 0;
 };
 
-/// B displaced by `step` of the 6×6 gradient's coordinates.
+/// Returns the pose of B displaced by `step`, in the coordinates of the 6×6 gradient.
 Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
   return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
 }
@@ -95,7 +95,7 @@ class Approach {
         farthest_(extent_angstrom(a) + extent_angstrom(b) + kAside_angstrom),
         gyration_(b.gyration_radius_angstrom()) {}
 
-  /// Contact distance by Lennard-Jones only, because charges may repel from much farther away.
+  /// Contact distance by Lennard-Jones energy only, because charges may repel at much larger distances.
   double contact(const Vec3& direction_A) {
     double distance = farthest_;
     while (distance > 0 && at(repulsion_, direction_A, distance).first < kTouching_kcal_per_mol)
@@ -118,14 +118,14 @@ class Approach {
     return way;
   }
 
-  /// Largest force against drawing B out of `place` along the easiest direction, with sideways motion and rotation free
-  /// [kcal/mol/Å]. 0 if nothing holds it there, or every direction is blocked.
+  /// Largest force [kcal/mol/Å] against pulling B out of `place` along the easiest direction, with sideways motion and
+  /// rotation free. It is 0 if nothing holds B there, or if every direction is blocked.
   ///
-  /// In      report  called with the share that is done, 0 to 1
+  /// In      report  called with the completed fraction, 0 to 1
   template <class Report>
   double hold(const Vec3& place, const Report& report) {
     Pose inside{place, Quat::Identity()};
-    // Interpenetrating molecules, such as a file with itself, would take minutes and have no bound pose.
+    // Interpenetrating molecules, such as a file with itself, have no bound pose and would take minutes.
     if (field_.evaluate(inside).energy_kj_per_mol() > kHopeless_kj_per_mol) {
       report(1.0);
       return 0;
@@ -149,7 +149,7 @@ class Approach {
     return std::isfinite(easiest) ? easiest : 0;
   }
 
-  /// Energy on the way in at which the repulsion reaches `push` [kcal/mol].
+  /// Energy on the approach at which the repulsive force reaches `push` [kcal/mol].
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
     for (double in = -kSearchOut_angstrom; in < kSearchIn_angstrom; in += kFineStep_angstrom) {
@@ -161,7 +161,7 @@ class Approach {
   }
 
  private:
-  /// Energy [kcal/mol] and outward force [kcal/mol/Å].
+  /// Returns energy [kcal/mol] and outward force [kcal/mol/Å].
   static std::pair<double, double> at(docking::MolecularField& field, const Vec3& direction_A, double distance) {
     const docking::FieldResult result = field.evaluate({distance * direction_A, Quat::Identity()});
     return {result.energy_kj_per_mol() / kKilojoulesPerKilocalorie,
@@ -203,7 +203,7 @@ std::vector<Vec3> ways(const Vec3& offset) {
   return directions;
 }
 
-/// Clamps to the range that scenes may have.
+/// Rounds, and clamps to the range that the field may have in scenes.
 double bounded(double value, std::string_view field) {
   const proto::SceneRange& range = proto::scene_range(field);
   return rounded(std::clamp(value, range.low, range.high));
@@ -252,8 +252,8 @@ class Probe {
     return least;
   }
 
-  /// Least energy of descents from the pose in the files, and from the best position of all approaches; 0 if nothing
-  /// attracts.
+  /// Lowest energy of descents from the pose in the files and from the best position of all approaches. It is 0 if the
+  /// molecules do not attract each other.
   /// Fails   std::invalid_argument: too many atoms
   double minimum() const {
     double least = 0;
@@ -279,11 +279,11 @@ class Probe {
     std::vector<Way> ways;
     Approach approach;
   };
-  /// Share of the approaches in the total work, for the progress report.
+  /// Fraction of the total work that the approaches take, for the progress report.
   static constexpr double kPartOfWays = 0.3;
 
-  /// Model for the probe. For more pairs than a step can evaluate it uses a cut-off and a grid. Four digits are kept,
-  /// and thousands of evaluations of all pairs would take minutes.
+  /// Returns the model for the probe. If a step cannot evaluate all pairs, the model has a cut-off and a grid:
+  /// thousands of evaluations of all pairs would take minutes, and results are rounded to four digits.
   static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
     if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
     return model;
@@ -319,7 +319,7 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
 
 namespace {
 
-/// Note for the user: which pairs are summed in each step.
+/// Returns a note for the user about which pairs are summed in each step.
 std::string method_note(std::span<const Molecule* const> molecules, const FieldModel& model) {
   std::size_t pairs = 0;
   bool is_too_large = false;
@@ -351,7 +351,7 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
     const Vec3 line = line_of_centres(centres_angstrom[1] - centres_angstrom[0]);
     notes.push_back(well_note(way_in(*molecules[0], *molecules[1], model, line)(model)));
   }
-  std::optional<Probe> made;  // made on demand: probing takes time, and an author may have given all numbers
+  std::optional<Probe> made;  // made when needed, because probing takes time and an author may have given all numbers
   const auto probe = [&]() -> Probe& {
     return made ? *made : made.emplace(molecules, centres_angstrom, model, progress);
   };
@@ -363,7 +363,7 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
     const double push = physics::kKneeOfLimit * field.force_limit_n() / field.newtons_per_kcal_per_mol_angstrom();
     field.set_knee_kcal_per_mol(bounded(probe().energy_of_push(push), "MolecularField.knee_kcal_per_mol"));
   }
-  // 1 kcal/mol/Å is 69.477 pN.
+  // Conversion: 1 kcal/mol/Å is 69.477 pN.
   constexpr double kNanonewtons = 0.0694770;
   notes.push_back("1 N in the hand is " + proto::number_text(kNanonewtons / field.newtons_per_kcal_per_mol_angstrom()) +
                   " nN between the molecules, and 1 cm is " + proto::number_text(0.01 / field.metres_per_angstrom()) +

@@ -1,4 +1,4 @@
-// Finds the pose of least energy of two molecules near a given pose, in steps that a caller may spread over time.
+// Finds the pose of lowest energy of two molecules near a given pose, in steps that a caller may spread over time.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,10 @@
 
 namespace tandem::server {
 
-/// Descends from a pose; every accepted step lowers the energy.
+/// Descends from a pose. Every accepted step lowers the energy.
 ///
-/// Model   Levenberg steps with the 6×6 gradient of exact_field(), at most 0.5 Å of translation and of rotation at the
-///         farthest atom, until no step gains 1e-6 kcal/mol
+/// Model   Levenberg-Marquardt steps with the 6×6 gradient of exact_field(). A step is limited to 0.5 Å of translation,
+///         and of displacement of the farthest atom by rotation. Ends when a step gains less than 1e-6 kcal/mol
 class PoseMinimiser {
  public:
   static constexpr int kMaxSteps = 200;
@@ -19,13 +19,13 @@ class PoseMinimiser {
   PoseMinimiser(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                 const Pose& X_AB_angstrom);
 
-  /// Evaluates the field at the start in the first call, and at the next pose in each later call.
-  /// Out     false: the minimum is reached, or kMaxSteps are done; further calls do nothing
-  /// Cost    one exact_field() with its gradient
+  /// Evaluates the field at the start pose in the first call, and at the next pose in each later call.
+  /// Out     false: the minimum is reached, or kMaxSteps are done; further calls have no effect
+  /// Cost    one evaluation of exact_field() with its gradient
   bool step();
-  /// Best pose so far.
+  /// Pose of lowest energy so far.
   const Pose& pose() const { return X_; }
-  /// Energy of the best pose; 0 before the first step().
+  /// Energy of that pose; 0 before the first step().
   double energy_kj_per_mol() const { return here_.energy_kj_per_mol(); }
 
  private:

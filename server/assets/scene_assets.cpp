@@ -20,12 +20,13 @@
 namespace tandem::server {
 namespace {
 
-/// Size above which cell sizes and spacings grow in proportion; the default ones would use too much memory.
+/// Size of a mesh above which cell sizes and spacings increase in proportion to it. The default ones would take too
+/// much memory.
 constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
-/// Size of an asset above which a coarse one is also made, which clients touch until they have the fine one. The
-/// factors apply to cells, tolerance and distances between points.
+/// Size of a contact asset above which a coarse one is also made, which clients use until they have received the fine
+/// one. The factors below apply to cells, tolerance and distances between points.
 constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
 constexpr double kCoarseCells = 4;
 constexpr double kCoarseTolerance = 8;
@@ -73,7 +74,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Calls `read`; turns a std::runtime_error into a refusal of the field.
+/// Calls `read`, and converts a std::runtime_error to a refusal of the field.
 template <class Read>
 auto or_refused(const SceneField& field, const Read& read) {
   try {
@@ -83,7 +84,8 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
-/// Aborts a build that takes too long. Throwing from the progress callback discards the partial result.
+/// Aborts a build that takes too long. It is called in the progress callback; throwing there discards the partial
+/// result.
 [[noreturn]] void refuse_long_build(Duration allowed, double done) {
   throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
                             " s to be made ready for touch, and this one was done by " +
@@ -91,7 +93,7 @@ auto or_refused(const SceneField& field, const Read& read) {
                             " %: simplify it, give a smaller largest_size_m, or allow more (--build-limit)");
 }
 
-/// Bounds of a mesh. Refuses a mesh of size 0, because the size is used as a divisor.
+/// Returns the bounds of a mesh. Refuses a mesh of size 0, because its size is used as a divisor.
 Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::filesystem::path& file,
                              const SceneField& field) {
   try {
@@ -101,7 +103,7 @@ Eigen::AlignedBox3d measured(const geometry::TriangleMesh& mesh, const std::file
   }
 }
 
-/// Scales and centres the mesh as the scene says, and writes the resulting scale into `message`.
+/// Scales and centres the mesh as the scene specifies, and writes the resulting scale to `message`.
 void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesystem::path& file,
            const SceneField& field) {
   const Eigen::AlignedBox3d bounds = measured(mesh, file, field);
@@ -122,7 +124,7 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
 }
 
-/// Warning about metres taken for millimetres, or the reverse; empty if the size is plausible.
+/// Returns a warning if metres were probably taken for millimetres, or the reverse; empty if the size is plausible.
 std::string size_warning(const wire::Mesh& message) {
   const std::string doubt = doubt_of_size(message.largest_size_m(), message.scale(), message.file());
   if (doubt.empty()) return doubt;
@@ -131,7 +133,7 @@ std::string size_warning(const wire::Mesh& message) {
   return message.file() + ": " + doubt + " Else give the mesh scale" + millimetres + " or largest_size_m";
 }
 
-/// Name with the size, because a scene may use the same mesh in several sizes.
+/// Returns a name that contains the size, because a scene may use the same mesh in several sizes.
 std::string sized_name(const wire::Mesh& message) {
   return message.file() + "." + std::to_string(std::llround(message.largest_size_m() * 1e6)) + "um";
 }
@@ -143,7 +145,7 @@ struct SceneAssets::Contact {
   std::shared_ptr<const contact::ContactShape> shape;
   std::shared_ptr<const proto::Bytes> bytes;
   proto::Sha256 sha256{};
-  std::string note;  ///< for the operator: points, spacing, memory, seconds, origin
+  std::string note;  ///< for the operator: number of points, spacing, memory, build time, origin (built or cache)
 };
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {
@@ -157,7 +159,7 @@ std::shared_ptr<const proto::Bytes> SceneAssets::read(const std::filesystem::pat
   auto bytes = std::make_shared<const proto::Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
 
   const Asset asset{proto::sha256_of(*bytes), kind, file.filename().string(), bytes};
-  // Clients receive only the base name, so it must identify the asset.
+  // Clients receive only the name without folder, so it must identify the asset.
   const auto same_name = [&asset](const Asset& other) { return other.name == asset.name; };
   const auto clash = std::find_if(assets.begin(), assets.end(), same_name);
   if (clash != assets.end() && clash->sha256 != asset.sha256) {

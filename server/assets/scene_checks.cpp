@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxDescriptionBytes = 2000;
-constexpr double kMaxContactPoints = 1 << 20U;  // in one room; about 1 KiB each
+constexpr double kMaxContactPoints = 1 << 20U;  // limit for one room; each takes about 1 KiB
 constexpr std::uint32_t kDefaultObservers = 4;
 constexpr double kDefaultBounds_m = 10;
 
@@ -51,7 +51,7 @@ void complete_molecular_field(wire::Scene& scene) {
   if (molecular.dielectric().empty()) molecular.set_dielectric(kDefaultDielectric);
 }
 
-/// Largest initial distance of bodies and tools from the origin.
+/// Largest distance from the origin at which a body or tool starts.
 double farthest_start_m(const wire::Scene& scene) {
   double farthest_m = 0;
   const auto note_distance = [&farthest_m](const wire::Placement& placement) {
@@ -74,7 +74,7 @@ void complete_limits(wire::Scene& scene) {
   if (!limits.has_bounds_m()) limits.set_bounds_m(std::max(kDefaultBounds_m, 2 * farthest_start_m(scene)));
 }
 
-/// Adds every message that a complete scene has, and the defaults that are not numbers or depend on other fields.
+/// Adds every sub-message that a complete scene has, and those defaults that are not numbers or depend on other fields.
 void complete(wire::Scene& scene) {
   for (wire::Body& body : *scene.mutable_bodies()) {
     body.mutable_placement();
@@ -115,7 +115,7 @@ void check(const wire::Shape& shape, const SceneField& field) {
   }
 }
 
-/// In      field  field of the owner
+/// In      field  location of the owner of the shapes
 void check(const Shapes& shapes, const SceneField& field) {
   if (shapes.empty()) field.in("shapes").refuse("is empty; at least one shape is needed");
   if (shapes.size() > proto::kMaxShapes) {
@@ -125,7 +125,8 @@ void check(const Shapes& shapes, const SceneField& field) {
   for (int i = 0; i < shapes.size(); ++i) check(shapes[i], field.in("shapes", static_cast<std::size_t>(i)));
 }
 
-/// A molecule must be the only shape of its body: its centre of mass is the origin, and its atoms give the inertia.
+/// Requires that a molecule is the only shape of its body, because its centre of mass is the origin and its atoms
+/// determine the inertia.
 void check_molecule_stands_alone(const wire::Body& body, const SceneField& field) {
   for (int i = 0; i < body.shapes_size(); ++i) {
     if (!body.shapes(i).has_molecule()) continue;

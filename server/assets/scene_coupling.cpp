@@ -30,11 +30,11 @@ haptics::Cubic cubic_of(const Numbers& numbers) {
   return cubic;
 }
 
-/// thesis_adaptive_fit() in the notation of scene files.
+/// The fit of thesis_adaptive_fit(), in the notation of scene files.
 constexpr std::string_view kThesisFit =
     R"({"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53], "damping_n_s_per_m": [0.2]})";
 
-/// Converts a checked message.
+/// Converts a message that has been checked.
 haptics::AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
   haptics::AdaptiveFit fit;
   fit.mass_low_kg = message.mass_range_kg(0);
@@ -65,7 +65,7 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
   }
 }
 
-/// Checks that the values of both polynomials over the range are within the ranges of the wire format.
+/// Checks that the values of both polynomials on `range` are within the ranges of the wire format.
 void check_values(const Numbers& range, const haptics::Cubic& stiffness, const haptics::Cubic& damping,
                   std::string_view stiffness_name, std::string_view damping_name, const SceneField& fit) {
   for (int i = 0; i <= haptics::kFitSamples; ++i) {

@@ -1,4 +1,4 @@
-// The coupling of a scene file: defaults, checks, and the fit of the adaptive law.
+// The coupling of a scene file: its defaults, its checks, and the fit of the adaptive law.
 #pragma once
 
 #include <optional>
@@ -10,9 +10,9 @@
 namespace tandem::server {
 
 void complete_coupling(wire::Coupling& coupling);
-/// Refuses an unknown law, and a fit that is missing or that its law cannot use.
+/// Refuses an unknown law, and a fit that is missing or that the law cannot use.
 void check_coupling(const wire::Coupling& coupling, const SceneField& file);
-/// Fit of a complete description; none for a law without a fit.
+/// Returns the fit of a complete description; nothing for a law without a fit.
 std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling);
 
 }  // namespace tandem::server

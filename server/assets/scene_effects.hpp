@@ -1,4 +1,4 @@
-// Effects in scene files: defaults, and remedies for wrong names. proto/effects_from_wire.hpp has the checks.
+// Effects in scene files: defaults, and remedies for wrong names. proto/effects_from_wire.hpp contains the checks.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace tandem::server {
 
-/// Fills in the defaults that the table of ranges does not have: placements, in_contact, the force after slipping.
+/// Fills in the defaults that are not in the table of ranges: placements, in_contact, and the force after slipping.
 void complete_effects(wire::Scene& scene);
 
-/// Remedy for an unknown field of an effect; "" for a field elsewhere.
+/// Returns the remedy for an unknown field of an effect; an empty string if the field is not in an effect.
 std::string unknown_effect_field_remedy(const std::string& field);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// Location of a value in a scene file, so that every refusal names it in the same form.
+// Location of a value in a scene file. With it, every refusal names the location in the same form.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,6 @@ class SceneField {
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
   /// Refuses a number outside [low, high]. These limits depend on other fields; `demand` describes them in words.
-  /// words.
   void require_within(double value, double low, double high, const std::string& demand) const;
 
  private:

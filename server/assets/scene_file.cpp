@@ -23,13 +23,14 @@ namespace {
 
 constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
 
-/// Line of a syntax error, found from the text that protobuf quotes above its caret; 0 if it quotes none.
+/// Returns the line of a syntax error. It is found from the text that protobuf quotes above its caret; 0 if there is
+/// none.
 std::size_t line_of_error(const std::string& json, const std::string& message) {
   const std::size_t quote_begin = message.find('\n');
   const std::size_t quote_end = message.rfind('\n');
   if (quote_begin == std::string::npos || quote_end <= quote_begin) return 0;
   const std::string quote = message.substr(quote_begin + 1, quote_end - quote_begin - 1);
-  // The quote of an error at the end of the text is empty.
+  // If the error is at the end of the text, the quoted text is empty.
   std::size_t position = json.size();
   if (!quote.empty()) {
     position = json.find(quote);
@@ -40,7 +41,7 @@ std::size_t line_of_error(const std::string& json, const std::string& message) {
          static_cast<std::size_t>(std::count(json.begin(), json.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
 }
 
-/// "(bodies[0]) nam: Cannot find field." → "bodies[0].nam"; empty for any other message.
+/// Converts "(bodies[0]) nam: Cannot find field." to "bodies[0].nam". Returns an empty string for any other message.
 std::string unknown_field(const std::string& message) {
   const std::size_t suffix = message.find(": Cannot find field.");
   if (suffix == std::string::npos) return {};
@@ -65,7 +66,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
 }
 
-/// In      remedy  alternative for a body without volume
+/// In      remedy  advice for a body without volume
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {
   try {
@@ -92,8 +93,8 @@ class SceneBuilder {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
-    // All files are read before the first contact shape is built, which takes long. So a wrong scale is reported at
-    // once.
+    // All files are read before the first contact shape is built, because building takes long. A wrong scale is thus
+    // reported at once.
     assets_.add_sources(description);
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
@@ -116,7 +117,7 @@ class SceneBuilder {
  private:
   using Shapes = google::protobuf::RepeatedPtrField<wire::Shape>;
 
-  /// Loads shapes without building contact shapes, which takes long, so errors of a body are reported first.
+  /// Loads shapes without building contact shapes. Building takes long, so errors of a body are reported before it.
   std::vector<SolidShape> load_shapes(Shapes& shapes, const SceneField& field) {
     std::vector<SolidShape> solids;
     for (int i = 0; i < shapes.size(); ++i) {
@@ -255,9 +256,10 @@ class SceneBuilder {
     scene_->world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();
   }
 
-  /// Refuses work that is too much for the step rate at load time, before a user feels the overload.
+  /// Refuses a scene that needs too much work for the step rate. The error is thus reported at load time, not felt by
+  /// users.
   void check_atom_pairs() const {
-    // With a cut-off the work depends on the size of the contact area.
+    // With a cut-off the work depends on the size of the contact area, which is not known here.
     if (scene_->world.field_model.cutoff_angstrom > 0) return;
     double pairs = 0, atoms = 0;
     for (const physics::BodyDescription& body : scene_->world.bodies) {
@@ -274,13 +276,13 @@ class SceneBuilder {
                 "chains that touch (molecule.chains), or raise it where server and clients can bear that");
   }
 
-  /// Hides directories of the server from clients.
+  /// Removes the folder of the force field, so that clients do not learn folders of the server.
   static void hide_directory(wire::MolecularField& field) {
     field.set_force_field_directory(std::filesystem::path(field.force_field_directory()).filename().string());
   }
 
   void check_size() const {
-    // The message Joined contains the description and up to a few kilobytes more.
+    // The message Joined contains the description and a few more kilobytes.
     const std::size_t size = scene_->description.ByteSizeLong();
     if (size > proto::kMaxControlBytes / 2) {
       file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +
@@ -291,7 +293,7 @@ class SceneBuilder {
   SceneField file_;
   std::function<void(const std::string& what, double done)> progress_;
   SceneAssets assets_;
-  std::vector<std::vector<SolidShape>> tool_shapes_;  ///< kept until their contact shapes are built
+  std::vector<std::vector<SolidShape>> tool_shapes_;  ///< stored until their contact shapes are built
   std::shared_ptr<LoadedScene> scene_;
 };
 
@@ -329,7 +331,7 @@ std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file,
   if (!stream || std::filesystem::is_directory(file)) {
     throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
   }
-  // One byte above the limit, so a file that is too large is detected without reading it all.
+  // One byte above the limit is read, so that a file that is too large is detected without reading all of it.
   std::string text(kMaxSceneFileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));

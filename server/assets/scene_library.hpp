@@ -1,4 +1,4 @@
-// Finds scene files by name, so an operator does not need their installation folder.
+// Finds scene files by name, so that operators need not know the installation folder.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace tandem::server {
 
-/// Folders that are searched for NAME.json: the folder of the scenes that are part of Tandem.
+/// Returns the folders that are searched for NAME.json, at present only that of the scenes shipped with Tandem.
 std::vector<std::filesystem::path> scene_folders();
 
-/// Returns `name_or_file` if it is a file, else NAME.json in the first folder that contains it.
-/// Fails   SceneError that names the requested scene and the scenes that exist
+/// Returns `name_or_file` if it is a file; otherwise NAME.json in the first folder that contains it.
+/// Fails   SceneError, which names the requested scene and the existing ones
 std::filesystem::path find_scene(const std::string& name_or_file, const std::vector<std::filesystem::path>& folders);
 
 }  // namespace tandem::server

@@ -23,7 +23,7 @@ namespace http = beast::http;
 using boost::system::error_code;
 
 constexpr Duration kAgonesPeriod = std::chrono::milliseconds(100);
-/// Time limit of a call, from connecting to the end of its answer.
+/// Time limit of a call, from connecting to the end of the answer.
 constexpr Duration kCallWithin = std::chrono::seconds(1);
 constexpr std::size_t kMaxHeadBytes = 8192, kMaxBodyBytes = std::size_t{256} << 10U;
 
@@ -46,7 +46,7 @@ const char* path_of(AgonesPlan::Call call) {
   return "";
 }
 
-/// Reads the state from the JSON of a GameServer.
+/// Returns whether the JSON of a GameServer has the state Allocated.
 bool is_allocated(const std::string& body) {
   error_code error;
   const boost::json::value json = boost::json::parse(body, error);
@@ -83,7 +83,8 @@ AgonesPlan::Call AgonesPlan::due(const Seen& seen, LocalTime now) {
   if (seen.is_healthy && now >= next_health_) return Call::kHealth;
   if (!has_sent_ready_) return seen.is_ready ? Call::kReady : Call::kNone;
   if (seen.users > 0 && !is_allocated_) return has_game_server_ ? Call::kAllocate : Call::kGameServer;
-  // After an allocation from outside, its user may still be arriving: the server becomes free only after it was used.
+  // If the cluster has allocated the server, its user may not have arrived yet. The server therefore becomes free only
+  // after a user has left.
   if (is_allocated_ && left_ && now - *left_ >= kReturnAfter) return Call::kReady;
   return Call::kNone;
 }

@@ -1,5 +1,5 @@
-// Reports the server's state to Agones, which starts and ends game servers in a Kubernetes cluster. The reports are
-// calls of the sidecar that Agones puts beside each server (its SDK's REST interface).
+// Reports the server's state to Agones, which starts and ends game servers in a Kubernetes cluster. Each report is a
+// call to the sidecar that Agones runs beside each server (REST interface of its SDK).
 //
 //   rooms loaded ▶ POST /ready     first user ▶ GET /gameserver, and POST /allocate unless already Allocated
 //   every 2 s while healthy ▶ POST /health     empty for a minute ▶ POST /ready     ended ▶ POST /shutdown
@@ -23,7 +23,7 @@ namespace tandem::server {
 /// Fails   std::invalid_argument: not a port
 std::uint16_t agones_port(const std::string& text);
 
-/// Decides which call is due, without socket or clock.
+/// Decides which call is due, without socket or clock, so that it can be tested.
 class AgonesPlan {
  public:
   enum class Call : std::uint8_t { kNone, kReady, kHealth, kGameServer, kAllocate, kShutdown };
@@ -34,16 +34,17 @@ class AgonesPlan {
     bool has_ended = false;
     std::size_t users = 0;
   };
-  /// Unless its manifest changes it, Agones declares a server dead after three missed periods of five seconds.
+  /// Period of health reports. By default Agones declares a server unhealthy after three missed periods of five
+  /// seconds.
   static constexpr Duration kHealthEvery{std::chrono::seconds(2)};
   static constexpr Duration kMinAgain{std::chrono::milliseconds(500)};
   static constexpr Duration kMaxAgain{std::chrono::seconds(4)};
-  /// Time without users before others may have the server. By then a user who lost the connection has come back, or
-  /// finds the scene at its start.
+  /// Time without users after which the server is offered to others. By then, a user who lost the connection has
+  /// rejoined, or would find the scene reset.
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
-  /// In      is_allocated  state in the answer to kGameServer
+  /// In      is_allocated  allocation state, from the answer to kGameServer
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 
  private:
@@ -51,20 +52,20 @@ class AgonesPlan {
   bool has_game_server_ = false, is_allocated_ = false;
   LocalTime next_health_{};
   LocalTime not_before_{};
-  Duration again_{0};  ///< pause after the next failure
+  Duration again_{0};  ///< pause after the next failed call
   std::optional<LocalTime> left_;
 };
 
-/// Thread  one of its own, of normal priority, which waits for the sidecar; the server also works without a sidecar
+/// Thread  a separate one, of normal priority, which waits for the sidecar; the server also works without a sidecar
 class Agones {
  public:
-  /// In      port  sidecar's port on this machine
-  ///         read_status  called on the thread
-  ///         on_news  messages for the operator when the sidecar starts or stops answering; called on the thread
+  /// In      port  the sidecar's port on this machine
+  ///         read_status  called on the separate thread
+  ///         on_news  gets messages for the operator when the sidecar starts or stops answering; called on that thread
   Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> read_status,
          std::function<void(const std::string&)> on_news);
   ~Agones();
-  /// Reports the last state from `read_status`, within about a second. Idempotent.
+  /// Reports the last state from `read_status` within about a second. Repeated calls have no effect.
   void finish();
 
  private:

@@ -1,4 +1,4 @@
-// Health of a server: whether it runs and whether users can join it, as text.
+// Health of a server as text: whether its loops run, and whether users can join.
 #pragma once
 
 #include <string>
@@ -8,15 +8,16 @@
 
 namespace tandem::server {
 
-/// Time limit for one iteration of io or a room. A step has a millisecond; a room that is too large still steps.
+/// Time limit for one iteration of io or of a room's loop. A step should take about a millisecond; a room that is too
+/// large still iterates within this limit.
 inline constexpr Duration kGoesRoundWithin = std::chrono::seconds(1);
 
-/// Describes the loops that stand still; empty: all run, or run() has not begun. The loop of an empty room also
-/// iterates, to check for users.
+/// Describes the loops that do not iterate. Returns an empty string if all run, or if run() has not begun. The loop of
+/// an empty room also iterates, to check for users.
 /// In      rooms  names of the rooms
 std::string standstill(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now);
 
-/// Reason for which nobody can join; empty: users can join.
+/// Returns the reason why no user can join; empty: users can join.
 std::string why_not_ready(const ServerPulse& pulse, const std::vector<std::string>& rooms, LocalTime now);
 
 }  // namespace tandem::server

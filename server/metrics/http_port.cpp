@@ -26,7 +26,8 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Limit of unneeded bytes that are read after the answer, so that the peer can read it before a reset.
+/// Limit of unneeded bytes that are read after the answer. If they stayed unread, closing would send a reset, and the
+/// peer might lose the answer.
 constexpr std::size_t kMaxLeftOverBytes = std::size_t{64} << 10U;
 constexpr Duration kListenAgain = std::chrono::milliseconds(100);
 
@@ -90,7 +91,7 @@ struct HttpPort::Impl {
   tcp::acceptor acceptor{io};
   tcp::endpoint opened;
   asio::steady_timer accept_again{io};
-  std::deque<ConnectionPointer> connections;  ///< in order of arrival
+  std::deque<ConnectionPointer> connections;  ///< in the order of their arrival
   std::thread thread;
 };
 
@@ -118,7 +119,7 @@ void HttpPort::Impl::accept() {
       welcome(std::move(socket));
       return accept();
     }
-    // Usually no file descriptor is free.
+    // The usual cause is that no file descriptor is free.
     accept_again.expires_after(kListenAgain);
     accept_again.async_wait([this](const error_code& stopped) {
       if (!stopped) accept();
@@ -127,7 +128,7 @@ void HttpPort::Impl::accept() {
 }
 
 void HttpPort::Impl::welcome(tcp::socket socket) {
-  // Closes the oldest connection. A cooperative peer is done before sixteen others have connected.
+  // Closes the oldest connection. A cooperative peer is served before sixteen others have connected.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
   const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);
@@ -168,7 +169,7 @@ void HttpPort::Impl::respond(const ConnectionPointer& connection, HttpAnswer of)
   });
 }
 
-/// Reads until the peer closes too, within the time limit of the answer.
+/// Reads until the peer closes the connection too, within the time limit of the answer.
 void HttpPort::Impl::drain(const ConnectionPointer& connection) {
   connection->stream.async_read_some(asio::buffer(connection->left_over),
                                      [this, connection](const error_code& error, std::size_t size) {

@@ -1,8 +1,8 @@
 // Loopback HTTP port that answers GET, for programs that monitor a server.
 //
-//   accept ▶ at most 16 at once, the oldest is closed ▶ head within 2 s and 4 KiB ▶ one answer ▶ closed
+//   accept ▶ at most 16 at once, else the oldest is closed ▶ head within 2 s and 4 KiB ▶ one answer ▶ closed
 //
-// A peer may be hostile: the actions of a connection end only that connection.
+// A peer may be hostile. An error in a connection ends only that connection.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace tandem::server {
 
 inline constexpr std::size_t kMaxHttpConnections = 16;
 inline constexpr std::size_t kMaxHttpHeadBytes = 4096;
-/// Time limit from the connection to its whole head, and from there to the end of the answer.
+/// Time limit from the connection to the end of the request head, and again from there to the end of the answer.
 inline constexpr Duration kHttpWithin = std::chrono::seconds(2);
 
 struct HttpAnswer {
@@ -28,22 +28,22 @@ struct HttpAnswer {
   std::string_view type = "text/plain; charset=utf-8";
 };
 
-/// Thread  one of its own, of normal priority
+/// Thread  a separate one, of normal priority
 class HttpPort {
  public:
-  /// Answer for a path without a query; nothing: there is no such page. Called on the port's thread.
+  /// Returns the answer for a path without a query, or nothing if there is no such page. Called on the port's thread.
   using Answer = std::function<std::optional<HttpAnswer>(const std::string& path)>;
 
-  /// Opens the port and answers from then on.
+  /// Opens the port and starts answering.
   /// In      option   name of the option with the address, e.g. "--metrics"
-  ///         address  [ADDRESS:]PORT of this machine's own; port 0: any
-  /// Fails   std::invalid_argument: not such an address; std::runtime_error: the port is in use
+  ///         address  [ADDRESS:]PORT with a local address; port 0: any free one
+  /// Fails   std::invalid_argument: the address is invalid or not local; std::runtime_error: the port is in use
   HttpPort(const std::string& option, const std::string& address, Answer answer);
   ~HttpPort();
   HttpPort(const HttpPort&) = delete;
   HttpPort& operator=(const HttpPort&) = delete;
 
-  /// "127.0.0.1:9464"
+  /// Address and port in the form "127.0.0.1:9464".
   std::string address() const;
 
  private:

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array kRoles{"manipulator", "observer", "operator"};  // indexed by UserRole
 
-/// Bounds of the buckets of steps and their lateness, and of round trips [s].
+/// Bucket bounds of the histograms of step times and lateness, and of round trips [s].
 constexpr std::array kStepBounds_s{25e-6,  50e-6, 100e-6, 200e-6, 300e-6, 500e-6, 700e-6, 1e-3,
                                    1.5e-3, 2e-3,  3e-3,   5e-3,   10e-3,  25e-3,  100e-3, 1.0};
 constexpr std::array kRoundTripBounds_s{0.5e-3, 1e-3,   2e-3,   5e-3,   10e-3,  20e-3,  30e-3, 50e-3,
@@ -26,7 +26,7 @@ constexpr std::array kRoundTripBounds_s{0.5e-3, 1e-3,   2e-3,   5e-3,   10e-3,  
 std::string text_of(std::integral auto value) {
   return std::to_string(value);
 }
-/// Formats the shortest text that reads back as the same number.
+/// Formats the shortest text that parses to the same number.
 std::string text_of(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general).ptr;
@@ -42,7 +42,7 @@ std::string escaped(std::string_view value) {
   return text;
 }
 
-/// "ERROR_BAD_TOKEN" → "bad_token".
+/// Converts "ERROR_BAD_TOKEN" to "bad_token", with the prefix "ERROR_".
 std::string plain(std::string name, std::string_view prefix) {
   if (name.starts_with(prefix)) name.erase(0, prefix.size());
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -54,7 +54,7 @@ using Labels = std::initializer_list<std::pair<std::string_view, std::string_vie
 /// Builds the text, one metric family after the other.
 class Page {
  public:
-  /// Begins a family; the samples that follow belong to it.
+  /// Begins a family, to which the following samples belong.
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     text_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ");
@@ -131,7 +131,7 @@ void add_datagrams(Page& page, const HubCounters& hub) {
   std::uint64_t dropped = 0;
   for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
     const auto reason = static_cast<DropReason>(i);
-    // Skips reasons of sending; an accepted datagram can also be overwritten.
+    // Skips reasons that concern sending. kOverwritten is skipped because it concerns accepted datagrams.
     if (reason == DropReason::kOverwritten || reason == DropReason::kSendFailed || reason == DropReason::kSimulatedLoss)
       continue;
     page.sample({{"result", proto::name_of(reason)}}, hub.received_drops.count(reason));

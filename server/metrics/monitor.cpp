@@ -33,19 +33,19 @@ struct Monitor::Impl {
   std::optional<HttpAnswer> answer(const std::string& path);
   AgonesPlan::Seen seen();
   void finish();
-  // Require the lock.
+  // These functions require the lock.
   std::string standing_still() const;
   std::string not_ready() const;
   MetricsSnapshot snapshot();
 
-  std::mutex mutex;  ///< between the threads here and Monitor's callers; never taken by io or rooms
+  std::mutex mutex;  ///< shared by the threads here and Monitor's callers; never locked by io or rooms
   LiveServer* server = nullptr;
   const ServerRecorder* recorder = nullptr;
   const ServerCheckpoint* checkpoint = nullptr;
-  const std::vector<std::unique_ptr<RoomMeter>>* meters = nullptr;  ///< valid while there is a server
+  const std::vector<std::unique_ptr<RoomMeter>>* meters = nullptr;  ///< valid while a server is attached
   bool has_ended = false;
   std::vector<std::string> rooms;
-  // Declared last, because their threads use all of the above.
+  // Declared last, because their threads use the members above.
   std::unique_ptr<HttpPort> port;
   std::unique_ptr<Agones> agones;
 };

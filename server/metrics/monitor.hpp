@@ -1,4 +1,4 @@
-// Interfaces of a server for monitoring programs:
+// Interfaces of a server for programs that monitor it:
 //
 //   /metrics  Prometheus text    /healthz  do all loops run?    /readyz  can users join?    Agones' sidecar
 //
@@ -20,30 +20,30 @@
 
 namespace tandem::server {
 
-/// Monitoring of one server. Made before the rooms are loaded, so that its port already answers meanwhile.
+/// Monitors one server. It is made before the rooms are loaded, so that its port answers during the loading.
 class Monitor {
  public:
-  /// In      metrics  [ADDRESS:]PORT of this machine's own; none: no port
+  /// In      metrics  [ADDRESS:]PORT with a local address; none: no port
   ///         agones   port of the sidecar; none: no sidecar
-  ///         on_news  messages for the operator; called on threads of its own
+  ///         on_news  gets messages for the operator; called on the threads of the port and of the sidecar
   /// Fails   see HttpPort
   Monitor(const std::optional<std::string>& metrics, std::optional<std::uint16_t> agones,
           std::function<void(const std::string&)> on_news);
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
 
-  /// Starts to watch the server when its rooms are loaded; once, before run(). Adds a service to the server. When the
-  /// service finishes, the sidecar is notified of the end within about a second.
-  /// In      recorder, checkpoint  services of that server, added before; null: none
+  /// Starts to monitor the server. Called once, when its rooms are loaded and before run(). Adds a service to the
+  /// server. When that service finishes, the sidecar is notified of the end within about a second.
+  /// In      recorder, checkpoint  services already added to that server; null: none
   void watch(LiveServer& server, const ServerRecorder* recorder = nullptr,
              const ServerCheckpoint* checkpoint = nullptr);
-  /// Address of the port; empty: there is no port.
+  /// Address of the port; empty: no port is open.
   std::string address() const;
 
  private:
   struct Impl;
   class Watch;
-  std::shared_ptr<Impl> impl_;  ///< shared with the service: either may be destroyed first
+  std::shared_ptr<Impl> impl_;  ///< shared with the service, because either may be destroyed first
 };
 
 }  // namespace tandem::server

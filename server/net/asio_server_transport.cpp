@@ -24,27 +24,30 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// Time for a closed connection to read its goodbye.
+/// Time for which a closed connection stays open for sending, so that its peer can read the goodbye message.
 constexpr Duration kLinger = std::chrono::seconds(1);
-/// Pause after a failed accept (usually: no free file descriptor).
+/// Pause after a failed accept. The usual cause is that no file descriptor is free.
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
-/// Limit above the hub's own, because closing connections linger; beyond it the oldest lingering one is dropped.
+/// Limit of connections, above the hub's limit, because closing connections linger. Beyond it the oldest lingering one
+/// is dropped.
 constexpr std::size_t kMaxPeers = 512;
 /// Minimum interval between new paths of a user whose source address keeps changing.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
-/// Gap between turns up to which they count as frequent, so that users' datagrams may wait for the next.
+/// Longest gap between turns that counts as short, so that users' datagrams may wait for the next turn.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
-/// Number of users read at once, bounded so that new states do not wait for all users' datagrams.
+/// Number of users whose datagrams are read in one go. It is small so that new states do not wait for all users'
+/// datagrams.
 constexpr std::size_t kUsersAtOnce = 4;
-// Share of time with frequent turns above which datagrams begin to wait for turns, and down to which they still do.
+// Fraction of time with short gaps between turns above which datagrams begin to wait for turns, and below which they
+// cease to.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
-/// Name under which limits are shared: a host, or for IPv6 the network that one host may own (64 bits).
+/// Key under which limits are shared: a host, or for IPv6 the network that one host may own (64 bits).
 std::string name_of(const asio::ip::address& address) {
   if (!address.is_v6()) return address.to_string();
-  // A listener on "::" also receives IPv4.
+  // A listener on "::" also receives IPv4 connections.
   if (address.to_v6().is_v4_mapped()) {
     return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
   }
@@ -54,7 +57,7 @@ std::string name_of(const asio::ip::address& address) {
 
 }  // namespace
 
-/// Source of a user's datagrams.
+/// Path of a user's datagrams, given by their source address.
 struct AsioServerTransport::Path {
   Path(udp::endpoint from, std::uint64_t number) : to(std::move(from)), check(number) {}
   ~Path() { close(); }
@@ -66,7 +69,7 @@ struct AsioServerTransport::Path {
     if (is_open()) ::close(std::exchange(socket, -1));
   }
 
-  int socket = -1;  ///< connected to the user; -1: the public port is used
+  int socket = -1;  ///< descriptor of a socket connected to the user; -1: the public port is used
   udp::endpoint to;
   net::PathCheck check;
 };
@@ -80,12 +83,12 @@ struct AsioServerTransport::Peer {
       if (one != nullptr) one->close();
     }
   }
-  /// Destination of states: the checked path, or before there is one the path being checked.
+  /// Destination of states: the checked path, or the one being checked if there is no checked one yet.
   Path* destination() const { return path != nullptr ? path.get() : new_path.get(); }
 
   tcp::socket socket;
-  std::shared_ptr<Path> path;      ///< checked
-  std::shared_ptr<Path> new_path;  ///< not checked yet
+  std::shared_ptr<Path> path;      ///< path that has answered the challenge
+  std::shared_ptr<Path> new_path;  ///< path that has not answered the challenge yet
   LocalTime new_path_at{};
   asio::steady_timer linger;
   ConnectionHandle handle;
@@ -113,11 +116,11 @@ AsioServerTransport::~AsioServerTransport() {
 
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
-  // Makes "::" accept IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
+  // A listener on "::" accepts IPv4 too, regardless of the machine's default (net.ipv6.bindv6only).
   const auto accept_both_families = [&address, &error](auto& socket) {
     if (!error && address.is_v6()) socket.set_option(asio::ip::v6_only(false), error);
   };
-  // A free TCP port may be taken for UDP, so "any port" needs a few tries.
+  // A free TCP port may be in use for UDP, so "any port" may need several attempts.
   for (int attempt = 0; attempt < (port == 0 ? kPortTries : 1); ++attempt) {
     acceptor_ = tcp::acceptor(io_);
     udp_ = udp::socket(io_);
@@ -170,7 +173,8 @@ bool AsioServerTransport::read_some_users() {
   return has_unread_users_;
 }
 
-/// Decides whether datagrams wait for turns. If turns come in bursts, a datagram would wait past the step it is for.
+/// Decides whether users' datagrams wait for turns. The criterion is the fraction of time with short gaps: if turns
+/// come in bursts, a waiting datagram would miss the step that it is for.
 void AsioServerTransport::count_turn(LocalTime now) {
   const Duration gap = now - std::exchange(turned_, now);
   if (gap <= kOftenEnough) often_ += gap;
@@ -238,7 +242,7 @@ void AsioServerTransport::read(const PeerPointer& peer) {
   });
 }
 
-/// Whether the peer must wait for its turn to start the TLS handshake.
+/// Returns whether the peer must wait for the next turn before it can start the TLS handshake.
 bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
   return tls_ != nullptr && !peer.tls.has_answered() && !handshakes_.has_some(now);
 }
@@ -246,7 +250,7 @@ bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
 /// Returns false when the stream has ended.
 bool AsioServerTransport::read_some(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
-  if (must_wait(*peer, now)) return true;  // other peers have used up the turn since the wait began
+  if (must_wait(*peer, now)) return true;  // other peers have used up the limit of this turn meanwhile
   peer->reads.consume(1, now);
   reads_.consume(1, now);
   error_code error;
@@ -265,7 +269,7 @@ void AsioServerTransport::receive_bytes(const PeerPointer& peer, std::span<const
   plain_.clear();
   const bool had_answered = peer->tls.has_answered();
   const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
-  // A partial TLS greeting costs only its bytes: it must not use up the turn of complete ones.
+  // An incomplete TLS greeting costs only its bytes, so it does not count against the limit of handshakes.
   if (peer->tls.has_answered() && !had_answered) handshakes_.consume(1, clock_.now());
   if (peer->unsent.size() > kMaxQueuedControlBytes) return drop(peer);
   flush(peer);
@@ -273,7 +277,7 @@ void AsioServerTransport::receive_bytes(const PeerPointer& peer, std::span<const
   if (is_good) return;
   ++failed_handshakes_;
   hub_->on_disconnected(peer->handle, clock_.now(), peer->tls.problem());
-  close(peer->handle);  // not at once, so that the peer can read the reason
+  close(peer->handle);  // close() sends queued bytes first, so the peer can read the reason
 }
 
 void AsioServerTransport::drop(const PeerPointer& peer) {
@@ -298,7 +302,7 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// The pending read handles a write error, because it detects it too: the hub must not be called from inside its own
+// Write errors are left to the pending read, which fails too, because the hub must not be called from within its own
 // call.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
@@ -339,7 +343,7 @@ void AsioServerTransport::close(ConnectionHandle connection) {
   flush(peer);
 }
 
-// The peer's end of stream follows and ends the connection; closing here could discard unread bytes.
+// The peer's end of stream ends the connection later. Closing it here could discard unread bytes.
 void AsioServerTransport::finish_sending(const PeerPointer& peer) {
   error_code ignored;
   peer->socket.shutdown(tcp::socket::shutdown_send, ignored);
@@ -364,14 +368,14 @@ void AsioServerTransport::await_datagrams() {
   if (!strangers_.has_some(clock_.now())) return rest([this] { await_datagrams(); });
   udp_.async_wait(udp::socket::wait_read, [this](const error_code& error) {
     if (error) return;
-    // One byte more than allowed, so that a longer datagram is detected instead of being truncated.
+    // The buffer has one byte more than allowed, so that a datagram that is too long is detected and not truncated.
     std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
     udp::endpoint from;
     error_code problem;
     while (problem != asio::error::would_block && strangers_.has_some(clock_.now())) {
       strangers_.consume(1, clock_.now());
       const std::size_t size = udp_.receive_from(asio::buffer(buffer), from, 0, problem);
-      if (!problem) receive_datagram(std::span(buffer).first(size), from);  // otherwise an error of an earlier send
+      if (!problem) receive_datagram(std::span(buffer).first(size), from);  // a problem is an error of an earlier send
     }
     await_datagrams();
   });
@@ -385,7 +389,7 @@ void AsioServerTransport::await_users() {
   });
 }
 
-/// Reads datagrams of a few users. Returns true if there may be more.
+/// Reads datagrams of a few users. Returns true if more may be waiting.
 bool AsioServerTransport::read_users() {
   std::array<epoll_event, kUsersAtOnce> ready;
   const int count = epoll_wait(users_, ready.data(), static_cast<int>(ready.size()), 0);
@@ -401,8 +405,8 @@ bool AsioServerTransport::read_users() {
 }
 
 void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
-  // Usually one datagram waits. Receiving two at once also shows that there are no more; a system call costs as much as
-  // a datagram.
+  // Usually one datagram is waiting. With space for two, the same call shows that there are no more. Another system
+  // call would cost as much as a datagram.
   constexpr std::size_t kAtOnce = 2;
   std::array<std::array<std::byte, proto::kMaxDatagramBytes + 1>, kAtOnce> buffers;
   std::array<iovec, kAtOnce> places{};
@@ -420,7 +424,7 @@ void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_p
     }
     const int count = ::recvmmsg(path->socket, datagrams.data(), kAtOnce, MSG_DONTWAIT, nullptr);
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    // An error of an earlier send costs as much.
+    // A call that reports an error of an earlier send costs as much as a datagram, so it counts as one.
     peer->datagram_turn.consume(std::max(1, count), now);
     for (int i = 0; i < count && path->is_open(); ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -436,7 +440,7 @@ void AsioServerTransport::expect_of(Path& path, ConnectionHandle peer, bool is_n
   epoll_event event{};
   event.events = expects ? static_cast<std::uint32_t>(EPOLLIN) : 0U;
   event.data.u64 = peer;
-  // If epoll has no space, the public port is used.
+  // If epoll has no memory for the socket, the public port is used.
   if (epoll_ctl(users_, is_new ? EPOLL_CTL_ADD : EPOLL_CTL_MOD, path.socket, &event) != 0) path.close();
 }
 
@@ -465,7 +469,7 @@ void AsioServerTransport::note_path(const PeerPointer& peer, const AcceptedDatag
   peer->path = std::exchange(peer->new_path, nullptr);
 }
 
-/// Opens a new path, but not too soon after the last one.
+/// Opens a new path, unless the last one was opened less than kNewPathAgain ago.
 void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint& to) {
   const LocalTime now = clock_.now();
   if (peer->new_path_at != LocalTime{} && now - peer->new_path_at < kNewPathAgain) return;
@@ -474,7 +478,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (peer->new_path != nullptr) peer->new_path->close();
   error_code error;
   udp::socket own(io_);
-  // Bound to the local address of the TCP connection, because a machine may have several.
+  // The socket is bound to the local address of the TCP connection, because a machine may have several addresses.
   const udp::endpoint here(peer->socket.local_endpoint(error).address(), port_);
   if (!error) own.open(to.protocol(), error);
   if (!error) own.non_blocking(true, error);
@@ -482,7 +486,7 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (!error && to.address().is_v6()) own.set_option(asio::ip::v6_only(false), error);
   if (!error) own.bind(here, error);
   if (!error) own.connect(to, error);
-  // If it fails, the public port is used. The socket is released from Asio, which would wake up for each datagram.
+  // If this fails, the public port is used. The socket is taken from Asio, which would wake up for each datagram.
   if (!error) path->socket = own.release(error);
   peer->new_path = path;
   expect_of(*path, peer->handle, true, true);

@@ -1,28 +1,30 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
 // Everything runs on the one thread that runs the io_context, so there is no lock here. Only datagrams may also be sent
-// by the helping thread (ServerTransport::send_datagram()). TCP bytes go to the kernel at once as far as it accepts
-// them; the rest waits in a buffer whose size the session hub watches. The hub ends a connection that does not read;
-// nothing waits for it. UDP is freshest-only: a datagram that the kernel does not accept is lost.
+// by the helping thread (ServerTransport::send_datagram()). TCP bytes are passed to the kernel at once, as far as it
+// accepts them. The rest waits in a buffer whose size the session hub monitors. The hub ends the connection of a peer
+// that does not read, so nothing waits for that peer. A datagram that the kernel does not accept is discarded.
 //
-// No connection delays another:
+// A turn of this thread lasts from one sending of states to the next (begin_turn()). Each source of work has a limit
+// per turn, a token bucket, so no connection delays another:
 //
-//   listener          kAcceptTurn              the rest waits in the kernel
-//   TLS handshakes    kHandshakeTurn           others' first messages wait in the kernel
-//   TCP, each         kConnectionReadTurn      kReadTurn for all; none while its messages wait in the hub
-//   UDP, the port     kStrangersTurn           datagrams from anywhere: garbage, and a user's first ones
+//   source            limit                    above the limit, or other protection
+//   listener          kAcceptTurn              further connections wait in the kernel
+//   TLS handshakes    kHandshakeTurn           first messages of further peers wait in the kernel
+//   TCP, each         kConnectionReadTurn      kReadTurn for all; not read while its messages wait in the hub
+//   UDP, the port     kStrangersTurn           datagrams from any source: garbage, and the first ones of a user
 //   UDP, each user    kConnectionDatagramTurn  a socket connected to the source of the user's datagrams: its
 //                                              kernel buffer cannot be filled by a flood at the port
 //
-// If turns are rare, a user's datagram wakes this thread. If they come several times per millisecond, datagrams are
+// While turns are rare, a user's datagram wakes this thread. If there are several turns per millisecond, datagrams are
 // read at the next turn, because waking up costs more than reading.
 //
-// Each TCP socket passes its bytes through a secure::TlsStream; with --insecure the stream is transparent, and the
-// server is bound to loopback. The source of a user's datagrams is a path. A new path is used beside the old one until
-// it has answered the server's challenge (common/net/path_check.hpp), then instead of it.
+// Each TCP socket passes its bytes through a secure::TlsStream. With --insecure the stream is transparent, and the
+// server is bound to loopback. The source of a user's datagrams is a path. A new path is used in addition to the old
+// one until it has answered the server's challenge (common/net/path_check.hpp). Then it replaces the old one.
 //
-// A source that has used up its turn is not polled until the next one (begin_turn()). A flood stays in the kernel,
-// which drops it, and costs this thread no more than its turn.
+// A source that has reached its limit is not polled until the next turn (begin_turn()). The datagrams of a flood stay
+// in the kernel, which drops them. They take no more time of this thread than the limit allows.
 #pragma once
 
 #include <array>
@@ -48,13 +50,13 @@ namespace tandem::server {
 
 /// ServerTransport over Asio.
 ///
-/// Thread  the one that runs the io_context; send_datagram() as in ServerTransport
+/// Thread  the thread that runs the io_context; send_datagram() as in ServerTransport
 class AsioServerTransport final : public ServerTransport {
  public:
   /// Opens the port (0: any free one) for TCP and UDP.
-  /// In      tls  null: no encryption, loopback only; otherwise outlives the transport
-  /// Fails   std::invalid_argument: not an address, or not loopback without TLS;
-  ///         std::runtime_error: port in use or not allowed, with the remedy
+  /// In      tls  null: no encryption, loopback only; otherwise it must outlive the transport
+  /// Fails   std::invalid_argument: the address is invalid, or it is not loopback and there is no TLS;
+  ///         std::runtime_error: the port is in use or not allowed; the message names the remedy
   AsioServerTransport(boost::asio::io_context& io, const std::string& address, std::uint16_t port, const Clock& clock,
                       const secure::TlsContext* tls);
   ~AsioServerTransport() override;
@@ -63,13 +65,13 @@ class AsioServerTransport final : public ServerTransport {
   /// Starts to accept connections and receive datagrams for `hub`.
   void serve(SessionHub& hub);
   void stop_accepting();
-  /// Resumes the sources that wait for their turn. Call after sending states.
+  /// Resumes the sources that reached their limits in the last turn. Called after sending states.
   void begin_turn();
-  /// Reads datagrams of some users if their datagrams wait for turns. Returns true if there may be more.
+  /// Reads datagrams of some users while users' datagrams wait for turns. Returns true if more may be waiting.
   bool read_some_users();
-  /// Number of open connections, including those that only send queued bytes.
+  /// Number of open connections, including those that are closing and only send queued bytes.
   std::size_t open_connections() const { return peers_.size(); }
-  /// Number of connections ended because their TLS handshake failed or their TLS broke.
+  /// Number of connections that ended because of a TLS error, in the handshake or later.
   std::uint64_t failed_handshakes() const { return failed_handshakes_; }
 
   void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override;
@@ -126,12 +128,12 @@ class AsioServerTransport final : public ServerTransport {
   std::uint64_t failed_handshakes_ = 0;
   std::vector<std::function<void()>> resting_;
   int users_ = -1;  ///< epoll descriptor of all users' sockets
-  /// The same descriptor, while datagrams wake this thread.
+  /// the same descriptor, registered with the io_context while datagrams wake this thread
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
-  bool has_unread_users_ = false;  ///< in this turn
+  bool has_unread_users_ = false;  ///< in this turn users' datagrams may be left unread
   LocalTime turned_{}, turns_from_{};
-  Duration often_{0};  ///< time since turns_from_ with frequent turns
+  Duration often_{0};  ///< sum of the short gaps between turns since turns_from_
   std::array<std::byte, kReadBytes> incoming_{};
   proto::Bytes plain_;  ///< decrypted bytes of the current connection
 };

@@ -25,13 +25,13 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// Time-outs are checked at least this often, even when no room steps.
+/// Period after which time-outs are checked, even if no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kMetricsPeriod = std::chrono::milliseconds(100);
-/// Approximate time to read the datagrams of a few users. Reading waits if new states are about to come, at most this
-/// long after their expected time.
+/// Approximate time to read the datagrams of a few users. If new states are expected within this time, or were due less
+/// than this time ago, reading is postponed.
 constexpr Duration kReading = std::chrono::microseconds(25);
-/// Time that stop() waits for answers to pose requests, and then for clients to read the goodbyes.
+/// Time for which stop() waits for answers to pose requests, and time for clients to read the goodbye messages.
 constexpr Duration kAnswerWithin = std::chrono::milliseconds(400), kStopWithin = std::chrono::seconds(1);
 
 int open_eventfd() {
@@ -40,7 +40,7 @@ int open_eventfd() {
   return descriptor;
 }
 
-/// Whether the signal is ignored, as under nohup.
+/// Returns whether the signal is ignored, as under nohup.
 bool is_ignored(int signal) {
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
@@ -82,10 +82,10 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};                    ///< there are unsent states
+  std::atomic<bool> has_news{false};                    ///< unsent states are waiting
   std::atomic<LocalTime> expects_news_at{LocalTime{}};  ///< expected time of new states
-  std::atomic<bool> sleeps{false};                      ///< sleeps or is about to
-  // For callers on other threads.
+  std::atomic<bool> sleeps{false};                      ///< the io thread sleeps or is about to
+  // Read by other threads.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
   std::atomic<std::size_t> users{0};
@@ -117,7 +117,8 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            // Stored in the reverse order of reading: a reader that finds no news yet still expects them.
+            // Stored in the reverse order of reading. A reader that does not see has_news yet thus still sees the
+            // expected time.
             has_news.store(true);
             expects_news_at.store(LocalTime{});
             wake();
@@ -128,7 +129,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
     if (owner.on_log) owner.on_log(kind, line);
   };
   if (!settings.stops_on_signals) return;
-  // Handled from the opening of the port, so that a client connected before run() gets a goodbye too.
+  // Handled from the opening of the port, so that a client that connects before run() also gets a goodbye message.
   signals.add(SIGINT);
   signals.add(SIGTERM);
   if (!is_ignored(SIGHUP)) signals.add(SIGHUP);
@@ -140,7 +141,8 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
   return pointers;
 }
 
-/// Stops the rooms before the services finish, however serve() ends, because services read the rooms.
+/// Serves, then stops the rooms before the services finish, because services read the rooms. This order also holds if
+/// serve() throws.
 void LiveServer::Impl::run() {
   std::exception_ptr fault;
   started = clock.now();
@@ -180,16 +182,16 @@ void LiveServer::Impl::serve() {
   run_cycle();
 }
 
-/// Wakes the io thread if it sleeps; an awake one checks for new states before it sleeps. Thread: any.
+/// Wakes the io thread if it sleeps. An awake io thread checks for new states before it sleeps. Thread: any.
 void LiveServer::Impl::wake() {
   if (!sleeps.load()) return;
   const std::uint64_t one = 1;
-  // Fails only if the counter is full; then the io thread has already been woken.
+  // Writing fails only if the counter is full; then the io thread has already been woken.
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 
-/// Replaces io_context::run() and checks for new states before it sleeps. Rooms wake it only from sleep, before the end
-/// of a short step. Between consecutive states it reads the datagrams of a few users only.
+/// Replaces io_context::run() and checks for new states before it sleeps. Rooms wake it only if it sleeps, in a short
+/// step already before its end. Between consecutive states it reads the datagrams of a few users only.
 void LiveServer::Impl::run_cycle() {
   bool has_read = false;
   while (!io.stopped()) {

@@ -1,9 +1,9 @@
-// A whole server in one object: sockets, session hub, rooms and their threads, for the program and for tests.
+// A whole server in one object: sockets, session hub, and rooms with their threads. The program and tests use it.
 //
 //   threads that step rooms                 io thread (run())
-//   Room::answer() ──mailboxes, rings──▶     SessionHub::poll(): updates and answers go out
-//        └──────── eventfd ─────────▶       wakes from sleep after an answer, or a few consecutive ones
-//   ◀──mailboxes, rings──                   SessionHub::on_…: bytes and datagrams from the sockets
+//   Room::answer() ──mailboxes, rings──▶     SessionHub::poll(): sends updates and answers
+//        └──────── eventfd ─────────▶       wakes up from sleep after one or a few consecutive answers of rooms
+//   ◀──mailboxes, rings──                   SessionHub::on_…: receives bytes and datagrams from the sockets
 #pragma once
 
 #include <array>
@@ -23,22 +23,22 @@
 namespace tandem::server {
 
 struct LiveServerSettings {
-  std::string bind_address = "127.0.0.1";  ///< without `tls`: loopback only
-  std::uint16_t port = 47800;              ///< TCP and UDP; 0: any
-  int realtime_priority = 0;               ///< SCHED_FIFO of the room threads; 0: normal scheduler
-  std::optional<Duration> duration{};      ///< stops automatically after this time
-  /// SIGINT, SIGTERM and SIGHUP call stop(); SIGHUP not if it was ignored at the start.
+  std::string bind_address = "127.0.0.1";  ///< without `tls` it must be a loopback address
+  std::uint16_t port = 47800;              ///< for TCP and UDP; 0: any free one
+  int realtime_priority = 0;               ///< SCHED_FIFO priority of the room threads; 0: normal scheduler
+  std::optional<Duration> duration{};      ///< time after which the server stops by itself
+  /// SIGINT, SIGTERM and SIGHUP call stop(). SIGHUP does not if it was ignored at the start.
   bool stops_on_signals = false;
-  std::shared_ptr<const secure::TlsContext> tls{};  ///< null: nothing is encrypted
-  HubSettings hub{};                                ///< an empty connection_ids is filled in
+  std::shared_ptr<const secure::TlsContext> tls{};  ///< null: no encryption
+  HubSettings hub{};                                ///< if its connection_ids is empty, LiveServer sets it
 };
 
 /// Counters of a server.
 struct ServerFigures {
   HubCounters hub{};
   std::uint64_t failed_handshakes = 0;
-  std::size_t connections = 0;                      ///< joined or not
-  std::vector<std::array<std::size_t, 3>> users{};  ///< for each room, by UserRole
+  std::size_t connections = 0;                      ///< number of open connections, with and without a joined user
+  std::vector<std::array<std::size_t, 3>> users{};  ///< number of users of each room, by UserRole
 };
 
 /// Liveness of a server.
@@ -46,14 +46,14 @@ struct ServerPulse {
   bool is_serving = false;  ///< run() has begun
   bool is_stopping = false;
   std::size_t users = 0;
-  LocalTime io{};                  ///< last iteration of the io thread
-  std::vector<LocalTime> rooms{};  ///< last iteration of each room: it has stepped, or found no users
+  LocalTime io{};                  ///< time of the io thread's last iteration
+  std::vector<LocalTime> rooms{};  ///< time at which each room's loop last made a step or found no users
 };
 
 class LiveServer {
  public:
   /// Opens the port.
-  /// Fails   std::invalid_argument, std::runtime_error: as AsioServerTransport; std::system_error: no descriptor
+  /// Fails   std::invalid_argument, std::runtime_error: see AsioServerTransport; std::system_error: no free descriptor
   LiveServer(LiveServerSettings settings, ServerRooms rooms);
   ~LiveServer();
   LiveServer(const LiveServer&) = delete;
@@ -61,45 +61,47 @@ class LiveServer {
 
   std::uint16_t port() const;
   const std::vector<std::unique_ptr<Room>>& rooms() const;
-  /// Adds a service of the rooms that is made after the server. Call before run(). Null is returned unchanged.
+  /// Adds a service of the rooms that is made after the server, and returns it. Call before run(). Null is returned
+  /// unchanged.
   template <class Service>
   Service* add(std::unique_ptr<Service> service) {
     return served().add(std::move(service));
   }
 
-  /// Serves until stopped; the calling thread is the io thread. Call only once. When it returns or throws, all rooms
-  /// have stopped and all services have finished.
-  /// Fails   exception of the io thread, or else of a service's finish()
+  /// Serves until stopped. The calling thread becomes the io thread. Call only once. When run() returns or throws, all
+  /// rooms have stopped and all services have finished.
+  /// Fails   rethrows the exception of the io thread, or else the first of a service's finish()
   void run();
-  /// Refuses waiting requests, ends all connections and lets run() return within about 1.5 s.
+  /// Refuses waiting requests and ends all connections. run() then returns within about 1.5 s.
   /// Thread  any
   void stop();
-  /// Lets run() return at once without goodbyes, like a crash.
+  /// Makes run() return at once without goodbye messages, as in a crash.
   /// Thread  any
   void abandon();
 
-  // State while it runs, up to 0.1 s old; neither io nor rooms wait for the caller.
-  /// Thread  any, but always the same for these two
+  // State of the running server, up to 0.1 s old. Neither io nor rooms wait for the caller.
+  /// Thread  any, but always the same one for both functions
   const ServerFigures& newest_figures();
   std::vector<RoomTiming> newest_timings();
   /// Thread  any
   ServerPulse pulse() const;
 
-  // Results, for use after run().
+  // Results, available after run().
   Duration up() const;
   const HubCounters& counters() const;
   std::uint64_t failed_handshakes() const;
-  /// Timings in the order of the rooms.
+  /// Timings of the rooms, in their order.
   std::vector<RoomTiming> room_timings() const;
 
-  /// Log sink. Set before run(); called on the io thread, must not block. Gets a line and its kind; there are few
-  /// kinds.
+  /// Log sink; gets the kind of a line and the line. There are few kinds. Set before run(). It is called on the io
+  /// thread and must not block.
   std::function<void(std::string_view kind, const std::string& line)> on_log;
-  /// Called when the admission state changes (credentials, used tokens). Set before run(); called on the io thread,
-  /// must not block.
+  /// Called when the admission state (credentials, used tokens) changes. Set before run(). It is called on the io
+  /// thread and must not block.
   std::function<void(const wire::AdmissionState&)> on_admission;
-  /// Called after a room's answer, before it is sent, while nothing else changes that room's world. Set before run();
-  /// called on the room's thread, without lock or wait. `deadline`: time at which the step was due.
+  /// Called after a room's answer and before that answer is sent; meanwhile nothing else changes the room's world. Set
+  /// before run(). It is called on the room's thread and must not lock or wait. `deadline` is the time at which the
+  /// step was due.
   std::function<void(const Room&, LocalTime deadline)> on_step;
 
  private:

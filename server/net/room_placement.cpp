@@ -6,10 +6,10 @@
 namespace tandem::server {
 namespace {
 
-// Shares of a worker's time.
+// Loads as a fraction of a worker's time.
 constexpr double kMaxAcceptedLoad = 0.7;  ///< load up to which a worker accepts a room
 constexpr double kMaxToBear = 0.85;       ///< load above which a room is moved away
-constexpr double kUneven = 0.25;          ///< difference of two workers that moves a room
+constexpr double kUneven = 0.25;          ///< difference between the loads of two workers above which a room is moved
 
 using Places = std::span<std::optional<std::size_t>>;
 
@@ -21,7 +21,7 @@ std::vector<double> loads_of_workers(std::span<const double> loads, Places worke
   return sums;
 }
 
-/// Largest room of a worker with a load of at most `most`; none: there is none.
+/// Returns the largest room of a worker whose load is at most `most`; nothing if there is none.
 std::optional<std::size_t> largest_of(std::size_t worker, double most, std::span<const double> loads, Places workers) {
   std::optional<std::size_t> largest;
   for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -30,7 +30,7 @@ std::optional<std::size_t> largest_of(std::size_t worker, double most, std::span
   return largest;
 }
 
-/// Least loaded worker.
+/// Returns the worker with the smallest load.
 std::size_t idlest_of(const std::vector<double>& sums) {
   return static_cast<std::size_t>(std::ranges::min_element(sums) - sums.begin());
 }
@@ -53,7 +53,7 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const double difference = sums[busiest] - sums[idlest];
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
-  // If the loads are only uneven, moving more than half of the difference would reverse it.
+  // If the loads are only uneven, moving more than half of the difference would reverse the imbalance.
   const double room_left = kMaxAcceptedLoad - sums[idlest];
   const double most = has_too_much ? room_left : std::min(room_left, difference / 2);
   const auto one = largest_of(busiest, most, loads, workers);

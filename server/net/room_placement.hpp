@@ -8,18 +8,18 @@
 
 namespace tandem::server {
 
-/// Load of a room that must not share a thread, because it would delay other rooms.
+/// Load value for a room that must not share a thread, because it would delay other rooms.
 inline constexpr double kSharesWithNobody = std::numeric_limits<double>::infinity();
 
-/// Reassigns as few rooms as possible. A room that must not share gets its own thread. A room that may share goes to
-/// the least loaded worker that has capacity. An overloaded worker gives away its largest room. If two workers differ
-/// much in load, one room moves; at most one per call.
+/// Reassigns as few rooms as possible. A room that must not share gets a separate thread. A room that may share is
+/// assigned to the least loaded worker that has capacity. The largest room of an overloaded worker is moved away. If
+/// the loads of two workers differ much, one room moves; at most one per call.
 ///
-/// Why     a thread that wakes up steps all its due rooms in sequence. If waking up costs as much as a small step
-///         (nested virtual machines), this saves half of the time. Shared data also stays in the cache.
-/// In      loads    for each room: share of a thread's time that its steps take, or kSharesWithNobody
+/// Why     A thread that wakes up steps all its due rooms in sequence. If waking up costs as much as a small step
+///         (nested virtual machines), sharing saves half of the time. Shared data also stays in the cache.
+/// In      loads    for each room: fraction of a thread's time that its steps take, or kSharesWithNobody
 ///         count    number of workers; at least 1
-/// In-out  workers  for each room: its shared worker, below `count`; none: it has a thread of its own
+/// In-out  workers  for each room: index of its shared worker, below `count`; none: it has a separate thread
 void place_rooms(std::span<const double> loads, std::span<std::optional<std::size_t>> workers, std::size_t count);
 
 }  // namespace tandem::server

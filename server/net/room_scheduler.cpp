@@ -15,14 +15,15 @@
 namespace tandem::server {
 namespace {
 
-/// Period of checks for users in empty rooms.
+/// Period at which empty rooms are checked for users.
 constexpr Duration kUserCheckPeriod = std::chrono::milliseconds(5);
-/// Approximate time to sleep and wake up. A thread continues at once instead of sleeping for less.
+/// Approximate time to sleep and wake up. For a shorter wait, a thread stays awake.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// Limit of the mean answer time for waking io ahead: io then wakes up during the step and waits for its end.
+/// Limit of the mean answer time up to which io is woken at the start of a step. It then wakes up during the step and
+/// waits for the end.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Shares of a core: above the first, io is not notified after each short step until it falls below the second. New
-// states then wait for states of the next rooms, at most kNotifyWithin.
+// Fractions of a core. If io needs more than the first, it is not notified after each short step, until it needs less
+// than the second. New states then wait for those of the next rooms, for at most kNotifyWithin.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -30,19 +31,19 @@ constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery =
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
 constexpr std::uint64_t kEnoughSteps = 5;
-// Largest demand of a room on a shared thread, as a share of a core, and the one for sharing again. The same shares of
-// the shortest period of all rooms limit its step time.
+// Largest demand of a room on a shared thread, and the demand below which it may share again, as fractions of a core.
+// The same fractions of the shortest period of all rooms limit its step time.
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
-/// A thread that would sleep longer checks in between for assigned rooms and new users.
+/// A thread that would sleep longer than this checks in between for assigned rooms and new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// Tolerance of a room's phase as a fraction 1/kPlaces of its period, and largest shift per step.
+/// A room's phase may deviate by the fraction 1/kPlaces of its period. This is also the largest shift per step.
 constexpr int kPlaces = 64;
-// io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. After kSlowStepsInARow
-// steps of one room above kIoWaitsNotFor it gets precedence again at once: it reads and sends for all rooms.
+// io runs below the rooms while the steps of each thread together take at most kIoWaitsFor. It is raised above them
+// after kSlowStepsInARow steps of one room that exceed kIoWaitsNotFor, because it reads and sends for all rooms.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
-/// Cumulative time of an activity: written by one thread, read by any. begin() and end() return `now`.
+/// Cumulative time of an activity. One thread writes it, any thread may read it. begin() and end() return `now`.
 class Busy {
  public:
   LocalTime begin(LocalTime now) {
@@ -55,7 +56,7 @@ class Busy {
     began_.store(LocalTime{}, std::memory_order_release);
     return now;
   }
-  /// Total time, including an activity that has not ended yet.
+  /// Total time, including the activity in progress.
   Duration until(LocalTime now) const {
     for (;;) {
       const LocalTime began = began_.load(std::memory_order_acquire);
@@ -72,7 +73,7 @@ class Busy {
 
 }  // namespace
 
-/// Timer and measurements of a room. Except the atomics and the mailbox, only its stepping thread uses them.
+/// Timer and measurements of a room. Only its stepping thread uses them, except the atomics and the mailbox.
 struct RoomScheduler::Loop {
   explicit Loop(Room& its_room)
       : room(its_room),
@@ -84,38 +85,39 @@ struct RoomScheduler::Loop {
   realtime::PeriodicTimer timer;
   realtime::RateWatch rate;
   RoomTiming timing;
-  std::uint64_t publish_every;  ///< steps
+  std::uint64_t publish_every;  ///< number of steps between two publications of the timings
   bool is_awake = false;
   Duration phase{0};   ///< phase of its deadlines within a period
   int slow_steps = 0;  ///< consecutive steps longer than kIoWaitsNotFor
   Duration mean_step{0};
-  Duration mean_answer{0};   ///< part of mean_step that users wait for
-  Duration mean_turn{0};     ///< answer plus help with sending: the wait of the rooms after it on the thread
+  Duration mean_answer{0};   ///< part of mean_step for which users wait
+  Duration mean_turn{0};     ///< mean time of answer and help with sending, for which the next rooms of the thread wait
   bool is_answered = false;  ///< answer() has run, its finish() has not
   LocalTime deadline{};      ///< deadline of that step
-  Duration answering{0};     ///< duration of its turn
-  LocalTime slow_until{};    ///< counts as slow until then, if it keeps its rate
+  Duration answering{0};     ///< time of answer and help with sending in that step
+  LocalTime slow_until{};    ///< until then the room counts as slow, even if it keeps its rate again
 
-  std::atomic<std::size_t> stepper{0};  ///< owner; written only by the current owner, on handover
-  std::atomic<std::size_t> wanted{0};   ///< owner to be; written by io
+  std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; written only by the current owner, at the
+                                        ///< handover
+  std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
   Busy busy;                         ///< steps of the room
-  std::atomic<bool> is_left{false};  ///< all users have left, and resetting it to its start takes long
+  std::atomic<bool> is_left{false};  ///< all users have left, and resetting the scene may take long
   std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
   realtime::Mailbox<RoomTiming> published;
 
   // Used by the io thread only.
-  std::uint64_t steps_before = 0;  ///< at the last measurement
+  std::uint64_t steps_before = 0;  ///< value of `steps` at the last measurement
   Duration busy_before{0};
-  double demand = 0;                     ///< share of a core that it needs to keep its rate
+  double demand = 0;                     ///< fraction of a core that the room needs to keep its rate
   Duration step{0};                      ///< mean step time
   std::atomic<bool> has_priority{true};  ///< read by its stepper
   LocalTime no_priority_before{}, alone_until{};
   bool is_reported_slow = false;
 };
 
-/// A thread and its rooms.
+/// A thread and the rooms that it steps.
 struct RoomScheduler::Stepper {
   void call() {
     is_called.store(true, std::memory_order_release);
@@ -123,18 +125,18 @@ struct RoomScheduler::Stepper {
   }
 
   std::size_t index = 0;
-  double place = 0;                     ///< 0 to 1: phase of its first room's deadlines in a period
+  double place = 0;                     ///< phase of its first room's deadlines, as a fraction of the period (0 to 1)
   std::vector<Loop*> loops;             ///< in the order of their deadlines
   LocalTime users_checked{};            ///< last check for users of empty rooms
   LocalTime news_since{};               ///< time of the oldest states not announced; LocalTime{}: none
   std::atomic<bool> is_called{true};    ///< a room was assigned, or stop() was called
-  std::counting_semaphore<> called{0};  ///< used to sleep until a call; trying it yields the processor several times
+  std::counting_semaphore<> called{0};  ///< the thread sleeps on it until a call; trying it yields the processor
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
   Busy busy;  ///< steps of all its rooms
   // Used by the io thread only.
   Duration cpu_before{0}, busy_before{0};  ///< at the last measurement
-  double cpu_of_busy = 1;                  ///< since then, including wake-ups
+  double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time since then
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
@@ -156,7 +158,8 @@ RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_prior
   for (std::size_t i = 0; i < workers_ + rooms.size(); ++i) {
     steppers_.push_back(std::make_unique<Stepper>());
     steppers_[i]->index = i;
-    // The middle of its share of a period: the kernel's tick comes at whole milliseconds, and takes about 30 us.
+    // The thread's phase is the middle of its fraction of a period. It avoids whole milliseconds, at which the kernel's
+    // tick takes about 30 us.
     const std::size_t number = i < workers_ ? i : i - workers_, of = i < workers_ ? workers_ : rooms.size();
     steppers_[i]->place = (static_cast<double>(number) + 0.5) / static_cast<double>(of);
     steppers_[i]->loops.reserve(rooms.size());
@@ -195,7 +198,7 @@ void RoomScheduler::run(Stepper& stepper) {
   stepper.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
     hand_over(stepper);
-    // hand_over() may have consumed the call of stop(), which is not repeated.
+    // hand_over() may have consumed the call from stop(), which is not repeated.
     if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
       notify(stepper);
@@ -223,7 +226,7 @@ void RoomScheduler::run(Stepper& stepper) {
   for (Loop* loop : stepper.loops) finish(stepper, *loop);
 }
 
-/// Hands over rooms that are assigned to others, and takes newly assigned ones.
+/// Hands over rooms that are assigned to other threads, and accepts newly assigned ones.
 void RoomScheduler::hand_over(Stepper& stepper) {
   for (Loop* loop : stepper.loops) {
     if (loop->wanted.load(std::memory_order_relaxed) != stepper.index) finish(stepper, *loop);
@@ -263,10 +266,10 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   finish(stepper, loop);
   loop.deadline = loop.timer.wait(kNotWorthASleep);
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
-  // A long answer justifies waking io for it alone.
+  // Waking io costs time, so it must be justified: by a long answer, or because io is not busy.
   const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
   const bool notifies_at_once = cores_ > 1 && is_worth_it;
-  // If every core is stepping, io would delay the end of a step.
+  // If every core is stepping, an awake io would delay the end of a step.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
   const bool wakes_io = notifies_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer);
@@ -275,7 +278,8 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
   if (notifies_at_once || now + loop.mean_answer - stepper.news_since >= kNotifyWithin) notify(stepper);
-  // Without help, the next room's users wait for these sends. If every core is answering, io may have no core.
+  // Without help, the users of the next room would wait for these sends. Help is useless if every core is answering,
+  // because io may then have no core.
   const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
   if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);
   stepping_.fetch_sub(1, std::memory_order_relaxed);
@@ -285,7 +289,7 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   loop.mean_turn += (loop.answering - loop.mean_turn) / kStepsOfAMean;
 }
 
-/// Finishes a step: the work that no user waits for.
+/// Finishes a step: does the part for which no user waits.
 void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (!loop.is_answered) return;
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
@@ -300,7 +304,8 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
-  // A single slow step is usually a hiccup of the machine.
+  // A single slow step is usually caused by the operating system, so only consecutive slow steps raise the priority of
+  // io.
   loop.slow_steps = step > kIoWaitsNotFor ? loop.slow_steps + 1 : 0;
   if (has_realtime_.load(std::memory_order_relaxed) && loop.slow_steps >= kSlowStepsInARow) raise_io_priority(end);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
@@ -312,7 +317,7 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
 }
 
-/// Shifts a room's deadlines gradually to shortly after the answers of the rooms before it on the thread.
+/// Shifts a room's deadlines gradually until they are shortly after the answers of the previous rooms on the thread.
 void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   const Duration period = loop.room.period();
   Duration all{0};
@@ -322,15 +327,16 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Half of the rest of the period stays free. Between a room's turn and the next deadline there is a gap of half the
-  // turn, limited by kNotWorthASleep and the spare time. One longer step then does not delay all others.
+  // Half of the unused period stays free at its end. The other half limits the gaps after the rooms' answers. A gap is
+  // also at most half of the answer time and at most kNotWorthASleep. A longer step then does not delay all other
+  // rooms.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
     if (before == &loop) break;
     if (before->is_awake) place += before->mean_turn + std::min({before->mean_turn / 2, kNotWorthASleep, spare});
   }
-  // Wrapped to −½ to ½ of a period.
+  // The difference is wrapped to −½ to ½ of a period.
   const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;
   const Duration most = period / kPlaces;
   if (off <= most && off >= -most) return;
@@ -339,7 +345,7 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   loop.timer.shift(later);
 }
 
-/// Copies about 17 KB.
+/// Copies about 17 KB to the mailbox.
 void RoomScheduler::publish(Loop& loop) {
   RoomTiming& timing = loop.published.back() = loop.timing;
   timing.lateness = loop.timer.lateness();
@@ -378,9 +384,9 @@ void RoomScheduler::share(LocalTime now) {
   place(now);
 }
 
-/// Measures demands. A room with too little time makes fewer steps, so its load is computed for its full rate. The
-/// processor time of a thread, wake-ups included, is distributed over its rooms by their busy time. Means cover about
-/// 250 ms: the kernel's limit is per second, and a hiccup is no demand.
+/// Measures demands. A room with too little time makes fewer steps, so its load is extrapolated to its full rate. The
+/// processor time of a thread, wake-ups included, is distributed among its rooms by their busy time. Means cover about
+/// 250 ms, because the kernel's limit is per second and a short disturbance is no demand.
 void RoomScheduler::measure(LocalTime now, Duration window) {
   const auto share_of = [](Duration part, Duration whole) {
     return whole > Duration{0} ? std::max(0.0, part / std::chrono::duration<double, std::nano>(whole)) : 0;
@@ -408,8 +414,8 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
   }
 }
 
-/// Withdraws priority at once, and gives it back after a second of fitting. It applies to a room's own thread: shared
-/// threads always have priority, and a room without priority does not share.
+/// Withdraws priority at once, and restores it when the room has been within the limit for a second. It applies to
+/// separate threads only: shared threads always have priority, and a room without priority does not share.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};
@@ -428,8 +434,8 @@ void RoomScheduler::give_priority(LocalTime now) {
   }
 }
 
-/// Puts io below the rooms while their steps are short. Above them it would often wake up on the core of a step, which
-/// then continues on another core about 40 us later.
+/// Sets io below the rooms while their steps are short. If it were above them, it would often wake up on the core of a
+/// step. That step would then continue on another core about 40 us later.
 void RoomScheduler::give_io_priority(LocalTime now) {
   std::vector<Duration> steps(steppers_.size());
   for (const auto& loop : loops_) {
@@ -440,16 +446,17 @@ void RoomScheduler::give_io_priority(LocalTime now) {
   realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
 }
 
-/// Puts io above the rooms. Rooms may call this too: if they use all processors, io has no time to detect it.
+/// Sets io above the rooms. Rooms may call this too, because io cannot run if they use all processors.
 /// Thread  io, rooms
 void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
-  // Set even if unchanged: io may be about to lower its priority, and could not raise it again itself.
+  // The priority is set even if unchanged, because io may be about to lower it and could not raise it again itself.
   realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 
-/// Assigns rooms to threads. If periods differ, a step may take only a small part of the shortest one.
+/// Assigns rooms to threads. If periods differ, the step of a room with a longer one may take only a small part of the
+/// shortest one.
 void RoomScheduler::place(LocalTime now) {
   Duration shortest = Duration::max();
   for (const auto& loop : loops_) shortest = std::min(shortest, loop->room.period());

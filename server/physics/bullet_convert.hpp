@@ -1,4 +1,4 @@
-// Conversions between Bullet's vectors and ours. Private to the files that use Bullet.
+// Conversions between Bullet's vector types and those of this project. Only files that use Bullet include this header.
 #pragma once
 
 #include <LinearMath/btTransform.h>

@@ -1,4 +1,4 @@
-// Collision shape of a moving mesh where Bullet steps it.
+// Convex hull of points, the collision shape of a moving mesh that Bullet steps.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace tandem::server {
 
-/// Returns the convex hull of `points`, with outward triangles; empty if the points are coplanar.
+/// Returns the convex hull of `points`, with outward-facing triangles. It is empty if the points are coplanar.
 geometry::TriangleMesh convex_hull(const std::vector<Vec3>& points);
 
 }  // namespace tandem::server

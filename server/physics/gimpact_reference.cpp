@@ -17,10 +17,10 @@
 namespace tandem::server {
 namespace {
 
-/// Margin by which Bullet grows the triangles of both meshes.
+/// Collision margin that Bullet adds to the triangles of both meshes.
 constexpr double kMargin_m = 1e-4;
 
-/// A mesh together with the copy of its triangles to which Bullet points.
+/// A mesh with a copy of its triangles, to which Bullet's shape refers.
 class GImpactMesh {
  public:
   GImpactMesh(const geometry::TriangleMesh& mesh, double margin_m)

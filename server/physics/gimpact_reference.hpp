@@ -1,5 +1,5 @@
-// Contact of a moving triangle mesh with a fixed one in stock Bullet, as the reference for our own contact in the lab's
-// benchmarks. The server does not use it.
+// Contact of a moving triangle mesh with a fixed one in unmodified Bullet. The lab's benchmarks use it as a reference
+// for the contact solver of this project. The server does not use it.
 #pragma once
 
 #include <cstddef>
@@ -17,12 +17,12 @@ class GImpactReference {
   struct Step {
     Pose X_WT;
     Twist V_WT;
-    std::size_t contacts = 0;  ///< points of the manifold
-    Duration query{0};         ///< collision detection alone
+    std::size_t contacts = 0;  ///< number of contact points in the manifold
+    Duration query{0};         ///< time of collision detection alone
     Duration whole{0};
   };
 
-  /// In      mass_kg, principal_inertia_kg_m2  moving mesh, about its origin and along its axes
+  /// In      mass_kg, principal_inertia_kg_m2  of the moving mesh; the inertia about its origin and along its axes
   ///         clock  measures `Step::query` and `Step::whole`; must outlive this object
   GImpactReference(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed, double mass_kg,
                    const Vec3& principal_inertia_kg_m2, double friction, const Clock& clock);

@@ -7,15 +7,15 @@
 namespace tandem::server {
 namespace {
 
-/// Decay length of a sample's weight for the plane, in additional distance.
+/// Decay length of a sample's weight in the plane fit, by its distance beyond that of the nearest sample.
 constexpr double kPlane_m = 1e-3;
-/// Distance below which an object is about to touch and is not pressed any more.
+/// Distance below which the contact is imminent and the object is no longer pressed for a measurement.
 constexpr double kMinGap_m = 1e-3;
-/// Movement below which the measured stiffness remains valid.
+/// Displacement of the object up to which the measured stiffness remains valid.
 constexpr double kSamePlace_m = 5e-3;
-/// Lateral range in which a predicted contact is valid.
+/// Trust radius of a predicted contact: displacement from its pose up to which it is valid.
 constexpr double kTrust_m = 1e-2;
-/// Range of accepted stiffness: softer is not felt, stiffer cannot be a soft body.
+/// Range of accepted stiffness. A softer body could not be felt, a stiffer one cannot be a soft body.
 constexpr double kMinStiffness_n_per_m = 1;
 constexpr double kMaxStiffness_n_per_m = 2000;
 
@@ -25,7 +25,7 @@ constexpr double kMaxStiffness_n_per_m = 2000;
 struct PredictedSoftContact::Surface {
   double gap_m = 0;
   Vec3 normal_W = Vec3::UnitZ();  ///< towards the object
-  Vec3 lever_W = Vec3::Zero();    ///< from the object's origin to its future contact point
+  Vec3 lever_W = Vec3::Zero();    ///< predicted contact point relative to the object's origin
 };
 
 /// A sample of the body near an object.
@@ -96,7 +96,7 @@ void PredictedSoftContact::advance(const SoftStep& real, double step_s, double s
   if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);
 }
 
-/// Chooses in turn an object that has no contact yet and was not pressed at this position before.
+/// Chooses in cyclic order an object that has no contact yet and was not pressed at this position before.
 void PredictedSoftContact::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
   for (std::size_t i = 1; i <= watched_.size(); ++i) {
     const std::size_t thing = (pressing_ + i) % watched_.size();

@@ -1,5 +1,5 @@
-// Predicts the contact of an object that is about to touch a soft body. A client that receives it late can then render
-// the touch when it occurs. Private to the soft world.
+// Predicts the contact of an object that is about to touch a soft body. A client that receives the prediction with a
+// delay can then render the touch at the time when it occurs. Private to the soft world.
 #pragma once
 
 #include <optional>
@@ -10,36 +10,38 @@
 
 namespace tandem::server {
 
-/// Presses a copy of the body to measure its stiffness near approaching objects, and predicts their contacts.
+/// Measures the stiffness of a soft body near approaching objects, and predicts their contacts. For the measurement an
+/// object is pressed into a copy of the body.
 ///
 /// Model   surface    plane through the samples of the body nearest to the object, each weighted by
 ///                    exp(−(distance − least distance) / 1 mm)
-///         stiffness  k = n·f / d of a copy of the body, after the object was held d = 3 mm inside it for kSteps
-///                    soft steps. One press at a time, so a soft step costs at most twice as much. Each press begins
-///                    with the present state of the body; an object is not pressed twice at one position
-///         contact    object without contact: spring k along n, linearised at the depth d. The force is zero at the
-///                    surface and beyond, see soft_wrench(). Object with a force below k d: the wrench of the step,
-///                    with a stiffness between the two, because a first touch of a few samples gives no reliable one
-/// Limits  the surface is a plane; no friction before the touch; a body that gives way as a whole feels too stiff;
-///         an object that approaches in less than kSteps soft steps (0.25 s), or while others are pressed, is not
-///         predicted
+///         stiffness  k = n·f / d, where f is the force of the copy after kSteps soft steps with the object held
+///                    d = 3 mm inside it. Objects are pressed one after the other, so a soft step costs at most twice
+///                    as much. Each press begins with the current state of the body. An object is not pressed twice
+///                    at one position
+///         contact    For an object without contact: spring k along n, linearised at the depth d. Its force is zero at
+///                    the surface and outside, see soft_wrench(). For an object with a force below k d: the wrench of
+///                    the step, and a stiffness between that of the step and k. The first contact of a few samples
+///                    alone gives no reliable stiffness
+/// Limits  the surface is a plane; no friction before the touch; a body that yields as a whole feels too stiff; no
+///         prediction for an object that arrives in less than kSteps soft steps (0.25 s), or while another is pressed
 class PredictedSoftContact {
  public:
-  /// Distance below which an object is observed.
+  /// Distance to the body below which an object is observed.
   static constexpr double kReach_m = 0.06;
   static constexpr double kDepth_m = 3e-3;
   static constexpr int kSteps = 15;
 
-  /// In      things  number of objects that may touch: the first ones of each step's list
+  /// In      things  number of objects that may touch; these are the first ones in the list of each step
   PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
   ~PredictedSoftContact();
 
-  /// Updates the nearby objects after a step of the body, and continues the press.
+  /// Updates the nearby objects after a step of the real body, and continues the press.
   void advance(const SoftStep& real, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
-  /// Distance from the object to the surface if a contact can be predicted; else infinite.
+  /// Returns the distance from the object to the surface if a contact can be predicted; otherwise infinity.
   double gap_m(std::size_t thing) const;
-  /// Predicted contact. `now` is the object's contact with all bodies in this step; it is returned unchanged if there
-  /// is nothing to predict.
+  /// Returns the predicted contact. `now` is the object's contact with all soft bodies in this step. It is returned
+  /// unchanged if nothing can be predicted.
   SoftContact predict(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
 
  private:
@@ -58,7 +60,7 @@ class PredictedSoftContact {
   std::vector<Vec3> p_W_;   ///< scratch: all samples
   std::vector<Near> near_;  ///< scratch: samples near an object
   std::size_t pressing_ = 0;
-  int steps_ = kSteps;  ///< steps of the present press
+  int steps_ = kSteps;  ///< number of steps done in the current press
   Pose X_WT_pressing_;
   Vec3 normal_W_pressing_ = Vec3::UnitZ();
   Vec3 p_WT_pressing_ = Vec3::Zero();

@@ -15,7 +15,7 @@ SoftBody::SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2)
   material->m_kLST = model.traits.stiffness;
   for (std::size_t i = 0; i < model.nodes_W.size(); ++i)
     body_->appendNode(to_bullet(model.nodes_W[i]), model.mass_kg[i]);
-  // The check for existing links is off, because its cost is quadratic.
+  // Bullet's check for existing links is off, because its cost is quadratic in the number of links.
   for (const auto& [a, b] : model.links) body_->appendLink(a, b, material, false);
   rest_volume_m3_ = enclosed_volume_m3(model.nodes_W, model.faces);
 }
@@ -28,7 +28,7 @@ void SoftBody::solve_links() {
   btSoftBody::PSolve_Links(body_.get(), 1, 0);
 }
 
-/// Returns the present volume and writes its gradient by every node into volume_gradient_.
+/// Returns the current volume, and writes its gradient with respect to every node to volume_gradient_.
 double SoftBody::update_volume() {
   const Vec3 origin = position(model_.faces.front()[0]);
   std::fill(volume_gradient_.begin(), volume_gradient_.end(), Vec3(Vec3::Zero()));
@@ -108,7 +108,7 @@ void SoftBody::set_at_rest(int index, const btVector3& p_W) {
 }
 
 bool SoftBody::is_finite() const {
-  // Positions beyond the range of any scene count as infinite; their squares do not overflow.
+  // Positions beyond the range of any scene are treated as infinite. With this limit their squares do not overflow.
   constexpr double kFar_m = 1e6;
   for (int i = 0; i < node_count(); ++i) {
     const btSoftBody::Node& node = body_->m_nodes[i];

@@ -1,5 +1,5 @@
-// A soft body in Bullet: nodes, links, and the parts of a position-based step that involve no other object. Private to
-// the soft world.
+// A soft body in Bullet: nodes, links, and the parts of a position-based step that do not involve other objects.
+// Private to the soft world.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -32,16 +32,16 @@ class SoftBody {
   void solve_links();
   /// Corrects the enclosed volume towards its initial value.
   ///
-  /// Model   C = V − V₀; Δxᵢ = −κ wᵢ ∇ᵢV C / Σⱼ wⱼ |∇ⱼV|², wᵢ = 1/mᵢ
+  /// Model   C = V − V₀; Δxᵢ = −κ wᵢ ∇ᵢV C / Σⱼ wⱼ |∇ⱼV|², with wᵢ = 1/mᵢ
   void solve_volume();
-  /// Computes velocities from positions, damped along the links and limited. Returns true if a node was slowed.
+  /// Computes velocities from positions, damps them along the links and limits them. Returns true if a node was slowed.
   bool finish(double step_s, double speed_limit_m_per_s);
-  /// Resets to the initial state, at rest.
+  /// Resets the body to its initial state with zero velocity.
   void reset() { set_nodes(model_.nodes_W); }
-  /// Sets the positions of all free nodes, at rest.
+  /// Sets the positions of all free nodes, with zero velocity.
   /// Fails   std::invalid_argument: wrong number of nodes
   void set_nodes(std::span<const Vec3> nodes_W);
-  /// Copies the positions of another body of the same model, at rest.
+  /// Copies the positions of another body of the same model and sets the velocities to zero.
   void copy(const SoftBody& other);
 
   bool is_finite() const;
@@ -53,14 +53,14 @@ class SoftBody {
 
   Vec3 position(const SoftSample& sample) const;
   Vec3 position_before(const SoftSample& sample) const;
-  /// Inverse of the mass that opposes an impulse at the sample; 0 if all its nodes are anchored.
+  /// Inverse of the effective mass against an impulse at the sample; 0 if all nodes of the sample are anchored.
   double inverse_mass(const SoftSample& sample) const;
-  /// Applies an impulse that would move a sample of inverse mass 1 by `push` [kg·m].
+  /// Applies the impulse that would displace a sample of inverse mass 1 kg⁻¹ by `push` [kg·m].
   void push(const SoftSample& sample, const Vec3& push);
 
-  /// Bullet's body, for the derivative of a step.
+  /// Bullet's body, needed for the derivative of a step.
   const btSoftBody& bullet() const { return *body_; }
-  /// Volume gradient by each node in the last solve_volume(); and κ / Σ w|∇V|².
+  /// Gradient of the volume with respect to each node, from the last solve_volume(); volume_gain() is κ / Σ w|∇V|².
   const std::vector<Vec3>& volume_gradient() const { return volume_gradient_; }
   double volume_gain() const { return volume_gain_; }
 

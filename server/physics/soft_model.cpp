@@ -27,7 +27,7 @@ class Lattice {
     const Vec3 fraction(double(x) / cells_[0], double(y) / cells_[1], double(z) / cells_[2]);
     return (fraction.array() - 0.5).matrix().cwiseProduct(size_m_);
   }
-  /// Share of a whole cell: halved for each side of the block on which the node lies.
+  /// Returns the fraction of a cell's mass for a node: 1, halved for each side of the block on which the node lies.
   double share(int x, int y, int z) const {
     const auto at_side = [](int i, int n) { return i == 0 || i == n ? 0.5 : 1.0; };
     return at_side(x, cells_[0]) * at_side(y, cells_[1]) * at_side(z, cells_[2]);
@@ -46,7 +46,7 @@ class Lattice {
   std::array<int, 3> cells_{};
 };
 
-/// Half of the 26 neighbours: edges, face diagonals, space diagonals.
+/// Half of the 26 neighbours of a node, along edges, face diagonals and space diagonals.
 constexpr std::array<std::array<int, 3>, 13> kNeighbours{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -70,8 +70,8 @@ void add_links(const Lattice& lattice, SoftModel& model) {
   }
 }
 
-/// Adds two triangles for each cell of the side at the low or high end of `axis`. Diagonals alternate, so no direction
-/// is favoured.
+/// Adds two triangles for each cell on the side at the low or high end of `axis`. The directions of the diagonals
+/// alternate, so that no direction is favoured.
 void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   const auto node = [&](int i, int j) {
@@ -98,7 +98,8 @@ void add_side(const Lattice& lattice, int axis, bool is_high, SoftModel& model) 
   }
 }
 
-/// Orders links in groups that share no node, so the result of a sweep is not biased towards the start of the list.
+/// Groups the links so that no two links of a group share a node. A sweep is then not biased towards the start of the
+/// list.
 void order_by_colour(SoftModel& model) {
   std::vector<std::vector<int>> taken(model.nodes_W.size());
   std::vector<std::pair<int, std::array<int, 2>>> coloured;
@@ -116,7 +117,7 @@ void order_by_colour(SoftModel& model) {
   for (std::size_t i = 0; i < coloured.size(); ++i) model.links[i] = coloured[i].second;
 }
 
-/// Anchors the nodes within 1 % of the size from the anchored sides. Nodes are still in the body's frame.
+/// Anchors the nodes within 1 % of the body's size from the anchored sides. The nodes are still in the body's frame.
 void anchor(SoftModel& model, SoftSides sides) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const Vec3& node : model.nodes_W) {
@@ -222,7 +223,7 @@ SoftModel finished(SoftModel model, const SoftTraits& traits) {
 std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing_m) {
   Cells cells{};
   for (int axis = 0; axis < 3; ++axis) {
-    // The tolerance prevents an extra cell for a size that is a multiple of the spacing except for rounding.
+    // Without the tolerance, rounding could add a cell to a size that is a multiple of the spacing.
     const double count = std::clamp(std::ceil(size_m[axis] / spacing_m - 1e-9), 1.0, 1e6);
     cells[static_cast<std::size_t>(axis)] = static_cast<std::uint64_t>(count);
   }
@@ -253,7 +254,7 @@ SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits
   model.nodes_W = mesh.vertices;
   model.faces = mesh.triangles;
   model.mass_kg.assign(mesh.vertices.size(), 0.0);
-  std::map<std::pair<int, int>, int> far_corner;  // corner of the first triangle at each edge
+  std::map<std::pair<int, int>, int> far_corner;  // third corner of the first triangle found at each edge
   for (const auto& face : mesh.triangles) {
     const auto at = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(face[i])]; };
     const double area = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();

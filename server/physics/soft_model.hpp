@@ -11,14 +11,15 @@
 
 namespace tandem::server {
 
-/// Limit of nodes. More would cost more than the time of a soft step.
+/// Largest number of nodes. The steps of a body with more nodes would take longer than the soft period.
 inline constexpr std::size_t kMaxSoftNodes = 2000;
-/// Limit of surface samples, beside the nodes; a larger surface has a wider spacing.
+/// Largest number of surface samples in addition to the nodes. On a larger surface the spacing is increased.
 inline constexpr std::size_t kMaxSoftSamples = 20'000;
-/// Sample spacing. At rest no point of the surface is farther than this over √2 from a sample, within the limit above.
+/// Sample spacing. At rest no point of the surface is farther than this / √2 from a sample, unless kMaxSoftSamples
+/// limits their number.
 inline constexpr double kSoftSampleSpacing_m = 3e-3;
 
-/// A point of the surface that can touch: a weighted mean of up to three nodes. Weights sum to 1.
+/// A surface point that is tested for contact: a weighted mean of up to three nodes. The weights sum to 1.
 struct SoftSample {
   std::array<int, 3> nodes{};
   std::array<double, 3> weights{};
@@ -29,15 +30,15 @@ using SoftSides = std::uint8_t;
 
 /// Properties common to both kinds of soft bodies.
 ///
-/// Stiffness and damping are coefficients of Bullet's position-based solver: the share of an error that one sweep
+/// Stiffness and damping are coefficients of Bullet's position-based solver: the fraction of an error that one sweep
 /// corrects. The resulting stiffness depends on the rate and the mass (server/SOFT_BODIES.md).
 struct SoftTraits {
   double mass_kg = 0.2;
-  SoftSides anchored = 0;  ///< nodes of these sides do not move
+  SoftSides anchored = 0;  ///< sides whose nodes do not move
   Pose X_WS;
-  double stiffness = 0.5;         ///< gain of the links, 0..1
-  double damping = 0.1;           ///< for motion along the links in each step, 0..1
-  double volume_stiffness = 0.5;  ///< gain of the enclosed volume, 0..1
+  double stiffness = 0.5;         ///< fraction of a link's error that a sweep corrects, 0..1
+  double damping = 0.1;           ///< fraction of the motion along the links removed in each step, 0..1
+  double volume_stiffness = 0.5;  ///< fraction of the error of the enclosed volume that a sweep corrects, 0..1
   double friction = 0.5;
 };
 
@@ -47,11 +48,11 @@ struct SoftModel {
   std::vector<double> mass_kg;  ///< parallel to nodes_W; 0: anchored to the world
   std::vector<std::array<int, 2>> links;
   std::vector<std::array<int, 3>> faces;  ///< closed; corners counter-clockwise seen from outside
-  std::vector<SoftSample> samples;        ///< nodes of the surface first
-  SoftTraits traits;                      ///< parameters of its construction
+  std::vector<SoftSample> samples;        ///< the nodes of the surface come first
+  SoftTraits traits;                      ///< parameters from which the model was made
 };
 
-/// Cells of a block along x, y, z: the fewest whose edges are at most `spacing_m` long.
+/// Returns the numbers of cells of a block along x, y, z: the smallest for which no cell edge exceeds `spacing_m`.
 std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing_m);
 /// Number of nodes of a block with these cells.
 std::uint64_t soft_block_nodes(const std::array<std::uint64_t, 3>& cells);
@@ -59,9 +60,9 @@ std::uint64_t soft_block_nodes(const std::array<std::uint64_t, 3>& cells);
 /// Makes a centred lattice of cells whose edges, face diagonals and space diagonals are links.
 SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits& traits);
 
-/// Makes a closed surface. Links are its edges and, against bending, the opposite corners of each pair of triangles
-/// that share an edge. The inside is empty; the enclosed volume gives the resistance.
-/// In      mesh  every edge has two triangles, corners counter-clockwise seen from outside
+/// Makes a closed surface. Its links are the edges and, to resist bending, the opposite corners of each pair of
+/// triangles that share an edge. The inside has no nodes; the enclosed volume provides the resistance.
+/// In      mesh  each edge belongs to two triangles; corners counter-clockwise seen from outside
 SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 
 /// Volume enclosed by a closed surface.

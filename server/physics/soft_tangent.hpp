@@ -1,5 +1,5 @@
-// Derivative of the force of soft bodies by the pose of a touching rigid object. It repeats the sweeps of the step on
-// small changes. Private to the soft world.
+// Derivative of the force of soft bodies with respect to the pose of a touching rigid object. It is computed by
+// repeating the sweeps of the step on small changes. Private to the soft world.
 #pragma once
 
 #include <span>
@@ -10,22 +10,22 @@
 
 namespace tandem::server {
 
-/// Forward differentiation of a SoftStep by the pose X of one object (translation, then rotation about its origin, in
-/// W).
+/// Forward differentiation of a SoftStep with respect to the pose X of one object (translation, then rotation about its
+/// origin, in W).
 ///
-/// Model   δx of every node is a 3×6 matrix, initially 0 (the prediction does not depend on X), as are the sums of each
-///         contact. Bullet moves a link along Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)); it is differentiated at its
-///         position in that sweep, so the sweep is repeated. δm = s [1, −r×] − δp is the lead of the object's
-///         surface over the sample (s: the share of the object's motion done by then). A pressing contact gives
-///           δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p.
-///         With P = 1 − n nᵀ, sticking friction F gives δF = δF + P δm / w =: δG. Friction that slides along t, with
-///         F = μ Σλ t and G the friction needed to stick, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG.
-///         K = −∂W/∂X = Σ [1; r×] δ(push) / h² over the pushes of that object. Its first push gives m/h². Each sweep
-///         adds the part that links and volume took back in between, so position-based stiffness depends on rate,
-///         mass and sweeps. The result is the symmetric part of K with its negative eigenvalues set to zero.
-/// Source  our derivation
-/// Limit   levers, volume gradient and the set of pushes are those of the step (no new contact); nodes farther than
-///         kRings links from the pushed nodes, or beyond kMaxPatch, are fixed
+/// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. The same holds
+///         for the sums of each contact. Bullet moves a link along Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)). This is
+///         differentiated at the link's position in that sweep, so the sweep is repeated. δm = s [1, −r×] − δp is the
+///         motion of the object's surface relative to the sample; s is the fraction of the object's motion done so far.
+///         A normal contact correction gives δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p. With P = 1 − n nᵀ, sticking
+///         friction F gives δF = δF + P δm / w =: δG. Friction that slides along t, with F = μ Σλ t and G the friction
+///         needed to stick, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG. K = −∂W/∂X = Σ [1; r×] δ(push) / h² over the
+///         pushes of that object. Its first push contributes m/h². Each sweep adds the part that links and volume have
+///         reversed in between. Therefore position-based stiffness depends on rate, mass and sweeps. The result is the
+///         symmetric part of K with its negative eigenvalues set to zero.
+/// Source  derived for this project
+/// Limit   Levers, volume gradient and the set of pushes are those of the step, so new contacts are not considered.
+///         Nodes farther than kRings links from the pushed nodes, or beyond the first kMaxPatch nodes, are fixed.
 class SoftTangent {
  public:
   static constexpr int kRings = 2;
@@ -49,17 +49,18 @@ class SoftTangent {
   void link_patch(const SoftBody& body);
   void sweep_links(const SoftBody& body, std::span<const Vec3> nodes_W);
   void sweep_volume(const SoftBody& body);
-  /// Computes the lead of the object over the sample. Returns false if the sample is not in the patch.
+  /// Computes the motion of the object's surface relative to the sample. Returns false if the sample is not in the
+  /// patch.
   bool find_lead(const SoftPush& push, bool is_own_push, Change& lead) const;
   Change pushed(const SoftPush& push, const Change& lead);
   void push(const SoftStep& step, const SoftPush& push, bool is_own_push);
 
   const SoftModel& model_;
   std::vector<std::vector<int>> neighbours_;
-  std::vector<int> patch_;          ///< node indices
-  std::vector<std::size_t> place_;  ///< index in the patch by node; kHeld: none
+  std::vector<int> patch_;          ///< indices of the nodes that are not fixed
+  std::vector<std::size_t> place_;  ///< index in the patch for each node; kHeld: not in the patch
   std::vector<Change> change_;      ///< parallel to patch_
-  std::vector<Vec3> nodes_W_;       ///< all nodes, during a sweep over the links
+  std::vector<Vec3> nodes_W_;       ///< positions of all nodes, during a sweep over the links
   std::vector<Link> links_;
   std::vector<Sums> sums_;  ///< parallel to the candidates of the step
   Mat6 sum_ = Mat6::Zero();

@@ -16,12 +16,13 @@
 namespace tandem::server {
 namespace {
 
-/// Number of sweeps of a soft step. A correction needs so many to spread, node by node, through a pad of the size of a
-/// hand.
+/// Number of sweeps of a soft step. A correction advances by about one node per sweep; this number suffices for a pad
+/// of the size of a hand.
 constexpr int kSweeps = 16;
-/// Displacement of a tool in a soft period above which it counts as placed, not moved, and pushes nothing aside.
+/// Displacement of a tool in a soft period above which the tool counts as placed. It then does not push nodes aside on
+/// the path in between.
 constexpr double kMaxWay_m = 0.3;
-/// Smallest and largest trust radius of the linear contact.
+/// Lower and upper limit of the trust radius of the linear contact.
 constexpr double kMinTrust_m = 1e-3;
 constexpr double kMaxTrust_m = 1e-2;
 
@@ -43,7 +44,7 @@ struct SteppedBody {
   PredictedSoftContact predicted_contact;
 };
 
-/// Computes the soft steps, independent of their timing.
+/// Computes the soft steps, independently of their timing.
 class Stepper {
  public:
   explicit Stepper(const SoftWorldSettings& settings)
@@ -119,7 +120,7 @@ class Stepper {
     body.predicted_contact.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
-  /// Sets the trust radius to the depth at which a linear contact of this force and stiffness would begin.
+  /// Sets the trust radius to the penetration depth at which a linear contact of this force and stiffness begins.
   void finish_contacts(Result& result) const {
     for (SoftContact& contact : result.contacts) {
       const double force = contact.wrench_W.f.norm();
@@ -169,7 +170,7 @@ struct SoftWorld::Impl {
     made = taken;
     if (!steps_aside) return;
     worker = std::thread([this] {
-      // A room that starts anew makes this thread on its own, whose real-time priority a new thread inherits.
+      // The reset of a room creates this thread on the room's thread, whose real-time priority it would inherit.
       realtime::drop_realtime();
       work();
     });
@@ -191,7 +192,8 @@ struct SoftWorld::Impl {
     }
   }
 
-  /// Takes no time unless waits_for_worker is set: a late result is taken in a later step.
+  /// Returns whether the result is ready. Waits only if waits_for_worker is set; otherwise a late result is used in a
+  /// later step.
   bool is_ready() {
     if (!worker.joinable() || is_done.load(std::memory_order_acquire)) return true;
     if (!std::exchange(is_known_late, true)) late.fetch_add(1, std::memory_order_relaxed);
@@ -218,9 +220,9 @@ struct SoftWorld::Impl {
   const SoftWorldSettings settings;
   const int period;
   Stepper stepper;
-  std::vector<std::optional<Pose>> input;  ///< poses for the step in progress
+  std::vector<std::optional<Pose>> input;  ///< poses of the step in progress
   Result made;                             ///< result of the step in progress
-  Result taken;                            ///< result that the room reads
+  Result taken;                            ///< result that the room uses
   int steps_left = 0;
   bool is_under_way = false;
   bool is_known_late = false;
@@ -249,7 +251,7 @@ TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcep
       impl.steps_left = impl.period;
     }
   }
-  // Clears the contact of a tool that has left, else its next user would feel it.
+  // Clears the contact of a tool whose user has left. Otherwise the tool's next user would feel it.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < X_WT.size(); ++i) {
     if (!X_WT[i]) impl.taken.contacts[i] = SoftContact{};
   }

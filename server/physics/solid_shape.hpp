@@ -1,4 +1,4 @@
-// A shape of a body with its loaded data: enough for its mass and its contact shape.
+// A shape of a body with its loaded data, which suffice to compute its mass and its contact shape.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,10 @@
 namespace tandem::server {
 
 struct SolidShape {
-  wire::Shape shape;                                                ///< complete
-  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired; for a solid its closed part
-  geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet has no volume of its own
-  std::shared_ptr<const geometry::ContactMesh> touched{};           ///< the mesh with all open parts
+  wire::Shape shape;                                                ///< with all defaults filled in
+  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired mesh; for a solid, its closed part
+  geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet encloses no volume
+  std::shared_ptr<const geometry::ContactMesh> touched{};           ///< mesh for contact, with all open parts
 };
 
 }  // namespace tandem::server

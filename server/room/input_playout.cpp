@@ -6,17 +6,20 @@
 namespace tandem::server {
 namespace {
 
-/// Tick rate assumed for a client with a single known input.
+/// Tick rate assumed while only one input of a client is known.
 constexpr double kUsualTicks_per_s = 1000;
-/// Silence longer than this is not jitter: the user was away.
+/// A longer silence is not jitter but an absence of the user.
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
-/// Unit: ticks; see the class.
+/// Largest tolerated drift from the wanted delay, in ticks (see the class).
 constexpr double kStrideTolerance = 0.75;
+/// Length below which the extrapolation offset is set to zero.
 constexpr double kNoLead_m = 1e-6;
-/// Limit of ticks between two inputs; above it the client counts anew. It keeps differences exact as doubles.
+/// Limit of the ticks between two inputs. A larger step means that the client has restarted its count. With this limit
+/// tick differences are exact as doubles.
 constexpr std::uint32_t kMaxStep = 1U << 20U;
 
-/// Value and rate at `u` (0..1) of the cubic over `length_s` from 0 to `to` with rates `from_rate` and `to_rate`.
+/// Value and rate at `u` (0..1) of a cubic over `length_s`. It rises from 0 to `to`, with the rates `from_rate` and
+/// `to_rate` at its ends.
 struct Cubic {
   Vec3 value;
   Vec3 rate;
@@ -30,7 +33,7 @@ Cubic cubic(const Vec3& to, const Vec3& from_rate, const Vec3& to_rate, double l
 
 RigidState between(const RigidState& from, const RigidState& to, double length_s, double u) {
   const Cubic way = cubic(to.X.p - from.X.p, from.V.v, to.V.v, length_s, u);
-  // To first order in the rotation θ between the two, ω = θ̇ + θ × θ̇ / 2; at its beginning ω = θ̇.
+  // To first order in the rotation θ between the two poses, ω = θ̇ + θ × θ̇ / 2; at the beginning ω = θ̇.
   const Vec3 turn = rotation_vector(to.X.q * from.X.q.conjugate());
   const Cubic turning = cubic(turn, from.V.w, to.V.w - 0.5 * turn.cross(to.V.w), length_s, u);
   const Vec3 w = turning.rate + 0.5 * turning.value.cross(turning.rate);
@@ -89,7 +92,7 @@ double InputPlayout::ticks_per_second() const noexcept {
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
-/// Ticks from the oldest input to `client_time`; outside the history, at the rate of the whole history.
+/// Returns the ticks from the oldest input to `client_time`. Outside the history, the mean rate of the history is used.
 double InputPlayout::ticks_until(Duration client_time) const noexcept {
   std::size_t age = 0;
   while (age + 1 < count_ && input(age).sent > client_time) ++age;
@@ -103,7 +106,7 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
-/// In      wanted  ticks after the oldest input
+/// In      wanted  tick to play, counted from the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
   const std::uint64_t first = input(count_ - 1).tick.value;
   const auto last = static_cast<double>(input(0).tick.value - first);
@@ -153,7 +156,7 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   return played;
 }
 
-/// Keeps the extrapolated position during an underrun; afterwards fades its offset from the played input.
+/// Holds the extrapolated position during an underrun. Afterwards, fades its offset from the played input.
 void InputPlayout::lead(PlayedInput& played) noexcept {
   if (has_run_on_) lead_ = played_p_ - played.handle.X.p;
   if (!played.has_underrun) {

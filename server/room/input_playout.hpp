@@ -1,5 +1,5 @@
-// Playout of one user's inputs at a constant delay. Changes of their order and spacing by the network then cost neither
-// force nor energy, as long as they stay within that delay.
+// Playout of one user's inputs at a constant delay. Reordering and jitter in the network then cost neither force nor
+// energy, as long as they stay within that delay.
 #pragma once
 
 #include <array>
@@ -13,34 +13,35 @@
 
 namespace tandem::server {
 
-/// Input as the room uses it.
+/// One played input, as the room uses it.
 struct PlayedInput {
-  /// Tick of the values. During run_on(), and until the due tick has arrived, the tick that they represent instead.
+  /// Tick of the values. During run_on(), and after it until the due tick has been received, it is the tick that the
+  /// values represent.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< for a lost tick from the next received one, so never late
+  std::uint32_t buttons = 0;      ///< of a lost tick: those of the next received one, so a button never acts late
   double energy_to_hand_j = 0;    ///< from ClientUpdate
   double energy_from_hand_j = 0;  ///< from ClientUpdate
   Wrench on_hand_W;               ///< from ClientUpdate
-  bool has_underrun = false;      ///< no newer input has arrived: the last is held
+  bool has_underrun = false;      ///< no input of the due tick or later has arrived, so the last one is held
   Duration sent{0};               ///< client clock; zero for a lost tick
 };
 
-/// Plays out a client's handle, buttons, energies and displayed wrench tick by tick, at a delay that nearly all of its
-/// inputs meet.
+/// Plays out a client's handle, buttons, energies and displayed wrench tick by tick. The delay is chosen so that nearly
+/// all of the inputs arrive in time.
 ///
-/// Model   The delay is that of PlayoutDelay, from the client's stamps and the room's steps.
+/// Model   The delay is that of PlayoutDelay, from the client's time stamps and the times of the room's steps.
 ///         Lost ticks are interpolated between their neighbours. The position and the rotation vector between them
-///         follow cubics with the neighbours' twists at the ends. Their error is at most T⁴/384 max|x⁗| over a gap of
-///         T. Energies and wrenches are interpolated linearly. The played tick advances by the ticks per step. It
-///         changes this stride only after a drift of 0.75 ticks from the wanted delay, so jitter of time stamps has no
-///         effect.
-///         On underrun the last pose is held and its twist fades to zero in kTwistFade_s. Later inputs are caught up
-///         with at 5/4 of the hand's pace, two ticks in every fourth step, not by a jump.
+///         follow cubics whose end rates are the neighbours' twists. Their error is at most T⁴/384 max|x⁗| over a gap
+///         of T. Energies and wrenches are interpolated linearly. In each step the played tick advances by the same
+///         number of ticks. This stride changes only after a drift of 0.75 ticks from the wanted delay, so jitter of
+///         time stamps has no effect.
+///         During an underrun the last pose is held and its twist fades to zero in kTwistFade_s. Later inputs are
+///         caught up with at 5/4 of the hand's pace, two ticks in every fourth step, without a jump.
 ///         With run_on() the hand is extrapolated at a speed that falls to zero in kRunOn_s, by at most kRunOnMost_m.
-///         The result counts as the tick that is due, because the old pose is known not to hold any more. The next
-///         input is played at once at its due tick, and the difference fades within about kLeadFade_s.
-/// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
+///         The result counts as the tick that is due, because the hand is known to have left the old pose. The next
+///         input is played at its due tick without delay, and the difference fades with the time constant kLeadFade_s.
+/// Limits  For a client that leaves gaps itself (a deadband) the delay increases by the length of the gaps.
 /// Thread  room; time is counted in steps; no allocation
 class InputPlayout {
  public:
@@ -54,23 +55,24 @@ class InputPlayout {
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
-  /// Stores a valid input first seen in the step at `now`. Discards an input that is not newer than the last.
+  /// Stores a valid input that was first seen in the step at `now`. Discards an input that is not newer than the last.
   void receive(const proto::ClientUpdate& update, Duration now) noexcept;
-  /// Returns the input to use in the step at `now`; called once a step. Before the first input is due, it is held.
-  /// Returns nothing when there is no input.
+  /// Returns the input to use in the step at `now`; called once a step. Before the first input is due, that input is
+  /// returned and held. Returns nothing if there is no input.
   std::optional<PlayedInput> play(Duration now) noexcept;
-  /// Extrapolates the input that play() just returned with an underrun. If the hand has in fact stopped, its tool
-  /// presses by that much more. Used only for a tool that would lose a shared object, or would stop a carried one and
-  /// then fling it.
+  /// Extrapolates the input that play() has just returned with an underrun. If the hand has in fact stopped, the tool
+  /// is displaced too far, by up to kRunOnMost_m. Therefore this is used only for a tool that would otherwise lose a
+  /// shared object, or would stop a carried object and then fling it.
   void run_on(PlayedInput& played) noexcept;
-  /// Discards all inputs; the next one is not connected with them.
+  /// Discards all inputs. The next input starts a new sequence.
   void reset() noexcept;
 
-  /// Playout delay above the earliest that the least late input would allow; 0 before the first.
+  /// Playout delay beyond the smallest possible one, at which the fastest input would be played on arrival; 0 before
+  /// the first input.
   Duration delay() const noexcept { return delay_.delay(); }
 
  private:
-  const PlayedInput& input(std::size_t age) const noexcept;  ///< 0: the newest
+  const PlayedInput& input(std::size_t age) const noexcept;  ///< `age` 0: the newest
   double ticks_per_second() const noexcept;
   double ticks_until(Duration client_time) const noexcept;
   void choose_tick(double wanted) noexcept;
@@ -81,14 +83,14 @@ class InputPlayout {
   std::array<PlayedInput, kHistory> inputs_{};
   std::size_t newest_ = 0;
   std::size_t count_ = 0;
-  std::uint64_t played_ = 0;        ///< tick; 0: none yet
-  std::uint32_t steps_behind_ = 0;  ///< consecutive
+  std::uint64_t played_ = 0;        ///< last played tick; 0: none yet
+  std::uint32_t steps_behind_ = 0;  ///< consecutive steps in which the played tick was behind the wanted one
   double underrun_s_ = 0;
   bool has_run_on_ = false;
-  std::uint64_t due_ = 0;         ///< tick, received or not
-  std::uint64_t ran_to_ = 0;      ///< tick; 0: the hand never ran on
-  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from the received one
-  Vec3 played_p_ = Vec3::Zero();  ///< includes lead_
+  std::uint64_t due_ = 0;         ///< tick that should be played now, received or not
+  std::uint64_t ran_to_ = 0;      ///< last tick that run_on() represented; 0: run_on() was never called
+  Vec3 lead_ = Vec3::Zero();      ///< offset of the played position from the position in the input
+  Vec3 played_p_ = Vec3::Zero();  ///< last played position, with lead_
 
   net::PlayoutDelay delay_{kDelay};
 };

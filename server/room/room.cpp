@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Rate of soft-body updates for windows.
+/// Rate at which soft-body offsets are sent to windows.
 constexpr double kSoftOffsets_hz = 20;
 
 }  // namespace
@@ -23,7 +23,7 @@ proto::ServerUpdate RoomUpdate::for_seat(std::size_t seat) const {
   return update;
 }
 
-/// State of a seat in the room's loop. It is large, so it is made once and reused by the seat's next user.
+/// State of a seat in the room's loop. It is large, so it is allocated once and reused for the next user of the seat.
 struct Room::User {
   explicit User(Room& room, bool is_limited)
       : port(room.world_, is_limited), drivers(make_tool_drivers(room.period_, port)), driver(drivers.front().get()) {}
@@ -31,7 +31,7 @@ struct Room::User {
   ToolDriver& driver_for(proto::ClientMode mode) const {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
   }
-  /// Stops the tool's drive until the next input.
+  /// Stops driving the tool until the next input.
   void release_tool() noexcept {
     input.answered = input.newest.input_tick;
     driver->stop();
@@ -45,7 +45,7 @@ struct Room::User {
   ToolDrivers drivers;
   ToolDriver* driver;  ///< selected from `drivers` by the mode of the newest input
   bool grab_button = false;
-  bool has_grabbed = false;  ///< grab or release done in this step; survives a change of users
+  bool has_grabbed = false;  ///< a grab or release was done in this step; also valid after a change of users
   std::uint64_t requests_served = 0;
 };
 
@@ -94,7 +94,7 @@ bool Room::is_idle() const {
   return commands_.is_empty() && stays_as_it_is && is_empty();
 }
 
-/// Resets the scene of an empty room after reset_after_s, so that a new user finds it at its start.
+/// Resets the scene if the room has been empty for reset_after_s. A new user then finds the scene at its start.
 void Room::start_anew_when_left() noexcept {
   steps_empty_ = is_empty() ? steps_empty_ + 1 : 0;
   is_as_at_start_ = is_as_at_start_ && steps_empty_ > 0;
@@ -112,7 +112,7 @@ void Room::step(ServerTime now) noexcept {
 
 void Room::answer(ServerTime now) noexcept {
   finish();
-  // Faults of a step in an empty room are dropped: they concern no user.
+  // In an empty room the faults of the last step are discarded, because they concern no user.
   if (is_empty()) late_faults_ = 0;
   apply_commands();
   start_anew_when_left();
@@ -145,7 +145,7 @@ void Room::publish_soft_offsets() noexcept {
   soft_offsets_.publish();
 }
 
-/// Puts all bodies back, and notifies the users who lost a held body.
+/// Moves all bodies back to their start, and notifies users whose held body is released by it.
 void Room::reset() noexcept {
   std::array<BodyId, proto::kMaxUsers> held{};
   const auto held_by = [this](const User& user) { return world_.tool(user.seat.tool).held; };
@@ -164,7 +164,8 @@ bool Room::moves(BodyId body) const noexcept {
   return std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
 }
 
-/// Sets a body's pose. A tool that holds it stays in place and gets a new grip, so its coupling feels no step.
+/// Sets a body's pose. A tool that holds the body keeps its pose and gets a new grip, so its coupling force does not
+/// jump.
 void Room::place(BodyId body, const Pose& X_WB) noexcept {
   if (!moves(body) || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
   constexpr double kWholeWay_m = 1e6;
@@ -218,12 +219,12 @@ void Room::join(const Seat& seat) noexcept {
   leave(user);
   if (has_tool(seat.role) && seat.tool >= scene_->world.tools.size()) return;
   user.seat = seat;
-  // Discards the last input of the seat's former user.
+  // Discards the last input of the seat's previous user.
   user.inbox.poll();
   if (seat.is_manipulator()) open_port(user);
 }
 
-/// Activates a user's tool. State from resume() replaces the scene's, including the held body.
+/// Activates a user's tool. A state from resume() replaces the scene's, including the held body.
 void Room::open_port(User& user) noexcept {
   const std::size_t tool = user.seat.tool;
   const auto left = std::exchange(left_[tool], std::nullopt);
@@ -244,7 +245,7 @@ void Room::open_port(User& user) noexcept {
   }
 }
 
-/// Keeps the held bodies of reserved tools in place until kKeptFor has passed.
+/// Holds the bodies of reserved tools in place until kKeptFor has passed.
 void Room::keep_left_things() noexcept {
   for (auto& left : left_) {
     if (!left) continue;
@@ -336,7 +337,7 @@ void Room::leave(User& user) noexcept {
   user.requests_served = 0;
 }
 
-// Serves one grab or release per seat and step: a grab measures the distance to every graspable body.
+// Serves at most one grab or release per seat and step, because a grab measures the distance to every graspable body.
 void Room::serve_request(User& user, const RoomCommand& command) noexcept {
   ++user.requests_served;
   if (!user.seat.is_manipulator()) return;
@@ -365,7 +366,7 @@ void Room::release(User& user, std::uint32_t request) noexcept {
   const BodyId held = world_.tool(user.seat.tool).held;
   user.has_grabbed = true;
   world_.release(user.seat.tool);
-  // A request needs an answer even if nothing was held; the button (request 0) does not.
+  // A request (number > 0) needs an answer even if no body was held; a release by button (number 0) does not.
   if (!held.is_valid() && request == 0) return;
   emit({RoomEvent::Kind::kReleased, user.seat.user, held, request, {}});
 }
@@ -387,7 +388,7 @@ TickFaults Room::receive_input(User& user) noexcept {
   if (!input.has_arrived) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
-    // Pending inputs are dropped, so a released button must act now.
+    // Pending inputs have been discarded, so the release of the button must act now.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
     user.release_tool();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
@@ -407,7 +408,7 @@ void Room::receive_newest(User& user) noexcept {
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
   input.has_arrived = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
-  // A release acts at once even without a valid handle, so that a lost hand can open.
+  // A release acts at once even without a valid handle, so that a user whose handle is lost can drop the body.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
   if (input.newest.handle_valid ? !driver.delays_buttons() : !is_down) follow_grab_button(user, input.newest.buttons);
   if (&driver != user.driver) {
@@ -420,7 +421,7 @@ void Room::receive_newest(User& user) noexcept {
 
 void Room::follow_grab_button(User& user, std::uint32_t buttons) noexcept {
   const bool is_down = (buttons & kButtonGrab) != 0;
-  // After a command in this step, the button is evaluated with the next input.
+  // If a command has grabbed or released in this step, the button is evaluated with the next input.
   if (is_down == user.grab_button || user.has_grabbed) return;
   user.grab_button = is_down;
   if (is_down) {
@@ -450,7 +451,7 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
     update.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
                             user->input.handle_age(), user->input.on_hand_W});
     const auto body = std::ranges::find(update.bodies, held, &proto::BodyState::id);
-    // If several users hold a body, the one in the first seat is named.
+    // If several users hold a body, the user in the first seat is named.
     if (body != update.bodies.end() && !body->held_by.is_valid()) body->held_by = user->seat.user;
   }
   proto::OwnUpdate common;

@@ -1,20 +1,20 @@
-// A room: one scene, one fixed-step loop, its users.
+// A room: one scene, one fixed-step loop and its users.
 //
 //   io thread                             room thread (one at a time)
 //   ─────────                             ───────────
 //   RoomCommand  ──ring──▶              answer(): 1 apply commands
-//   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, and let the driver of its mode set
-//                                                   their tool's handle (tool_driver.hpp)
-//                                                 3 step the world as far as hands feel it; account for what each
-//                                                   tool put into it (tool_port.hpp)
+//   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, with which the driver of its
+//                                                   mode sets the tool's handle (tool_driver.hpp)
+//                                                 3 step the part of the world that hands feel, and account
+//                                                   for the energy of each tool (tool_port.hpp)
 //                ◀──mailbox── RoomUpdate              4 publish the updates for users
 //                ◀──ring── RoomEvent   finish(): 5 step the rest of the world, notify watchers, look ahead
 //
-// A seat may change users while values wait in mailboxes, so each update names its user. The io thread stamps
-// `received` and `sent`.
+// A seat may change users while values wait in mailboxes, so each update names its user. The io thread sets the time
+// stamps `received` and `sent`.
 //
-// Nothing else is exchanged. During a step the room thread never waits, logs or allocates. The work of a step is
-// bounded for any input from users: at most kMaxCommandsPerStep commands, with at most one grab or release per seat.
+// The threads exchange nothing else. During a step the room thread never waits, logs or allocates. The work of a step
+// is bounded for any input from users: at most kMaxCommandsPerStep commands, with at most one grab or release per seat.
 #pragma once
 
 #include <array>
@@ -36,64 +36,67 @@
 
 namespace tandem::server {
 
-/// Command from the io thread to the room, about a seat. Only kJoin uses more of the seat than `index` and `user`.
+/// Command from the io thread to the room, about a seat. Of `seat` all commands use `index` and `user`; only kJoin uses
+/// the rest.
 struct RoomCommand {
   enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset, kPlace };
   Kind kind = Kind::kJoin;
   Seat seat;
-  BodyId body = {};                               ///< kGrab; invalid: the nearest in reach. kPlace: body to place
-  std::uint32_t request = 0;                      ///< kGrab, kRelease: copied into the event
+  BodyId body = {};                               ///< kGrab: body to grab; invalid: nearest in reach. kPlace: body to
+                                                  ///< place
+  std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
 };
 
-/// Event from the room to the io thread. kReturned concerns all users; of its fields only `body` is valid.
+/// Event from the room to the io thread. kReturned concerns all users; only its field `body` is valid.
 struct RoomEvent {
   enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased, kReturned };
   Kind kind = Kind::kGrabbed;
   UserId user;
   BodyId body;
   std::uint32_t request = 0;
-  physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< kGrabRefused
+  physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< reason, for kGrabRefused
 };
 
 /// State that a room publishes for its users after a step. Arrays are indexed by Seat::index.
 struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// all users with tools; for_seat() leaves out the recipient
+  /// all users with tools; for_seat() excludes the recipient
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user that the seat's entry is for; invalid: none
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the user so far
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user to whom the seat's entry belongs; invalid:
+                                                                  ///< none
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of kGrab and kRelease served for the user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
   proto::ServerUpdate for_seat(std::size_t seat) const;
 };
 
-/// Deformation of the scene's soft bodies, for windows: for each body the offsets of its proto::soft_lattice() points
-/// from rest.
+/// Deformation of the scene's soft bodies, for windows. For each body these are the offsets of its
+/// proto::soft_lattice() points from their rest positions.
 using SoftOffsets = std::vector<std::vector<Vec3>>;
 
 /// Limit of commands applied in one step. The others wait in the ring until the next step.
 inline constexpr int kMaxCommandsPerStep = 64;
 
-/// Age from which an input is stale: its handle is no longer followed, because the hand may have moved anywhere since.
+/// Age from which an input is stale. The tool no longer follows its handle, because the hand may be anywhere by now.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
-/// Time for which a tool and its held body are reserved after resume() for the user who had them before.
+/// Time after resume() for which a tool and its held body are reserved for their previous user.
 inline constexpr Duration kKeptFor = std::chrono::seconds(10);
 
 /// Settings of a common start for all hands of a room.
 struct RoomStartSettings {
-  std::size_t users = 0;                        ///< manipulators required to start; 0: each hand begins on its own
+  std::size_t users = 0;                        ///< manipulators required for the start; 0: hands start independently
   Duration countdown{std::chrono::seconds(3)};  ///< from the arrival of the last required user to the start
 };
 
 struct RoomOptions {
-  bool steps_soft_aside = false;        ///< soft bodies are stepped by a thread of their own, with identical results
-  bool controls_tool_passivity = true;  ///< limits the energy a tool puts into the world to the hand's input
+  bool steps_soft_aside = false;        ///< soft bodies are stepped on a separate thread, with identical results
+  bool controls_tool_passivity = true;  ///< limits the energy of tools to that of their hands
   RoomStartSettings start{};            ///< for RoomSeats
 };
 
@@ -106,15 +109,16 @@ struct RoomState {
     BodyId held;
     Pose X_BT;  ///< pose in the held body
   };
-  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;  ///< bodies that are not at their start
+  /// bodies that are not at their start pose
+  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
-  std::vector<Vec3> soft_nodes_W;  ///< all soft bodies in their order; empty: as in the scene
+  std::vector<Vec3> soft_nodes_W;  ///< nodes of all soft bodies in their order; empty: as in the scene
 };
 
 class Room;
 
-/// Observer of the inputs of each step, in the order of their use, and of the end of the step. This is enough to repeat
-/// the step.
+/// Observer of a room's steps: the inputs of each step in the order of their use, and the end of the step. These data
+/// suffice to repeat the step.
 ///
 /// Thread  room: no allocation, lock or wait
 class RoomWatcher {
@@ -142,7 +146,7 @@ class Room {
   const RoomStartSettings& start_settings() const { return start_settings_; }
 
   // io side
-  /// Returns false when 256 commands are waiting: the room is stuck or flooded.
+  /// Posts a command. Returns false if 256 commands are already waiting: the room is stuck or flooded.
   bool post(const RoomCommand& command) { return commands_.push(command); }
   bool next_event(RoomEvent& event) { return events_.pop(event); }
   /// Mailbox for the inputs of a seat (Seat::index), written by the io thread.
@@ -152,10 +156,10 @@ class Room {
   /// Mailbox of soft-body offsets, written at 20 Hz in a room with soft bodies and never in others.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
-  /// Adds a watcher before the first step; at most kMaxWatchers, and each must outlive the room's steps.
+  /// Adds a watcher before the first step. At most kMaxWatchers are allowed, and each must outlive the room's steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
-  /// Restores a saved state before the first step. A user who takes a saved tool within kKeptFor finds it where it was,
-  /// with its held body in hand. Until then that body is kept in place. Values out of range are ignored.
+  /// Restores a saved state before the first step. A user who takes a saved tool within kKeptFor finds it at its saved
+  /// pose and still holding its body. Until then that body does not move. Values out of range are ignored.
   void resume(const RoomState& state);
 
   // room side
@@ -167,29 +171,29 @@ class Room {
   /// without a preceding answer().
   void finish() noexcept;
   Step steps_done() const { return step_; }
-  /// Whether a body can move; false for a static body and for one that the scene lacks.
+  /// Returns whether a body can move; false for a static body and for one that the scene lacks.
   bool moves(BodyId body) const noexcept;
-  /// Whether steps can be skipped: no user, no waiting command, and the scene is at its start or has no automatic
-  /// reset.
+  /// Returns whether steps can be skipped: no user, no waiting command, and the scene is at its start or has no
+  /// automatic reset.
   bool is_idle() const;
-  /// Whether no seat has a user.
+  /// Returns whether no seat has a user.
   bool is_empty() const noexcept;
-  /// Adds `faults` to the report of the next updates (from the room loop, e.g. kFaultOverrun).
+  /// Adds `faults` to the report of the next updates. The room loop uses it, e.g. for kFaultOverrun.
   void report(TickFaults faults) { pending_faults_ |= faults; }
   /// Number of events dropped because 256 were waiting for the io thread.
   std::uint64_t events_lost() const { return events_lost_; }
-  /// Energy that the tools' passivity controllers have taken from their motion [J].
+  /// Energy that the passivity controllers have removed from the tools' motion [J].
   double braked_j() const noexcept;
   const physics::World& world() const { return world_; }
   /// Writes the state for resume(). Does not allocate if `state` has been filled before or the scene has no soft
   /// bodies.
   void describe(RoomState& state) const noexcept;
-  /// Seat with this index; its user is invalid if the seat is free.
+  /// Returns the seat with this index; its user is invalid if the seat is free.
   const Seat& seat(std::size_t index) const;
   const RoomOptions& options() const { return options_; }
-  /// Newest input that moves a tool; Tick{} without one.
+  /// Returns the tick of the newest input that moves the tool; Tick{} if there is none.
   Tick answered(std::size_t tool) const;
-  /// Passivity controller of a seat; without effect in a room that does not control the passivity of tools.
+  /// Passivity controller of a seat. It has no effect in a room that does not control the passivity of tools.
   const haptics::ToolPassivityController& tool_passivity(std::size_t seat) const;
 
  private:
@@ -238,11 +242,12 @@ class Room {
   realtime::Mailbox<SoftOffsets> soft_offsets_;
   static constexpr std::size_t kMaxWatchers = 4;  // recorder, checkpoint, pose keeper, metrics
   boost::container::static_vector<RoomWatcher*, kMaxWatchers> watchers_;
-  std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;  ///< indexed by tool: restored, not taken yet
+  /// restored tools that no user has taken yet, indexed by tool
+  std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;
   Step step_;
-  std::int64_t steps_empty_ = 0;  ///< since the last user left
+  std::int64_t steps_empty_ = 0;  ///< number of steps since the last user left
   bool is_as_at_start_ = true;
-  bool is_answered_ = false;  ///< answer() has run, its finish() has not
+  bool is_answered_ = false;  ///< answer() has run, but its finish() has not
   TickFaults pending_faults_ = 0;
   TickFaults late_faults_ = 0;  ///< faults of the last finish(), reported with the next step
   ServerTime answered_{};       ///< time of the step that awaits finish()

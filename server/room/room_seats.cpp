@@ -5,7 +5,7 @@
 namespace tandem::server {
 namespace {
 
-/// Limit of waiting commands above which a room accepts no new users, so that the queue stays bounded.
+/// Number of waiting commands above which a room accepts no new users, so that the queue stays bounded.
 constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace
@@ -88,7 +88,7 @@ void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
 }
 
 void RoomSeats::post_coupling(const Seat& seat) {
-  // Only the newest coupling counts, so older waiting ones are removed and the queue stays short.
+  // Only the newest coupling matters, so older waiting ones are removed and the queue stays short.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   post_surely({.kind = RoomCommand::Kind::kSetCoupling,
                .seat = seat,

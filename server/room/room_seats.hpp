@@ -1,4 +1,4 @@
-// Seats, tools and user ids of a room, and its coupling in force, as the io thread keeps them.
+// The io thread's record of a room: seats, tools, user ids, and the coupling in force.
 #pragma once
 
 #include <array>
@@ -13,12 +13,12 @@
 
 namespace tandem::server {
 
-/// Rate limit of granted resets, per room.
+/// Rate limit of granted resets per room.
 inline constexpr net::Rate kResetRate{1, 2};
 /// Rate limits of requests for molecule poses: per room, and per user.
 inline constexpr net::Rate kPoseRate{16, 32}, kUserPoseRate{4, 8};
 
-/// Rate limit of pointing, per room.
+/// Rate limit of pointing commands per room.
 inline constexpr net::Rate kPointRate{4, 8};
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
@@ -31,47 +31,47 @@ class RoomSeats {
   Room& room() const { return room_; }
   RoomStart& start() { return start_; }
   const RoomStart& start() const { return start_; }
-  /// Coupling as set by the scene's file or the operator.
+  /// Coupling as set by the scene file or the operator.
   const physics::SceneCoupling& coupling() const { return coupling_; }
   /// Coupling for the seat's tool and its held body (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
 
-  /// Assigns a seat; a manipulator gets the first free tool. Returns nothing when the scene's limits are reached.
+  /// Assigns a seat, to a manipulator also the first free tool. Returns nothing if the scene's limits are reached.
   /// In      leaves_gaps  the user suppresses inputs that can be extrapolated (deadband)
   ///         device_bounds  largest coupling that this user's device supports, in device newtons and metres
   ///         user_name  for recordings
-  ///         tool  preferred if it is free: the one that the user had before
+  ///         tool  preferred if it is free: the tool that the user had before
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
-  /// Whether allocate() would now find a seat, and a tool if the role has one.
+  /// Returns whether allocate() would now find a seat, and a tool if the role has one.
   bool has_place(UserRole role) const;
-  /// Releases a seat. When an operator leaves, the coupling returns to the scene's.
+  /// Releases a seat. If its user is the operator, the scene's coupling is restored.
   void leave(const Seat& seat);
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// In      law  allowed for the scene (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
-  /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, when the room's queue
-  /// is full or kResetRate is exceeded: each reset causes an event per moving body to every user.
+  /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
+  /// full or kResetRate is exceeded: each reset sends an event per moving body to every user.
   bool reset(const Seat& seat, LocalTime now);
   bool may_request_pose(LocalTime now) { return poses_.has_some(now) && poses_.consume(1, now); }
   bool may_point(LocalTime now) { return points_.consume(1, now); }
-  /// In      placing  without the seat
+  /// In      placing  its `seat` is ignored and replaced by the argument
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
-  /// Posts a grab. Returns false, without effect, when the room's queue is full or this seat's last request is not
-  /// served yet (on_update()). One user thus cannot fill the shared queue. The caller notifies the user.
+  /// Posts a grab. Returns false, without effect, if the room's queue is full or this seat's last request is not served
+  /// yet (see on_update()). A single user thus cannot fill the shared queue. The caller notifies the user.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the served requests and the held body of the seat's user from an update. Every step repeats them, so a lost
   /// event causes no lasting error.
   void on_update(const Seat& seat, const RoomUpdate& update);
-  /// Retries the commands that the room's full queue refused.
+  /// Posts again the commands that were refused because the room's queue was full.
   void flush();
 
  private:
-  /// Number of seats taken with a tool, or without one, according to `role`.
+  /// Returns the number of occupied seats with a tool, or without a tool, according to `role`.
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool(std::optional<std::uint8_t> wanted) const;
   void post_coupling(const Seat& seat);
@@ -83,13 +83,13 @@ class RoomSeats {
   physics::SceneCoupling coupling_;
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
-  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< grabs and releases since the seat's user joined
+  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
   net::TokenBucket poses_{kPoseRate};
   net::TokenBucket points_{kPointRate};
-  /// Commands that must not be lost. Bounded, because a room that is behind accepts no new users.
+  /// Commands that must not be lost. The queue is bounded, because a room that lags behind accepts no new users.
   std::deque<RoomCommand> waiting_;
 };
 

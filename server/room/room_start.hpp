@@ -1,4 +1,4 @@
-// Common start of the hands of a room, once enough users are present.
+// Common start of all hands of a room, as soon as enough users are present.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -14,15 +14,16 @@ namespace tandem::server {
 
 /// Counts the users whose hands have arrived, and sets the time of the common start.
 ///
-/// Model   With RoomStartSettings::users hands present, the start is set to now + countdown. If a user leaves before
-///         that time and too few remain, the start is withdrawn. A start that has passed stays until the last user
-///         leaves.
+/// Model   As soon as the hands of RoomStartSettings::users users are present, the start is set to now + countdown. If
+///         a user leaves before that time and too few remain, the start is cancelled. After the start has passed, it
+///         remains in force until the last user leaves.
 /// Thread  io
 class RoomStart {
  public:
   explicit RoomStart(const RoomStartSettings& settings) : settings_(settings) {}
 
-  /// Whether a common start is used. If not, hands begin when their own clients do, and nothing below has an effect.
+  /// Returns whether a common start is used. If not, each hand starts when its client does, and the functions below
+  /// have no effect.
   bool is_used() const { return settings_.users > 0; }
   /// Adds a user when the first valid handle of a manipulator has arrived. Repeated calls for a user have no effect.
   /// Out     whether message() has changed
@@ -30,7 +31,7 @@ class RoomStart {
   /// Removes a user who has left.
   /// Out     whether message() has changed
   bool remove(UserId user, ServerTime now);
-  /// Time of the common start; none: users are awaited.
+  /// Returns the time of the common start, or nothing while users are missing.
   std::optional<ServerTime> starts_at() const { return starts_at_; }
   wire::RoomStart message() const;
 

@@ -15,9 +15,9 @@ constexpr bool has_tool(UserRole role) {
   return role != UserRole::kObserver;
 }
 
-/// A seat of a room, used by its io thread and its loop.
+/// A seat of a room, used by the io thread and by the room's loop.
 struct Seat {
-  std::uint8_t index = 0;  ///< in the room's fixed arrays, < proto::kMaxUsers
+  std::uint8_t index = 0;  ///< index in the room's fixed arrays, < proto::kMaxUsers
   UserId user = {};        ///< invalid: the seat is free
   UserRole role = UserRole::kObserver;
   std::uint8_t tool = 0;     ///< valid if has_tool(role)

@@ -1,4 +1,4 @@
-// The rooms of a server and the services that work beside them on their own threads. One owner ensures the order of
+// The rooms of a server, and the services that run beside them on other threads. One owner ensures the order of
 // destruction.
 //
 //   LiveServer ─owns─▶ ServerRooms ─owns─▶ rooms
@@ -15,23 +15,23 @@
 
 namespace tandem::server {
 
-/// Work beside a server's rooms, mostly on a thread of its own. It may refer to the rooms until it is destroyed.
+/// A service beside a server's rooms, mostly on a separate thread. It may refer to the rooms until it is destroyed.
 class RoomService {
  public:
   virtual ~RoomService() = default;
-  /// Writes or drops the waiting work, and joins the thread. Called after the last step of each room and the last call
-  /// from the io thread, also when that thread ended by an exception. Idempotent. The destructor does this if finish()
-  /// was never called.
+  /// Completes or discards the waiting work, and joins the thread. It is called after the last step of each room and
+  /// after the last call from the io thread, even if that thread ended with an exception. Repeated calls have no
+  /// effect. If it was never called, the destructor does the same.
   virtual void finish() = 0;
 };
 
 class ServerRooms {
  public:
   ServerRooms() = default;
-  // Not explicit: most callers have rooms only.
+  // Not explicit, because most callers have rooms but no services.
   ServerRooms(std::vector<std::unique_ptr<Room>> rooms) : rooms_(std::move(rooms)) {}
   ServerRooms(ServerRooms&&) = default;
-  ServerRooms& operator=(ServerRooms&&) = delete;  // it would destroy rooms before their services
+  ServerRooms& operator=(ServerRooms&&) = delete;  // deleted: it would destroy rooms before their services
   ~ServerRooms() {
     while (!services_.empty()) services_.pop_back();
   }

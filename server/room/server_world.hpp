@@ -1,4 +1,4 @@
-// Builds the world of a room from its scene: rigid bodies, tools, and soft bodies where the scene has them.
+// Builds the world of a room from its scene: rigid bodies, tools, and soft bodies if the scene has any.
 #pragma once
 
 #include "common/physics/world.hpp"
@@ -9,7 +9,8 @@ namespace tandem::server {
 
 physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, bool steps_soft_aside = false);
 
-/// Shortest of some steps with every tool at its start: a lower bound of the step time on this machine.
+/// Returns the shortest time of several steps with every tool at its start pose. It is a lower bound of the step time
+/// on this machine.
 Duration quickest_step(const std::shared_ptr<const LoadedScene>& scene);
 
 }  // namespace tandem::server

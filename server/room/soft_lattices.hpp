@@ -1,4 +1,4 @@
-// Offsets of the lattice points of soft bodies, computed from their nodes, for windows.
+// Computes the offsets of the lattice points of soft bodies from their nodes, for windows.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +10,22 @@
 
 namespace tandem::server {
 
-/// The proto::soft_lattice() points in the rest box of each soft body; each follows its nearest nodes.
+/// The proto::soft_lattice() points of each soft body in its rest box. Each point follows its nearest nodes.
 ///
-/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes nearest at rest, w ∝ 1 / distance
+/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes nearest at rest, with w ∝ 1 / distance
 /// Thread  measure(): room, without allocation
 class SoftLattices {
  public:
   explicit SoftLattices(const std::vector<SoftModel>& bodies);
 
-  /// Zero offsets, one for each point.
+  /// Returns zero offsets, one for each point.
   std::vector<std::vector<Vec3>> at_rest() const;
   /// In      out  sized like at_rest()
   void measure(const physics::World& world, std::vector<std::vector<Vec3>>& out) const noexcept;
 
  private:
-  std::vector<std::vector<Vec3>> rest_W_;               ///< nodes at rest
-  std::vector<std::vector<proto::NearPlaces>> points_;  ///< with their nearest nodes
+  std::vector<std::vector<Vec3>> rest_W_;               ///< node positions at rest
+  std::vector<std::vector<proto::NearPlaces>> points_;  ///< points with their nearest nodes
 };
 
 }  // namespace tandem::server

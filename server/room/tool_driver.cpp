@@ -9,7 +9,7 @@
 namespace tandem::server {
 namespace {
 
-/// Limit of the extrapolation for a user with a deadband: its longest gap (kDeadbandFloor) plus the network's jitter.
+/// Limit of the extrapolation time for a user with a deadband: the longest gap (kDeadbandFloor) and the jitter.
 constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
 
 void report_energy(ToolPort& port, const UserInput& input) noexcept {
@@ -67,9 +67,9 @@ class PlayoutDriver final : public ToolDriver {
   InputPlayout playout_;
 };
 
-/// ClientMode::kWave: the waves move a virtual handle to which the coupling pulls the tool; the coupling's force
-/// becomes the returning wave. The hand's position only prevents drift of that handle. Both ends keep an energy
-/// balance, so a client with another impedance gets reflections, but no energy.
+/// ClientMode::kWave: the received waves move a virtual handle, to which the coupling pulls the tool. The coupling's
+/// force is sent back as a wave. The hand's position is used only to prevent drift of the virtual handle. Both ends
+/// keep an energy balance, so a client with another impedance causes reflections but gains no energy.
 class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}

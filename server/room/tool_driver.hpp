@@ -1,5 +1,5 @@
-// Control of a tool by its user's inputs. Each ClientMode has one strategy, which matches how that client bridges the
-// delay. The room selects it by the mode of the newest input, without a case for any single one.
+// Control of a tool by its user's inputs. Each ClientMode has one strategy, which matches the way in which that client
+// bridges the delay. The room selects the driver by the mode of the newest input and treats all drivers alike.
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@
 
 namespace tandem::server {
 
-/// Newest input of a user, and the one in use.
+/// Newest input of a user, and the values in use.
 struct UserInput {
   proto::ClientUpdate newest;
-  Duration arrived{0};       ///< time of arrival, in the room's steps
-  Duration since_last{0};    ///< since the previous arrival
+  Duration arrived{0};       ///< simulated time of the room at the arrival
+  Duration since_last{0};    ///< time since the previous arrival
   bool has_arrived = false;  ///< an input has arrived
-  bool has_gaps = false;     ///< the handle is extrapolated between inputs
+  bool has_gaps = false;     ///< the client leaves gaps (deadband), between which the handle is extrapolated
   Tick answered;             ///< tick of the handle in use
   Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
 
@@ -35,20 +35,20 @@ class ToolDriver {
  public:
   virtual ~ToolDriver() = default;
 
-  /// Whether the grab button acts when drive() returns it, with the tool where its user had it; otherwise it acts on
-  /// arrival.
+  /// Returns whether the grab button acts when drive() returns it, at the tool pose that its user felt; otherwise it
+  /// acts on arrival.
   virtual bool delays_buttons() const noexcept { return false; }
   /// Accepts an input of the driver's mode that arrived in the step at `now`; its handle may be invalid.
   virtual void receive(const UserInput& input, Duration now) noexcept = 0;
   /// Sets the tool's handle and `answered` for the step at `now`.
-  /// In      input  with a valid handle
-  /// Out     buttons that act now, from a driver that delays buttons
+  /// In      input  has a valid handle
+  /// Out     buttons that act now; nothing from a driver that does not delay buttons
   virtual std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept = 0;
-  /// Called after the world's step, while the newest input has a handle.
+  /// Called after the world's step if the newest input has a handle.
   virtual void settle() noexcept {}
-  /// Adds the tool's values for a client of this mode.
+  /// Adds the values that a client of this mode needs.
   virtual void describe(proto::OwnUpdate& /*update*/) const noexcept {}
-  /// Discards pending inputs: there is no handle for now.
+  /// Discards pending inputs, because there is no valid handle at present.
   virtual void stop() noexcept {}
   /// Prepares for another mode or another user.
   virtual void reset() noexcept { stop(); }
@@ -58,7 +58,7 @@ class ToolDriver {
 using ToolDrivers = std::array<std::unique_ptr<ToolDriver>, 3>;
 
 /// Makes the drivers of one seat.
-/// In      port  outlives them
+/// In      port  must outlive the drivers
 ToolDrivers make_tool_drivers(Duration period, ToolPort& port);
 
 }  // namespace tandem::server

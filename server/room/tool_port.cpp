@@ -9,7 +9,8 @@
 namespace tandem::server {
 namespace {
 
-/// Factor by which the hand may exceed the coupling's limits for a moment, because of prediction and the damper.
+/// Factor by which the hand's force may exceed the coupling's limits for a short time, because of prediction and the
+/// damper.
 constexpr double kOverLimit = 2.0;
 
 }  // namespace
@@ -78,7 +79,8 @@ void ToolPort::settle() noexcept {
   const physics::ToolState tool = state();
   const double net_into_world_j = tool.energy_into_world_j - tool.energy_from_world_j;
   passivity_.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
-  // b (v² + (kBrakeLever_m ω)²) h with the velocities at the end of the step, where the solver applies the brake.
+  // E = b (v² + (kBrakeLever_m ω)²) h, with the velocities at the end of the step, because the solver applies the brake
+  // with these.
   const double lever_speed_m_per_s = physics::kBrakeLever_m * tool.tool.V.w.norm();
   const double speed_squared = tool.tool.V.v.squaredNorm() + lever_speed_m_per_s * lever_speed_m_per_s;
   const double braked_j = brake_n_s_per_m_ * speed_squared * step_s_;

@@ -1,4 +1,4 @@
-// Port between a user and the world: the handle pulls the tool, and the energy that the tool puts into the world is
+// Port between a user and the world. The handle pulls the tool, and the energy that the tool puts into the world is
 // accounted for.
 #pragma once
 
@@ -15,39 +15,39 @@ namespace tandem::server {
 /// Thread  room: no throw
 class ToolPort {
  public:
-  /// In      world  outlives the port
+  /// In      world  must outlive the port
   ///         is_limited  limits the energy that the tool puts into the world to the hand's input
   ///         (ToolPassivityController)
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 
-  /// Activates a tool for a new user; it appears in the world.
+  /// Activates a tool for a new user, so that it appears in the world.
   /// In      bounds  largest coupling that the user's device supports, in the world
   void open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept;
   /// Removes the tool when its user leaves.
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
-  /// Whether the hand is to be extrapolated in a gap of its inputs. True for a tool that presses on an object together
-  /// with another tool. True for a tool that holds a body if that body has no contact, or if another hand acts on it
-  /// directly or through other bodies.
+  /// Returns whether the hand is to be extrapolated in a gap of its inputs. This is the case if the tool and another
+  /// tool are in contact with the same object. A tool that holds a body also qualifies if the body has no contact, or
+  /// if another hand acts on it, directly or through other bodies.
   bool runs_on() const noexcept;
   /// Coupling in force.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 
   /// Sets the handle that pulls the tool until the next call.
   void set_handle(const RigidState& handle) noexcept;
-  /// Removes the handle until the next set_handle(). Nothing else pulls for the user meanwhile.
+  /// Removes the handle until the next set_handle(). Meanwhile nothing pulls the tool.
   void clear_handle() noexcept;
 
-  /// Reports the client's cumulative energies when its handle was at `X_WH`; `elapsed_s` since the previous report. The
-  /// hand's input is limited to the work that it can do on that path against the coupling's force limits.
+  /// Reports the client's cumulative energies at the handle pose `X_WH`, `elapsed_s` after the previous report. The
+  /// credited input is limited to the work that the hand can do on that path against the coupling's force limits.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// Called before a step: limits the energy of the pull to the hand's input.
+  /// Called before a step. Limits the energy of the pull to the input of the hand.
   TickFaults limit(double step_s) noexcept;
-  /// Called after a step: measures the tool's work.
+  /// Called after a step. Measures the work of the tool.
   void settle() noexcept;
   const haptics::ToolPassivityController& passivity() const noexcept { return passivity_; }
-  /// Energy that the passivity controller's brake took from the tool's motion, over all users of this port [J].
+  /// Energy that the passivity controller has removed from the tool's motion, for all users of this port together [J].
   double braked_j() const noexcept { return braked_j_; }
 
  private:
@@ -57,7 +57,7 @@ class ToolPort {
   bool has_handle_ = false;
   std::optional<Pose> reported_at_;  ///< X_WH
   haptics::ToolPassivityController passivity_;
-  double brake_n_s_per_m_ = 0;  ///< in the current step
+  double brake_n_s_per_m_ = 0;  ///< damping of the brake in the current step
   double step_s_ = 0;
   double braked_j_ = 0;
 };

@@ -1,4 +1,4 @@
-// A user's role as messages and recordings encode it.
+// Conversion of a user's role to and from its encoding in messages and recordings.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ inline wire::Role wire_role(UserRole role) noexcept {
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
-/// Fails   nothing: not a role that can be requested
+/// Fails   returns nothing if `role` cannot be requested
 inline std::optional<UserRole> role_of(wire::Role role) noexcept {
   if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
   if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;

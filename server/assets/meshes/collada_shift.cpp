@@ -11,11 +11,11 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Largest distance from the origin, in mesh sizes, that is not shifted. Single precision then loses less than a
-/// millionth of the size.
+/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Single precision then loses
+/// less than a millionth of the size.
 constexpr double kFarthest = 4;
 
-/// Begin and end of a part of the file.
+/// Begin and end of a part of the file, as offsets.
 struct Piece {
   std::size_t begin = 0, end = 0;
   std::string_view in(std::string_view text) const { return text.substr(begin, end - begin); }
@@ -36,7 +36,7 @@ std::optional<Piece> next_tag(std::string_view text, std::string_view name, std:
   }
 }
 
-/// Value of an attribute; empty if the tag has none of that name.
+/// Returns the value of an attribute; empty if the tag has none of that name.
 std::string_view attribute(std::string_view tag, std::string_view name) {
   for (std::size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
     const std::size_t open = at + name.size() + 1;
@@ -48,7 +48,7 @@ std::string_view attribute(std::string_view tag, std::string_view name) {
   return {};
 }
 
-/// Ids of the sources that contain vertex positions.
+/// Returns the ids of the sources that contain vertex positions.
 std::set<std::string, std::less<>> position_sources(std::string_view text) {
   std::set<std::string, std::less<>> ids;
   for (auto tag = next_tag(text, "vertices", 0, text.size()); tag;
@@ -74,7 +74,7 @@ bool is_list_of_xyz(std::string_view text, std::size_t begin, std::size_t end) {
   return names == "XYZ" && (offset.empty() || offset == "0");
 }
 
-/// The number lists of all positions, in file order; nothing if any of them is not a list of X, Y, Z.
+/// Returns the number lists of all positions, in file order; nothing if any of them is not a list of X, Y, Z.
 std::optional<std::vector<Piece>> position_lists(std::string_view text) {
   const auto ids = position_sources(text);
   std::vector<Piece> lists;

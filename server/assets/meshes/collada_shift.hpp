@@ -10,8 +10,8 @@
 namespace tandem::server::mesh_reader {
 
 struct ShiftedCollada {
-  std::string text;           ///< the file with `shift` subtracted from each position
-  Vec3 shift = Vec3::Zero();  ///< in the frame and units of the geometries
+  std::string text;           ///< text of the file with `shift` subtracted from each position
+  Vec3 shift = Vec3::Zero();  ///< offset in the frame and units of the geometries
 };
 
 /// Returns nothing if no position is far from the origin, or if positions are not lists of X, Y and Z.

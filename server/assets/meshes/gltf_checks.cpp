@@ -15,8 +15,8 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::int64_t kSingle = 5126;  // FLOAT
-/// Largest nesting depth of lists and objects; user data of exporters reaches some tens.
+constexpr std::int64_t kSingle = 5126;  // component type FLOAT of glTF
+/// Limit of the nesting depth of lists and objects. User data of exporters reach a depth of some tens.
 constexpr std::size_t kMaxDepth = 200;
 /// Extensions that do not change the shape.
 constexpr std::array kHarmless{"KHR_materials_",        "KHR_technique", "KHR_texture_", "KHR_lights_",   "KHR_xmp",
@@ -25,12 +25,12 @@ constexpr std::array kHarmless{"KHR_materials_",        "KHR_technique", "KHR_te
 constexpr std::array kPacked{"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
 constexpr const char* kCopies = "EXT_mesh_gpu_instancing";
 
-/// Value of a field; null if there is none.
+/// Returns the value of a field; null if there is none.
 const json::value* field(const json::value& of, std::string_view name) {
   return of.is_object() ? of.as_object().if_contains(name) : nullptr;
 }
 
-/// Elements of a list; none if it is missing or not a list.
+/// Returns the elements of a list; none if it is missing or not a list.
 std::span<const json::value> list(const json::value& of, std::string_view name) {
   const json::value* const found = field(of, name);
   if (found == nullptr || !found->is_array()) return {};
@@ -53,7 +53,7 @@ std::string place(const char* list, std::size_t index) {
   return std::string(list) + "[" + std::to_string(index) + "]";
 }
 
-/// The text of a .gltf, or the first chunk of a .glb.
+/// Returns the text of a .gltf, or of the first chunk of a .glb.
 std::string_view json_text(std::span<const std::byte> bytes) {
   constexpr std::size_t kHeader = 20;
   const std::string_view text = text_of(bytes);

@@ -1,5 +1,5 @@
 // Checks for features of .gltf and .glb that Assimp reads wrongly without a message: packed and quantised positions,
-// instancing extensions, morph weights. Each is refused by the name of its field.
+// instancing extensions, and morph weights. Each is refused with the name of its field.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Out     number of triangles of all meshes by their accessors; nothing for version 1
-/// Fails   Refusal
+/// Out     number of triangles of all meshes according to their accessors; nothing for version 1
+/// Fails   Refusal, see above
 std::optional<std::size_t> checked_gltf_triangles(std::span<const std::byte> bytes);
 
 }  // namespace tandem::server::mesh_reader

@@ -21,7 +21,7 @@ class ObjReader {
     throw Refusal("which has, in line " + std::to_string(line_) + ", " + what);
   }
 
-  /// Next line without its comment; a backslash at the end joins the following line.
+  /// Returns the next line without its comment. A backslash at the end of a line joins it with the next one.
   std::string_view whole_line() {
     ++line_;
     std::string_view line = next_line(rest_);
@@ -68,7 +68,7 @@ class ObjReader {
     mesh_.add_face(face_);
   }
 
-  /// Vertex of a face; index 1 is the first vertex, -1 the last one so far.
+  /// Returns the vertex of a face. Index 1 is the first vertex, -1 the last one read so far.
   std::uint32_t corner(std::string_view word) const {
     const std::optional<long long> index = whole_number_in(word.substr(0, word.find('/')));
     const auto count = static_cast<long long>(mesh_.vertices.size());

@@ -15,14 +15,14 @@ class OffReader {
     header();
     const std::size_t vertices = count("vertices");
     const std::size_t faces = count("faces");
-    line_.remove_prefix(line_.size());  // the number of edges
+    line_.remove_prefix(line_.size());  // skips the number of edges
     for (std::size_t i = 0; i < vertices; ++i) vertex(i, vertices);
     for (std::size_t i = 0; i < faces; ++i) face(i, faces);
     return std::move(mesh_);
   }
 
  private:
-  /// Next line with a word, without its comment; empty at the end.
+  /// Returns the next line that contains a word, without its comment; empty at the end.
   std::string_view next_row() {
     while (!rest_.empty()) {
       const std::string_view line = next_line(rest_);
@@ -32,7 +32,7 @@ class OffReader {
     return {};
   }
 
-  /// Next word of the header, which may extend over several lines.
+  /// Returns the next word of the header, which may extend over several lines.
   std::string_view header_word() {
     std::string_view word = next_word(line_);
     if (!word.empty()) return word;
@@ -40,7 +40,7 @@ class OffReader {
     return next_word(line_);
   }
 
-  /// Reads [ST][C][N][4][n]OFF; a file may also begin with the counts.
+  /// Reads the keyword [ST][C][N][4][n]OFF. Files without it begin with the counts.
   void header() {
     line_ = next_row();
     std::string_view after = line_;

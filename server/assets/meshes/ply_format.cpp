@@ -26,7 +26,7 @@ constexpr std::array kTypes{
 
 struct Property {
   const NumberType* type = nullptr;
-  const NumberType* count_type = nullptr;  ///< set for a list
+  const NumberType* count_type = nullptr;  ///< type of the number of entries; set for a list only
   std::string name;
 };
 
@@ -113,7 +113,7 @@ class PlyReader {
   }
 
   void body(const Element& element) {
-    // Elements without properties have no bytes, so the file's length does not bound their count.
+    // Elements without properties take no bytes, so the length of the file does not bound their number.
     if (element.properties.empty()) return;
     element_ = &element;
     if (element.name == "vertex") find_axes(element);
@@ -133,7 +133,7 @@ class PlyReader {
     }
   }
 
-  /// Returns null if the element contains no faces.
+  /// Returns the property with vertex indices; null if the element contains no faces.
   const Property* indices_of(const Element& element) const {
     if (element.name != "face" && element.name != "tristrips") return nullptr;
     const auto is_indices = [](const Property& one) {
@@ -187,8 +187,8 @@ class PlyReader {
     mesh_.add_face(face_);
   }
 
-  /// Adds the triangles of strips. Every second triangle has the opposite orientation. -1, or its unsigned form, begins
-  /// a new strip.
+  /// Adds the triangles of strips. Every second triangle has the opposite orientation. The index -1, or its unsigned
+  /// form, begins a new strip.
   void add_strips(const Property& indices) {
     const double restart = indices.type->is_signed ? -1 : std::ldexp(1, static_cast<int>(8 * indices.type->bytes)) - 1;
     face_.clear();

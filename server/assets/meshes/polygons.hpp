@@ -12,7 +12,7 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Refusal of a file; the text follows the file's name: "which …; remedy".
+/// Refusal of a file. The text is a clause that follows the file's name: "which …; remedy".
 class Refusal : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,20 +23,20 @@ struct Polygons {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> corners;
   std::vector<std::uint32_t> face_sizes;
-  /// Relative rounding step (at 1) of the number type in which the file stores coordinates.
+  /// Relative rounding step of coordinates, which is the distance from 1 to the next number of the file's number type.
   double number_step = std::numeric_limits<double>::epsilon();
-  /// Uncertainty of coordinates that does not follow from `number_step` [units].
+  /// Uncertainty of coordinates from other causes than `number_step`, in the file's units.
   double step = 0;
 
   void add_face(const std::vector<std::uint32_t>& face) {
-    if (face.size() < 3) return;  // a point or a line
+    if (face.size() < 3) return;  // points and lines are skipped
     corners.insert(corners.end(), face.begin(), face.end());
     face_sizes.push_back(static_cast<std::uint32_t>(face.size()));
   }
 };
 
-/// Largest rounding step of coordinates, as a fraction of the longest edge of the bounding box. Above it the file is
-/// refused. The volume of a compact part is then accurate to 1e-4.
+/// Largest accepted rounding step of coordinates, as a fraction of the longest edge of the bounding box. With it the
+/// volume of a compact part is accurate to 1e-4. A file with a larger step is refused.
 inline constexpr double kMaxStepShare = 1.0 / 32768;
 
 /// Longest edge and centre of the bounding box of the vertices that faces use, and the largest absolute coordinate.
@@ -47,8 +47,8 @@ struct Extent {
 };
 Extent extent_of(const Polygons& mesh);
 
-/// Fails   Refusal: an index beyond the last vertex; a coordinate that is not finite; coordinates so far from the
-///         origin that their rounding changes the shape
+/// Fails   Refusal: a face uses an index beyond the last vertex; a coordinate is not finite; or coordinates are so far
+///         from the origin that their rounding changes the shape
 void check(const Polygons& mesh);
 
 }  // namespace tandem::server::mesh_reader

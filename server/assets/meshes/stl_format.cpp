@@ -55,7 +55,7 @@ class TextStl {
   }
 
   void facet() {
-    for (int i = 0; i < 3; ++i) next();  // the normal, which is ignored
+    for (int i = 0; i < 3; ++i) next();  // skips the normal
     expect("outer");
     expect("loop");
     std::vector<std::uint32_t> face;
@@ -87,7 +87,7 @@ Polygons binary_stl(std::span<const std::byte> bytes) {
   mesh.number_step = std::numeric_limits<float>::epsilon();
   mesh.vertices.reserve(3 * count);
   for (std::size_t i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) reader.f32();  // the normal
+    for (int k = 0; k < 3; ++k) reader.f32();  // skips the normal
     for (int k = 0; k < 3; ++k) {
       const double x = reader.f32(), y = reader.f32(), z = reader.f32();
       mesh.vertices.emplace_back(x, y, z);
@@ -100,8 +100,8 @@ Polygons binary_stl(std::span<const std::byte> bytes) {
   return mesh;
 }
 
-/// Whether an STL is text. A binary file may begin with the same word, but a count below 2^24 has a zero in its upper
-/// byte.
+/// Returns whether an STL is text. A binary file may begin with the same word, but it has a zero byte: the upper byte
+/// of its count, if that is below 2^24.
 bool is_text(std::span<const std::byte> bytes) {
   std::string_view text = text_of(bytes);
   const bool has_zero = text.substr(0, kHeader).find('\0') != std::string_view::npos;

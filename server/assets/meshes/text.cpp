@@ -25,8 +25,8 @@ std::optional<Number> parsed(std::string_view word) {
   return value;
 }
 
-/// Whether a number is below the range of double. from_chars reports the same error for numbers that are too small and
-/// too large.
+/// Returns whether a number is too small for double. from_chars reports the same error for numbers that are too small
+/// and too large.
 bool is_tiny(std::string_view word) {
   return word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos;
 }

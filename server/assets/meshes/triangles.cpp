@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kPolygons = "polygons";
 constexpr double kSingleStep = std::numeric_limits<float>::epsilon();
 
-/// Restricts Assimp to the files that were given.
+/// Restricts Assimp's file access to the files that were given.
 class GivenFiles final : public Assimp::IOSystem {
  public:
   explicit GivenFiles(std::vector<GivenFile> files) : files_(std::move(files)) {}
@@ -49,8 +49,8 @@ class GivenFiles final : public Assimp::IOSystem {
   std::vector<GivenFile> files_;
 };
 
-/// Detects wrong indices from Assimp's log. For an index out of range Assimp uses another vertex or drops the face, and
-/// only logs it.
+/// Detects wrong indices in a file from Assimp's log. For an index out of range, Assimp uses another vertex or drops
+/// the face, and only logs it.
 class Complaints final : public Assimp::LogStream {
  public:
   Complaints() {
@@ -124,7 +124,7 @@ class SceneFlattener {
  public:
   SceneFlattener(const aiScene& scene, const Vec3& shift, bool has_master_scale) : scene_(scene), shift_(shift) {
     Eigen::Affine3d root = pose_of(scene.mRootNode->mTransformation);
-    // Assimp divides .3ds by the display scale of the editor, which is not a unit of the file.
+    // Assimp scales .3ds by the inverse of the editor's display scale, which is not a unit of the file.
     const double volume = std::abs(root.linear().determinant());
     if (has_master_scale && volume > 0) root.linear() /= std::cbrt(volume);
     // Assimp rotates every scene to y up.
@@ -151,7 +151,7 @@ class SceneFlattener {
       }
     }
     for (std::size_t i = nodes_.size() - 1; i > 0; --i) nodes_[nodes_[i].parent].meshes += nodes_[i].meshes;
-    // A node above all meshes moves the whole scene, so its rounding does not change the shape.
+    // A node above all meshes moves the whole scene, so rounding of its position does not change the shape.
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       if (nodes_[i].meshes == 0 || nodes_[i].meshes == nodes_[0].meshes) continue;
       const double moved = pose_of(nodes_[i].node->mTransformation).translation().cwiseAbs().maxCoeff();
@@ -175,13 +175,13 @@ class SceneFlattener {
     add_faces(part, first, placed.X_WN.linear().determinant() < 0);
   }
 
-  /// Adds the faces of a part. A mirrored part is reversed, else it would be inside out.
+  /// Adds the faces of a part. The faces of a mirrored part are reversed; otherwise they would point inwards.
   void add_faces(const aiMesh& part, std::size_t first, bool is_mirrored) {
     std::vector<std::uint32_t> corners;
     for (const aiFace& face : faces_of(part)) {
       corners.clear();
       for (unsigned c = 0; c < face.mNumIndices; ++c) {
-        // An index beyond this part would address a vertex of the next part, so it is marked invalid.
+        // An index beyond this part is marked invalid. Otherwise it would address a vertex of the next part.
         const bool is_here = face.mIndices[c] < part.mNumVertices;
         corners.push_back(is_here ? static_cast<std::uint32_t>(first + face.mIndices[c]) : UINT32_MAX);
       }
@@ -196,7 +196,7 @@ class SceneFlattener {
   Polygons mesh_;
 };
 
-/// Importer that passes polygons in memory to Assimp.
+/// Assimp importer that reads polygons from memory.
 class PolygonLoader final : public Assimp::BaseImporter {
  public:
   PolygonLoader(const Polygons& mesh, const Extent& extent) : mesh_(mesh), extent_(extent) {}
@@ -243,9 +243,9 @@ class PolygonLoader final : public Assimp::BaseImporter {
   const Extent& extent_;
 };
 
-/// For each vertex, the number of its position among the distinct positions.
+/// Returns for each vertex the index of its position among the distinct positions.
 std::vector<int> places_of(const std::vector<Vec3>& vertices) {
-  // Adding 0.0 makes both signs of zero hash alike.
+  // Adding 0.0 turns -0.0 into 0.0, so that both hash alike.
   const auto hash = [](const Vec3& p) {
     std::size_t sum = 0;
     for (const double x : p) sum = sum * 0x9E3779B97F4A7C15U + std::hash<double>()(x + 0.0);
@@ -260,7 +260,7 @@ std::vector<int> places_of(const std::vector<Vec3>& vertices) {
   return places;
 }
 
-/// Merges vertices at the same position and keeps only those that triangles use, in the order of use.
+/// Merges vertices at the same position, and keeps only those that triangles use, in the order of use.
 geometry::TriangleMesh joined(const std::vector<Vec3>& vertices, const std::vector<std::uint32_t>& corners) {
   geometry::TriangleMesh mesh;
   const std::vector<int> places = places_of(vertices);

@@ -1,6 +1,6 @@
-// Adapter of Assimp: reads scenes of .dae, .gltf, .glb and .3ds as polygons, and cuts polygons into triangles. Assimp
-// computes in single precision. So the poses of a scene are applied here, and polygons are cut near the origin at about
-// unit size.
+// Adapter of Assimp. It reads scenes of .dae, .gltf, .glb and .3ds as polygons, and cuts polygons into triangles.
+// Assimp computes in single precision. Therefore the poses of a scene are applied here, and polygons are moved near the
+// origin and scaled to about unit size before they are cut.
 #pragma once
 
 #include <cstddef>
@@ -15,24 +15,25 @@
 
 namespace tandem::server::mesh_reader {
 
-/// A file that was given, or only its name.
+/// A file with its bytes, or only its name.
 struct GivenFile {
   std::string name;
   std::span<const std::byte> bytes;
 };
 
-/// Returns all meshes of a scene in one frame with z up, in metres where the format has a unit.
-/// In      files  the scene first, named mesh.FORMAT; then its additional files
-///         expected_faces  number of faces of all its meshes, if the file states it
-///         shift           offset that is added to the vertices of its meshes
+/// Returns all meshes of a scene in one frame with z up. The unit is the metre if the format defines a unit.
+/// In      files  the scene file first, named mesh.FORMAT; then its additional files
+///         expected_faces  number of faces of all meshes, if the file states it
+///         shift           offset that is added to the vertices of the meshes
 /// Fails   Refusal
 Polygons polygons_of_scene(const std::vector<GivenFile>& files, std::optional<std::size_t> expected_faces,
                            const Vec3& shift = Vec3::Zero());
 
-/// Cuts each polygon into triangles; vertices at the same position are merged.
+/// Cuts each polygon into triangles, and merges vertices at the same position.
 geometry::TriangleMesh triangulated(const Polygons& mesh);
 
-/// Triangles as Assimp reads the file, in single precision; nothing if it fails or reads another number of faces.
+/// Returns the triangles that Assimp reads from the file, in single precision. Returns nothing if reading fails or
+/// gives another number of faces.
 std::optional<geometry::TriangleMesh> assimp_triangles(const std::vector<GivenFile>& files, std::size_t expected_faces);
 
 }  // namespace tandem::server::mesh_reader

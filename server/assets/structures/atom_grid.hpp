@@ -1,4 +1,4 @@
-// A grid of cubes that finds nearby points. Bounded: of many points in one cube it keeps only the first.
+// A grid of cubes for the search of nearby points. To bound the work, each cube stores only its first points.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace tandem::server {
 
 class AtomGrid {
  public:
-  /// In      cube_angstrom  at least 0.5; as wide as the largest distance of a search
+  /// In      cube_angstrom  width of a cube: at least 0.5, and at least the largest distance of a search
   AtomGrid(double cube_angstrom, const std::vector<Vec3>& positions) : cube_(cube_angstrom) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       std::vector<std::uint32_t>& cell = cells_[key(cell_of(positions[i]))];
@@ -21,7 +21,7 @@ class AtomGrid {
     }
   }
 
-  /// Calls `visit` with the index of each point within one cube width, and of some points beyond.
+  /// Calls `visit` with the index of each stored point within one cube width, and of some points beyond.
   template <class Visit>
   void visit_near(const Vec3& position, const Visit& visit) const {
     const Cell centre = cell_of(position);
@@ -34,7 +34,7 @@ class AtomGrid {
 
  private:
   using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
-  /// Limit of points in a cube. A cube of 5 Å has some 15 atoms; damaged and hostile files have any number.
+  /// Limit of points in a cube. A cube of 5 Å has about 15 atoms; damaged and hostile files may have any number.
   static constexpr std::size_t kMaxPointsPerCube = 100;
 
   Cell cell_of(const Vec3& position) const { return (position / cube_).array().floor().cast<std::int64_t>().matrix(); }

@@ -1,4 +1,4 @@
-// Parameters that need no files of GROMACS.
+// Built-in parameters that need no files of GROMACS.
 #include <array>
 #include <string>
 #include <string_view>

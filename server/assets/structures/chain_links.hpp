@@ -10,27 +10,27 @@
 
 namespace tandem::server {
 
-/// Kind of a residue's end towards a neighbour in its chain.
+/// State of a residue's end in its chain.
 enum class ChainEnd {
-  kBonded,  ///< bonded to a neighbour
-  kEnd,     ///< the chain ends
-  kGap,     ///< residues are missing: the chain continues in the file after the gap
+  kBonded,  ///< it is bonded to a neighbour
+  kEnd,     ///< it is an end of the chain
+  kGap,     ///< neighbouring residues are missing, but the chain continues in the file after the gap
 };
 
 struct ChainLink {
-  std::optional<std::size_t> previous;  ///< residue whose C or O3' is bonded to the N or P of this one
+  std::optional<std::size_t> previous;  ///< residue whose C (or O3') is bonded to the N (or P) of this one
   ChainEnd begins = ChainEnd::kEnd;
   ChainEnd ends = ChainEnd::kEnd;
 };
 
-/// Returns the links of each residue, in file order. Residues without the atoms of such a bond are bonded to the next
-/// of their chain. They occur in damaged files and in files of alpha carbons.
+/// Returns the links of each residue, in file order. A residue that lacks the atoms of such a bond is linked to the
+/// next one of its chain. Such residues occur in damaged files and in files of alpha carbons.
 ///
-/// Model   C-N and O3'-P up to 2.0 Å. The bonds are 1.33 and 1.61 Å; other pairs of these atoms are at least 2.5 Å
-///         apart
+/// Model   Bonds are C-N and O3'-P pairs up to 2.0 Å apart. The bond lengths are 1.33 and 1.61 Å; other pairs of these
+///         atoms are at least 2.5 Å apart
 std::vector<ChainLink> chain_links(const std::vector<PdbResidue>& residues);
 
-/// Returns null if the residue has no atom of that name.
+/// Returns the atom of that name; null if the residue has none.
 const PdbAtom* find_atom(const PdbResidue& residue, std::string_view name);
 
 }  // namespace tandem::server

@@ -24,7 +24,7 @@ constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 constexpr const char* kRemedy =
     "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
 
-/// Name in "[ name ]"; empty for other lines.
+/// Returns the name in a line "[ name ]"; empty for other lines.
 std::string section_name(const Words& words) {
   if (words.front().front() != '[') return {};
   std::string joined;
@@ -47,7 +47,7 @@ class ParameterFile {
   ParameterFile(const ParameterFile&) = delete;
   ParameterFile& operator=(const ParameterFile&) = delete;
 
-  /// Reads the next nonempty line that the preprocessor keeps (nothing is defined). Returns false at the end.
+  /// Reads the next nonempty line that the preprocessor keeps if no symbol is defined. Returns false at the end.
   bool next(Words& words) {
     while (!rest_.empty()) {
       ++line_;
@@ -100,11 +100,11 @@ class ParameterFile {
   std::string_view rest_;
   std::string section_;  ///< current section of next_in()
   std::size_t line_ = 0;
-  std::vector<bool> left_out_;  ///< for each open #if: whether its current branch is left out
+  std::vector<bool> left_out_;  ///< for each open #if: whether its current branch is skipped
   bool skipping_ = false;
 };
 
-/// Whether σ is combined arithmetically.
+/// Returns true if σ is combined arithmetically.
 bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
@@ -171,8 +171,8 @@ HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
   return rule;
 }
 
-/// Reads blocks of "ALA 3" and rules; the count is not needed. Rules for oxygens of a C terminus, which AMBER's blocks
-/// have, are left out: those oxygens are in the structure.
+/// Reads blocks such as "ALA 3" and their rules. The number is not needed. Rules for the oxygens of a C terminus, which
+/// AMBER's blocks have, are skipped, because those oxygens are in the structure.
 void read_hydrogens(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
@@ -190,7 +190,7 @@ void read_hydrogens(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// Reads an added atom: "H" added three times is H1, H2, H3; added once it is H.
+/// Reads an added atom. If "H" is added three times, the atoms are H1, H2 and H3; if once, it is H.
 void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit) {
   if (header.size() < 3) file.fail("an added atom needs count, rule and name");
   const int count = static_cast<int>(file.number(header[0]));
@@ -206,7 +206,8 @@ void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit)
   }
 }
 
-/// Reads "old [new] type mass charge". The new name is GROMACS's own and does not occur in structure files.
+/// Reads a line "old [new] type mass charge". The new name is used by GROMACS only and does not occur in structure
+/// files.
 void read_replacement(const ParameterFile& file, const Words& words, TerminusEdit& edit) {
   if (words.size() < 4) file.fail("a replaced atom needs name, type, mass and charge");
   edit.replaced.push_back(
@@ -238,7 +239,8 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   return termini;
 }
 
-/// Removes the oxygens that a C terminus adds under GROMACS's names (O1, O2, OT): they are O and OXT renamed.
+/// Removes the oxygens that a C terminus adds under GROMACS's names (O1, O2, OT), because they are O and OXT under
+/// other names.
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });
@@ -269,7 +271,7 @@ void read_block_aliases(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// Reads nucleotides if the folder has them.
+/// Reads nucleotides if the folder contains them.
 void read_nucleotides(const fs::path& directory, const char* stem, const char* kind, ForceField& force_field) {
   std::error_code error;
   const auto path = [&](const char* ending) { return directory / (std::string(stem) + ending); };
@@ -288,7 +290,7 @@ void read_names(const fs::path& directory, ForceField& force_field) {
   const bool own = fs::exists(directory / "xlateat.dat", error);
   ParameterFile atoms((own ? directory : directory / "..") / "xlateat.dat");
   while (atoms.next(words)) {
-    if (words.size() < 3) continue;  // the count in the first line
+    if (words.size() < 3) continue;  // the number of entries, in the first line
     force_field.aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
   }
 }

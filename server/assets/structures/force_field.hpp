@@ -1,4 +1,4 @@
-// Parameter files of a GROMACS force-field folder, as data for residue_typing.hpp.
+// Reads the parameter files of a GROMACS force-field folder into data structures for residue_typing.hpp.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,13 @@
 
 namespace tandem::server {
 
-/// OPLS-AA of the Debian package gromacs-data.
+/// Folder of OPLS-AA in the Debian package gromacs-data.
 inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";
-/// Name that stands for built-in parameters by element, which need no folder.
+/// Name of the built-in parameters by element, which need no folder.
 inline constexpr const char* kBuiltInForceField = "built-in";
 
-/// OPLS-AA, the only force field with united atoms, and with substitutes by element among its own types.
+/// Name of OPLS-AA, the only force field with united atoms, and with atom types of its own that substitute for missing
+/// elements.
 inline constexpr std::string_view kOplsName = "oplsaa";
 inline constexpr std::string_view kElementPrefix = "element ";
 
@@ -37,9 +38,9 @@ struct BlockAtom {
 /// Rule for adding hydrogens to an atom: one line of aminoacids.hdb.
 struct HydrogenRule {
   int count = 0;
-  int kind = 0;                      ///< geometry, see hydrogen_geometry.hpp
+  int kind = 0;                      ///< kind of geometry, see hydrogen_geometry.hpp
   std::string name;                  ///< name of a single hydrogen; several are numbered: HB1, HB2
-  std::vector<std::string> anchors;  ///< carrier, then directions; "-C": previous residue
+  std::vector<std::string> anchors;  ///< the carrier, then atoms that define directions; "-C": of the previous residue
 
   std::string hydrogen(int i) const { return count == 1 ? name : name + std::to_string(i + 1); }
 };
@@ -54,17 +55,17 @@ struct ResidueBlock {
   bool is_nucleotide() const;  ///< has C1' and O4' of a sugar
 };
 
-/// Blocks that replace another at a chain end; empty if none does.
+/// Names of the blocks that replace another block at a chain end; empty if there is none.
 struct EndBlocks {
-  std::string first;  ///< N terminus, or 5'
-  std::string last;   ///< C terminus, or 3'
+  std::string first;  ///< block for the N terminus, or the 5' end
+  std::string last;   ///< block for the C terminus, or the 3' end
   std::string both;
 };
 
-/// Changes of a residue's block at a chain end.
+/// Changes to a residue's block at a chain end.
 struct TerminusEdit {
-  std::vector<BlockAtom> replaced;  ///< atoms of these names; if the block lacks one ("OXT"), it is added
-  std::vector<BlockAtom> added;     ///< H1, H2, H3 …
+  std::vector<BlockAtom> replaced;  ///< atoms of the block with these names; "OXT" is added if the block lacks it
+  std::vector<BlockAtom> added;     ///< e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
 };
@@ -76,42 +77,44 @@ struct AtomAlias {
 };
 
 struct ForceField {
-  std::string name;       ///< the folder without ".ff": "oplsaa"
-  std::string directory;  ///< for messages
+  std::string name;       ///< name of the folder without ".ff": "oplsaa"
+  std::string directory;  ///< path of the folder, for messages
   std::map<std::string, AtomType, std::less<>> types;
   std::map<std::string, ResidueBlock, std::less<>> blocks;
-  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< key: block
+  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< indexed by block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
-  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH
-  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< ALA → NALA, CALA
+  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< if it differs from the residue's name: LYS →
+                                                                     ///< LYSH
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;          ///< e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
-  /// Aliases for the atom names of this force field's blocks; residue: a block, a kind of blocks, or "*".
+  /// Aliases for the atom names in this force field's blocks. Their `residue` is a block, a kind of blocks, or "*".
   std::vector<AtomAlias> block_aliases;
   bool mixes_arithmetically = false;  ///< see docking::Molecule
-  /// Types are elements, and "HP", a hydrogen that is not on carbon; blocks only name residues.
+  /// The types are elements and "HP", a hydrogen that is not bonded to carbon. Blocks contain only names of residues.
   bool is_by_element = false;
 
   const ResidueBlock* block(std::string_view name) const;
 
-  /// Fails   MoleculeError: type not in ffnonbonded.itp
+  /// Fails   MoleculeError: ffnonbonded.itp does not contain the type
   const AtomType& type(std::string_view name) const;
 };
 
-/// Substitute for OPLS-AA without its files: Lennard-Jones parameters by element, no charges.
+/// Returns a substitute for OPLS-AA without its files: Lennard-Jones parameters by element, and no charges.
 ///
-/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: C, H of alkanes, N, O of amides, S of thiols; P,
-///         halogens of the same set; ions of Åqvist, J. Phys. Chem. 94 (1990) 8021, with zinc and iron as magnesium;
-///         other elements: elements.hpp
+/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: C, H of alkanes, N, O of amides, S of thiols, P and
+///         halogens; Åqvist, J. Phys. Chem. 94 (1990) 8021: ions, with the values of magnesium for zinc and iron; other
+///         elements: elements.hpp
 ForceField built_in_force_field();
 
 /// Reads a force-field folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb, .r2b and, if
 /// present, .arn. Also reads .rtp, .hdb, .r2b and .arn of dna and rna, and xlateat.dat of the folder or its parent. A
-/// name stands for the folder of gromacs-data: "amber99sb". Types "element C" … are added for atoms without an entry.
-/// "built-in" returns built_in_force_field().
+/// name such as "amber99sb" means the folder of that name in gromacs-data. Types "element C" … are added for atoms
+/// without an entry. For "built-in" it returns built_in_force_field().
 ///
-/// Fails   MoleculeError: folder or file missing (names the Debian package); a line that cannot be read (names it); a
-///         combination rule other than 2 (arithmetic) and 3 (geometric); parameters of single pairs of types
+/// Fails   MoleculeError: the folder or a file is missing (names the Debian package); a line cannot be read (names it);
+///         the combination rule is neither 2 (arithmetic) nor 3 (geometric); there are parameters for single pairs of
+///         types
 /// Cost    about 5 ms
 ForceField load_force_field(const std::filesystem::path& directory_or_name);
 

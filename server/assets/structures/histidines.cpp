@@ -16,7 +16,7 @@ namespace {
 constexpr double kNearAngstrom = 3.5, kStrongAngstrom = 2.5, kMetalAngstrom = 2.8;
 constexpr double kMinCosine = 0.5;
 constexpr double kMetalWeight = 10;
-constexpr double kMinWeight = 0.2;  // weight of a contact of 3.3 Å
+constexpr double kMinWeight = 0.2;  // weight at a distance of 3.3 Å
 constexpr double kMaxHydrogenBondAngstrom = 1.5;
 
 constexpr std::array kAcceptors =
@@ -29,7 +29,7 @@ bool contains(const auto& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// Evidence for a hydrogen on a nitrogen (positive) or against it (negative).
+/// Evidence for a hydrogen on a nitrogen (positive sum) or against it (negative).
 struct Evidence {
   double sum = 0;
   double strongest = 0;

@@ -11,10 +11,11 @@ namespace {
 constexpr double kBondAngstrom = 1.0;
 constexpr double kTetrahedral = 109.47122063449069 * std::numbers::pi / 180;
 constexpr double kThird = 2 * std::numbers::pi / 3;
-/// Longer than any bond between two atoms of a rule. Beyond it two residues are not consecutive.
+/// Distance longer than any bond between two atoms of a rule. If atoms are farther apart, their residues are not
+/// consecutive.
 constexpr double kMaxBondAngstrom = 2.5;
 
-/// Position bonded to i, at an angle to i-j, and at a dihedral angle about i-j relative to k.
+/// Returns a position bonded to i, at an angle to i-j and at a dihedral angle about i-j relative to k.
 Vec3 placed(const Vec3& i, const Vec3& j, const Vec3& k, double angle, double dihedral) {
   const Vec3 axis = (j - i).normalized();
   const Vec3 normal = axis.cross(k - j).normalized();
@@ -29,8 +30,8 @@ Vec3 away_from_mean(const std::vector<Vec3>& p) {
   return p[0] - mean / static_cast<double>(p.size() - 1);
 }
 
-/// Hydrogens of a rule; p: its atoms. Empty for a rule that proteins do not have, and for collinear atoms, which define
-/// no plane.
+/// Returns the hydrogens of a rule, whose atoms are at p. The result is empty for a kind of rule that does not occur in
+/// proteins, and for collinear atoms, which define no plane.
 std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p) {
   constexpr double kMinSquareAngstrom2 = 0.01;
   std::vector<Vec3> made;
@@ -57,7 +58,7 @@ std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p)
   return made;
 }
 
-/// Positions of the rule's atoms; nothing if one is missing or they are not bonded.
+/// Returns the positions of the rule's atoms; nothing if one is missing or they are not bonded.
 std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before) {
   std::vector<Vec3> found;
   for (const std::string& anchor : rule.anchors) {
@@ -73,7 +74,7 @@ std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const Atom
   return found;
 }
 
-/// A heavy atom of the residue that is bonded to a rule's first atom, other than its second.
+/// Returns a heavy atom of the residue that is bonded to the rule's first atom and is not the rule's second atom.
 std::optional<Vec3> other_neighbour(const HydrogenRule& rule, const AtomPlaces& own) {
   constexpr double kMaxNeighbourAngstrom = 1.8;
   if (rule.anchors.size() < 2) return std::nullopt;
@@ -107,7 +108,8 @@ std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& ow
 }
 
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own) {
-  // C-N-CA 121.7°, and the dihedral angle φ of a helix. Only the direction matters, not the bond length.
+  // The angle C-N-CA is 121.7°, and the dihedral angle φ is that of a helix. Only the direction matters, so the bond
+  // length is arbitrary.
   constexpr double kAngle = 121.7 * std::numbers::pi / 180, kPhi = -63 * std::numbers::pi / 180;
   const auto n = own.find("N"), ca = own.find("CA"), c = own.find("C");
   if (n == own.end() || ca == own.end() || c == own.end()) return std::nullopt;

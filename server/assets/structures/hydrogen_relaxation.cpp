@@ -21,24 +21,24 @@ namespace {
 
 constexpr std::size_t kNoAtom = std::numeric_limits<std::size_t>::max();
 constexpr double kDegree = std::numbers::pi / 180;
-/// Groups below this share of the contact distance are moved. It is a little above the clash limit, so no group remains
-/// just below that.
+/// Fraction of the contact distance below which groups are moved. It is slightly above the clash limit, so that no
+/// group remains just below that limit.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
-constexpr double kGivenHydrogenBondAngstrom = 1.5;  // from a given hydrogen to its atom
+constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// Distances to the carrier of a group beyond which its hydrogens reach no atom: of heavy atoms, and of carriers of hydrogens.
+/// Distances from the carrier of a group up to which other atoms matter: heavy atoms, and carriers of other hydrogens.
 constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
-/// Budget of pair energies, about 2 s. 4JSV with 44,000 atoms needs 31 million; in damaged and hostile files, whose atoms
-/// overlap, the number has no other limit.
+/// Limit of the number of pair energies, which take about 2 s. 4JSV with 44,000 atoms needs 31 million. In damaged and
+/// hostile files, whose atoms overlap, the number would be unbounded.
 constexpr std::size_t kMaxPairs = 50'000'000;
-/// Displacements below these end a search; they are far below the resolution of coordinates in files.
+/// Displacements below these limits end a search. They are far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
-constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // kJ/mol
-constexpr double kNearest_angstrom = 0.5;  // limit of the energy: nearer pairs have the energy of this distance
+constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;  // depths of wells in kJ/mol
+constexpr double kNearest_angstrom = 0.5;  // pairs nearer than this have the energy at this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;
 constexpr double kBendPerAngstrom2 = 100;
 
@@ -51,16 +51,16 @@ struct RelaxedAtom {
   const PdbAtom* source = nullptr;
   bool is_hydrogen = false;
   bool is_polar = false;           ///< N, O or S, or a hydrogen on one of them
-  std::size_t carrier = kNoAtom;   ///< heavy atom of a hydrogen
+  std::size_t carrier = kNoAtom;   ///< heavy atom to which a hydrogen is bonded
   std::vector<std::size_t> bonds;  ///< heavy neighbours of a heavy atom
-  std::size_t hydrogens = 0;       ///< number of hydrogens on it
+  std::size_t hydrogens = 0;       ///< number of hydrogens bonded to it
 };
 
 struct RelaxedGroup {
   std::size_t part = 0;
   const BuiltGroup* built = nullptr;
   std::vector<std::size_t> atoms;
-  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: destinations of the result
+  std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: atoms that get the resulting positions
   std::size_t carrier = kNoAtom;
   std::vector<std::size_t> near;  ///< atoms more than three bonds away that its hydrogens may approach
   std::vector<Vec3> built_places;
@@ -184,7 +184,7 @@ class Relaxation {
     return all;
   }
 
-  /// Links heavy atoms by distance, and each given hydrogen to the nearest heavy atom.
+  /// Links heavy atoms by distance, and each hydrogen of the file to the nearest heavy atom.
   void link_atoms() {
     const AtomGrid grid(kMaxCovalentBondAngstrom, positions());
     for (std::size_t i = 0; i < atoms_.size(); ++i) {
@@ -234,7 +234,7 @@ class Relaxation {
     }
   }
 
-  /// Chooses the rotation barrier by the axis atom of the group. An atom with three neighbours is planar.
+  /// Chooses the rotation barrier by the atom on the axis of the group. An atom with three neighbours is planar.
   void choose_barrier(RelaxedGroup& group, const RelaxedAtom& carrier) {
     if (group.atoms.size() == 1) group.barrier = kHydroxylBarrier;
     for (const std::size_t i : carrier.bonds) {
@@ -244,8 +244,8 @@ class Relaxation {
     }
   }
 
-  /// Whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not: they point at the
-  /// approaching atom.
+  /// Returns whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not, because the
+  /// hydrogens point at the approaching atom.
   bool is_acceptor(const RelaxedAtom& atom) const {
     return atom.is_polar && !atom.is_hydrogen && (atom.source->element == "O" || atom.hydrogens == 0);
   }
@@ -290,8 +290,8 @@ class Relaxation {
     return found;
   }
 
-  /// Sorts by falling energy. Of two groups that clash with each other the one nearer to the centre of all atoms is
-  /// first. Neither criterion depends on the order of the file or on its frame.
+  /// Sorts by decreasing energy. Of two groups that clash with each other, the one nearer to the centre of all atoms
+  /// comes first. Neither criterion depends on the order of the file or on its frame.
   void sort_by_energy(std::vector<RelaxedGroup*>& groups) const {
     Vec3 middle = Vec3::Zero();
     for (const RelaxedAtom& atom : atoms_) middle += atom.p / static_cast<double>(atoms_.size());
@@ -307,13 +307,13 @@ class Relaxation {
     return energy;
   }
 
-  /// Rotates to the best angle of steps of 5°, then to the minimum nearby. Returns whether the group moved.
+  /// Rotates the group to the best angle in steps of 5°, then to the minimum nearby. Returns whether the group moved.
   bool turn(RelaxedGroup& group) {
     constexpr double kStep = 5 * kDegree;
     double best = group.turn_rad, least = energy_turned(group, best);
     for (int step = 0; step < 72; ++step) {
       const double energy = energy_turned(group, step * kStep);
-      // The first of equally good angles is taken, as for a methyl group.
+      // The first of equally good angles is chosen; a methyl group has several.
       if (energy >= least - 1e-9 * (1 + std::abs(least))) continue;
       least = energy;
       best = step * kStep;
@@ -336,7 +336,8 @@ class Relaxation {
     return energy_at(group, n, place) + kBendPerAngstrom2 * (place - group.turned(n, group.turn_rad)).squaredNorm();
   }
 
-  /// Moves each hydrogen down the gradient on the sphere of its bond while the energy falls. Returns whether one moved.
+  /// Moves each hydrogen down the gradient on the sphere around its carrier while the energy decreases. Returns whether
+  /// one moved.
   bool bend(RelaxedGroup& group) {
     constexpr double kDifference = 1e-4, kFirstStep = 0.08;
     double farthest = 0;
@@ -420,7 +421,7 @@ class Relaxation {
 
   std::vector<RelaxedAtom> atoms_;
   std::vector<RelaxedGroup> groups_;
-  std::size_t pairs_ = 0;  ///< energies of pairs that were computed
+  std::size_t pairs_ = 0;  ///< number of pair energies computed so far
 };
 
 }  // namespace

@@ -16,14 +16,15 @@ struct BuiltGroup {
   std::size_t residue = 0;         ///< index among the residues of chains
   std::vector<std::string> names;  ///< names of its hydrogens in that residue
   Vec3 carrier_angstrom = Vec3::Zero();
-  bool turns = false;  ///< about the bond from `axis_angstrom` to the carrier: methyl, ammonium, hydroxyl, thiol
+  bool turns = false;  ///< can rotate about the bond from `axis_angstrom` to the carrier, as a methyl group or a
+                       ///< hydroxyl
   Vec3 axis_angstrom = Vec3::Zero();
 };
 
-/// One of several structures in one frame.
+/// One of several structures whose coordinates are in the same frame.
 struct RelaxedPart {
   std::vector<PdbResidue>* chains = nullptr;        ///< residues whose built hydrogens move
-  const std::vector<PdbResidue>* others = nullptr;  ///< groups of no chain, which do not move
+  const std::vector<PdbResidue>* others = nullptr;  ///< groups that belong to no chain and do not move
   const std::vector<BuiltGroup>* groups = nullptr;
 };
 
@@ -32,18 +33,18 @@ struct RelaxedHydrogens {
   std::vector<std::string> clashes;  ///< remaining clashes of built hydrogens of the first part with its other atoms
 };
 
-/// Moves built hydrogens that clash with atoms of other residues. All others keep the positions of the force field's
-/// rules. Groups that can rotate do so first; groups that still clash are then bent, with constant bond lengths. Except
-/// for rounding, the result does not depend on the order of parts, residues or atoms.
+/// Moves built hydrogens that clash with atoms of other residues. All other hydrogens keep the positions of the force
+/// field's rules. Groups that can rotate are rotated first. Groups that still clash are then bent, with constant bond
+/// lengths. Except for rounding, the result does not depend on the order of parts, residues or atoms.
 ///
-/// Model   energies in kJ/mol. Pairs more than three bonds apart: ε((s/r)¹² − 2(s/r)⁶), s the sum of van der Waals
-///         radii, ε 0.2; a polar hydrogen and an acceptor: s 1.85 Å, ε 4. Rotation: V/2 (1 − cos nφ), n 3 and V 12,
-///         hydroxyls and thiols V 6, next to a planar atom n 2 and V 14. Bending: 100 for each Å² from the rotated
-///         position
+/// Model   Energies are in kJ/mol. Pairs more than three bonds apart: ε((s/r)¹² − 2(s/r)⁶), where s is the sum of the
+///         van der Waals radii and ε is 0.2. A polar hydrogen and an acceptor: s is 1.85 Å and ε is 4. Rotation:
+///         V/2 (1 − cos nφ) with n = 3 and V = 12; V = 6 for hydroxyls and thiols; n = 2 and V = 14 next to a planar
+///         atom. Bending: 100 for each Å² of squared displacement from the rotated position
 /// Source  barriers of ethane, methanol and phenol: Lowe, Prog. Phys. Org. Chem. 6 (1968) 1
-/// In      parts  a part is in another frame, and is ignored, if its heavy atoms come nearer than 1 Å to those of the
-///         first
-/// Invariant  at most 5,000 groups move, those with the largest clashes, and the search ends after about 2 s
+/// In      parts  a part whose heavy atoms come nearer than 1 Å to those of the first part is ignored, because it must
+///         be in another frame
+/// Invariant  at most 5,000 groups move, those with the largest clashes; the search ends after about 2 s
 RelaxedHydrogens relax_hydrogens(std::span<const RelaxedPart> parts);
 
 }  // namespace tandem::server

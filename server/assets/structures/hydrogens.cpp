@@ -24,7 +24,7 @@ AtomPlaces places_of(const PdbResidue& residue, const TypedResidue& typed) {
   return found;
 }
 
-/// Atoms of the previous residue; after a gap only its carbon, at a computed position.
+/// Returns the atoms of the previous residue; after a gap, only its carbon at a computed position.
 std::optional<AtomPlaces> places_before(const ForceField& force_field, const std::vector<PdbResidue>& residues,
                                         std::span<const ResidueContext> contexts, std::size_t r,
                                         const AtomPlaces& own) {
@@ -36,7 +36,7 @@ std::optional<AtomPlaces> places_before(const ForceField& force_field, const std
   return carbon ? std::optional(AtomPlaces{{"C", *carbon}}) : std::nullopt;
 }
 
-/// Group of a rule; its rotation axis is the bond to the rule's second atom.
+/// Makes the group of a rule. Its rotation axis is the bond to the rule's second atom.
 BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   BuiltGroup group;
   group.carrier_angstrom = own.find(rule.anchors.front())->second;
@@ -47,8 +47,8 @@ BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   return group;
 }
 
-/// Adds the hydrogens of all rules, except rules whose hydrogens are all present. Returns the added groups, with
-/// residue 0.
+/// Adds the hydrogens of all rules, except rules whose hydrogens are all present. Returns the added groups; their
+/// residue index is 0.
 std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own,
                                       const AtomPlaces* before) {
   std::vector<BuiltGroup> groups;
@@ -81,7 +81,7 @@ std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& t
 }
 
 const char* united_type(const HydrogenRule& rule) {
-  if (rule.kind == 1) return "opls_011";  // in a ring
+  if (rule.kind == 1) return "opls_011";  // aromatic, in a ring
   const bool is_alpha = rule.anchors.front() == "CA";
   if (rule.count == 1) return is_alpha ? "opls_006" : "opls_008";
   if (rule.count == 2) return is_alpha ? "opls_005" : "opls_009";
@@ -119,7 +119,7 @@ bool complete_chain_end(const ForceField& force_field, PdbResidue& residue) {
   if (ca == nullptr || c == nullptr || o == nullptr) return false;
   const Vec3 inwards = (ca->position_angstrom - c->position_angstrom).normalized() +
                        (o->position_angstrom - c->position_angstrom).normalized();
-  constexpr double kMinOfALine = 0.1;  // CA, C and O on a line name no direction
+  constexpr double kMinOfALine = 0.1;  // below it, CA, C and O are nearly collinear and define no direction
   if (!(inwards.norm() > kMinOfALine)) return false;
   PdbAtom atom;
   atom.name = "OXT";

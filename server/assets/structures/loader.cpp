@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
 constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
-constexpr double kMinSigmaAngstrom = 0.1;  // lower limit of docking::validate(); smaller radii have no term
+constexpr double kMinSigmaAngstrom = 0.1;  // lower limit of docking::validate(); atoms below it have no Lennard-Jones
+                                           // term
 constexpr double kLostCharge_e = 0.1;
 constexpr double kSamePlaceAngstrom = 0.01;
 
@@ -28,7 +29,7 @@ std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
 }
 
-/// The first eight entries and the number of others. Names are from the file, so they are made printable.
+/// Joins the first eight entries and the number of the others. Names are from the file, so they are made printable.
 template <class Entries, class Text>
 std::string joined(const Entries& entries, const Text& text) {
   std::string list;
@@ -51,13 +52,13 @@ struct LeftOut {
 };
 using LeftOutByName = std::map<std::string, LeftOut>;
 
-/// "2 residues HOH (2 atoms)"
+/// Formats an entry, e.g. "2 residues HOH (2 atoms)".
 std::string text_of(const LeftOutByName::value_type& entry) {
   return counted(entry.second.residues, "residue ", "residues ") + printable_text(entry.first) + " (" +
          counted(entry.second.atoms, "atom", "atoms") + ")";
 }
 
-/// Names of the residues of one chain, for the user.
+/// Returns the names of the residues of one chain, for the user.
 std::set<std::string> names_in(const std::vector<PdbResidue>& residues, std::string_view chain) {
   std::set<std::string> names;
   for (const PdbResidue& residue : residues) {
@@ -96,7 +97,7 @@ void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector
   }
 }
 
-/// Selected residues. The others of the selected chains are counted by name for a note.
+/// Returns the selected residues. The others of the selected chains are counted by name for a note.
 std::vector<PdbResidue> pick_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
                                       LeftOutByName& left_out, std::vector<std::string>& dropped) {
   std::vector<PdbResidue> taken;
@@ -128,8 +129,8 @@ class Loader {
     add(united, typed);
   }
 
-  /// Adds a residue of no chain. Water and ions are typed by their blocks if all atoms are present: a water without
-  /// hydrogens must not get the charge of an oxygen with two. Others are typed by their elements.
+  /// Adds a residue of no chain. Water and ions are typed by their blocks if all atoms are present. Otherwise, a water
+  /// without hydrogens would get the charge of an oxygen with two. Other residues are typed by their elements.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});
@@ -157,7 +158,7 @@ class Loader {
     }
   }
 
-  /// Adds a residue that the force field lacks. Its charge is lost, and its hydrogens are those of the file.
+  /// Adds a residue that the force field lacks. Its charge is unknown, and its hydrogens are those of the file.
   void add_unknown(const PdbResidue& residue, const TypedResidue& typed) {
     add(residue, typed);
     if (has_own_charges(residue)) return;
@@ -207,7 +208,7 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
-  /// Makes the charge of a partial side chain whole.
+  /// Changes the charge of a residue with a partial side chain to a whole number.
   void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
     const std::optional<double> charge_e = make_whole(residue, typed);
     if (!charge_e || !typed.expected_charge_e) return;
@@ -218,7 +219,7 @@ class Loader {
     typed.expected_charge_e = charge_e;
   }
 
-  /// Notes the origin of the hydrogens if it was left open or differs from "given".
+  /// Adds notes about the origin of the hydrogens if it was left open or differs from "given".
   void write_hydrogen_notes(Hydrogens wanted, const std::vector<std::string>& rebuilt) {
     const auto plain = [](const std::string& text) { return text; };
     if (wanted == Hydrogens::kAsNeeded && report_.hydrogens == "build") {
@@ -242,7 +243,7 @@ class Loader {
   void write_charge_notes() {
     report_.charge = net_charge(molecule_, implied_);
     const auto plain = [](const std::string& text) { return text; };
-    // In a structure without hydrogens no residue has a whole charge.
+    // In a structure without hydrogens, the charges of residues are not whole.
     const bool has_hydrogens = 2 * missing_hydrogens_ <= expected_hydrogens_;
     note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : ", for hydrogens are missing"));
     if (has_hydrogens && !report_.charge.suspects.empty()) {
@@ -288,7 +289,7 @@ class Loader {
       molecule_.guessed.emplace(molecule_.size(), guess);
       ++guesses_[residue.name];
     }
-    // A PQR radius is half the distance of the minimum, 2^(1/6) σ.
+    // The radius in a PQR file is half the distance of the energy minimum, 2^(1/6) σ.
     const double sigma = atom.radius_angstrom ? kSigmaPerRadius * *atom.radius_angstrom : type.sigma_angstrom;
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
     molecule_.sigma_angstrom.push_back(sigma < kMinSigmaAngstrom ? 0 : sigma);
@@ -320,7 +321,7 @@ class Loader {
   std::map<std::string, std::size_t> guesses_;            ///< number of atoms, by residue name
 };
 
-/// Refuses two atoms at one position. Sorting along x leaves only nearby atoms to compare.
+/// Refuses two atoms at one position. The atoms are sorted along x, so that only nearby ones are compared.
 void check_places(const std::vector<Vec3>& positions, const std::vector<std::string>& places,
                   const std::string& source) {
   std::vector<std::size_t> order(positions.size());
@@ -337,13 +338,13 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
   }
 }
 
-/// Moves built hydrogens that overlap, with regard to the structures in `beside` too.
+/// Moves built hydrogens that overlap other atoms, including those of the structures in `beside`.
 RelaxedHydrogens relax(PreparedStructure& prepared, const ForceField& force_field,
                        const std::filesystem::path& structure, std::span<const StructureSource> beside) {
   if (prepared.groups.empty()) return {};
   std::vector<PreparedStructure> neighbours;
   for (const StructureSource& source : beside) {
-    // All chains of the same file are included already.
+    // A source with the same file is skipped, because all chains of the file are already included.
     std::error_code error;
     if (std::filesystem::equivalent(source.file, structure, error) || error) continue;
     PreparedStructure& neighbour = neighbours.emplace_back(read_residues(source.file, force_field));

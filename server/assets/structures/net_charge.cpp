@@ -33,7 +33,7 @@ bool is_whole_number(double charge_e, double tolerance_e) {
   return std::abs(charge_e - std::round(charge_e)) <= tolerance_e;
 }
 
-/// First atom of each residue.
+/// Returns the index of the first atom of each residue.
 std::vector<std::size_t> first_atoms(const docking::Molecule& molecule) {
   const auto place = [&molecule](std::size_t i) {
     return std::tie(molecule.chains[i], molecule.segments[i], molecule.residue_ids[i], molecule.residue_names[i]);

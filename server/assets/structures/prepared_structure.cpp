@@ -34,7 +34,7 @@ void append(std::vector<BuiltGroup>& groups, std::vector<BuiltGroup> more) {
   for (BuiltGroup& group : more) groups.push_back(std::move(group));
 }
 
-/// Removes hydrogens that do not fit, and builds the missing ones.
+/// Removes hydrogens that do not match the block of their residue, and builds the missing ones.
 void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure) {
   for (std::size_t r = 0; r < structure.chains.size(); ++r) {
     PdbResidue& residue = structure.chains[r];
@@ -51,7 +51,7 @@ void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure
   }
 }
 
-/// Refuses structures with only alpha carbons or phosphorus atoms, which have no usable field.
+/// Refuses structures with only alpha carbons or phosphorus atoms, because their field would be meaningless.
 void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
   constexpr std::size_t kFewResidues = 4;
   const auto is_one_atom = [](const PdbResidue& residue) {
@@ -88,7 +88,7 @@ void modernise_nucleotide(PdbResidue& residue) {
   if (is_deoxyribose) residue.name = "D" + residue.name;
 }
 
-/// Resolves Hydrogens::kAsNeeded: given, unless the chosen chains have none and the force field has rules.
+/// Resolves Hydrogens::kAsNeeded to given, unless the chosen chains have none and the force field has rules.
 Hydrogens needed_hydrogens(const PreparedStructure& structure, const ForceField& force_field,
                            const StructureSelection& selection) {
   if (force_field.is_by_element) return Hydrogens::kGiven;

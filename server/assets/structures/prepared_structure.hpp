@@ -1,4 +1,5 @@
-// Residues of a structure file together with the atoms that the rules of a force field add: all atoms of a molecule.
+// Residues of a structure file with the atoms that the rules of a force field add. Together they are all atoms of a
+// molecule.
 #pragma once
 
 #include <cstddef>
@@ -15,27 +16,27 @@
 namespace tandem::server {
 
 struct PreparedStructure {
-  std::vector<PdbResidue> chains;           ///< amino acids, caps and nucleotides that the force field has blocks for
+  std::vector<PdbResidue> chains;           ///< amino acids, caps and nucleotides for which the force field has blocks
   std::vector<PdbResidue> others;           ///< all other residues
   std::vector<ResidueContext> contexts;     ///< parallel to `chains`
   std::vector<HistidineChoice> histidines;  ///< parallel to `chains`
-  Hydrogens hydrogens = Hydrogens::kGiven;  ///< resulting choice: given, built or united
-  std::vector<BuiltGroup> groups;           ///< built hydrogens
-  std::vector<std::string> rebuilt;         ///< for the user: residues whose given hydrogens were built anew
-  std::vector<std::size_t> ended;           ///< residues of `chains` that got the OXT of a chain end
+  Hydrogens hydrogens = Hydrogens::kGiven;  ///< given, built or united, never as needed
+  std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
+  std::vector<std::string> rebuilt;         ///< for the user: residues whose hydrogens in the file were replaced
+  std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
   PdbStructure read;                        ///< omissions of the reader; its residues are in `chains` and `others`
 };
 
-/// Reads a file and sorts its residues; nothing is added yet. Nucleotides of files from before 2007 get their present
+/// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current
 /// names: O5' for O5*, and DA for an A without the hydroxyl of C2'.
 /// Fails   MoleculeError: see read_structure()
 PreparedStructure read_residues(const std::filesystem::path& structure, const ForceField& force_field);
 
-/// Chooses histidines and chain ends, and builds hydrogens and ends. It processes all chains, selected or not:
+/// Chooses histidines and chain ends, and builds hydrogens and ends. It processes all chains, selected or not, because
 /// disulfides and the hydrogens of a residue depend on other chains.
 ///
-/// Fails   MoleculeError, naming `source`: alpha carbons only; hydrogens that this force field cannot build; more
-///         cysteines than find_disulfides() allows
+/// Fails   MoleculeError, naming `source`: the file has alpha carbons only; this force field cannot build the requested
+///         hydrogens; there are more cysteines than find_disulfides() allows
 void complete_residues(PreparedStructure& structure, const ForceField& force_field, Hydrogens hydrogens,
                        const StructureSelection& selection, const std::string& source);
 

@@ -26,7 +26,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidue
     {"LYP", "LYSH"},  {"NME", "NAC"},  {"CT3", "NAC"},   {"PCA", "PGLU"}, {"MSE", "MET"},
 }};
 
-/// Atom names of the PDB's chemical components for the caps, which xlateat.dat lacks; by block.
+/// Atom names of the caps in the PDB's chemical components, which xlateat.dat lacks, with their blocks.
 constexpr std::array<Renaming, 12> kCapAtoms = {{
     {"ACE", "H", "HH31"},
     {"ACE", "H1", "HH31"},
@@ -50,7 +50,7 @@ bool has(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Block of a residue regardless of protonation; for "HIS", which has no block, that of HISE.
+/// Returns the block of a residue regardless of protonation. "HIS" has no block, so that of HISE is returned.
 const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
   const std::string_view canonical = canonical_residue(residue_name);
   return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);
@@ -62,8 +62,8 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-/// Whether an alias applies. Protein aliases do not apply to nucleotides, where O2 is an atom of a base, not of a chain
-/// end.
+/// Returns whether an alias applies. Protein aliases do not apply to nucleotides, where O2 is an atom of a base, not of
+/// a chain end.
 bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
                    const ResidueContext& context) {
   if (alias.residue.starts_with("protein") && block.is_nucleotide()) return false;
@@ -77,7 +77,7 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   Names names;
   for (const PdbAtom& atom : residue.atoms) {
     std::string name = digit_last(atom.name);
-    // Name in files from before 2007.
+    // Name of that atom in files from before 2007.
     if (block.is_nucleotide() && name == "C5M" && block.find(name) == nullptr) name = "C7";
     for (const AtomAlias& alias : force_field.aliases) {
       if (alias.from == name && alias_applies(alias, residue.name, block, context)) {
@@ -103,11 +103,11 @@ double hydrogen_bond_length_angstrom(std::string_view element) {
   return element == "O" ? 0.96 : 1.01;
 }
 
-/// Heavy atom of each hydrogen of a residue: the one whose bond has the best length, not the nearest. Structures
-/// contain hydrogens that are too near to other atoms (pdb2gmx's on a proline that begins a chain, 0.66 Å from CD).
-/// NamedAtoms::kNowhere if none is within a bond; for other atoms their own index.
+/// Returns the index of the heavy atom of each hydrogen, NamedAtoms::kNowhere if none is within a bond length; for
+/// other atoms their own index. It is the atom whose bond has the best length, not the nearest: hydrogens may be too
+/// near to other atoms (pdb2gmx's on a proline that begins a chain, 0.66 Å from CD).
 std::vector<std::size_t> carriers(const PdbResidue& residue) {
-  constexpr double kMaxHydrogenBondAngstrom = 1.5;  // S-H has 1.34, and structures are not exact
+  constexpr double kMaxHydrogenBondAngstrom = 1.5;  // an S-H bond has 1.34 Å, and structures are inexact
   std::vector<std::size_t> found(residue.atoms.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     found[i] = i;
@@ -136,8 +136,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Chooses the block of an acid. A protonated block has its hydrogen on the second oxygen; a file may have it on the
-/// first.
+/// Chooses the block of an acid. In a protonated block the hydrogen is on the second oxygen, but in a file it may be on
+/// the first.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;
@@ -152,7 +152,7 @@ std::string_view histidine_block(const NamedAtoms& named, const ResidueContext& 
   return on_epsilon || context.histidine.empty() ? std::string_view("HISE") : std::string_view(context.histidine);
 }
 
-/// The entry for this residue's block if there is one ("GLY-NH3+"), else the general one ("NH3+").
+/// Returns the entry for this residue's block if there is one ("GLY-NH3+"), otherwise the general one ("NH3+").
 const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::less<>>& edits, const std::string& block,
                               const std::string& terminus) {
   auto found = edits.find(block + "-" + terminus);
@@ -160,13 +160,14 @@ const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::les
   return found == edits.end() ? nullptr : &found->second;
 }
 
-/// Name of the terminus edit; empty for an amino acid within a chain.
+/// Returns the name of the edit for an N terminus; empty for an amino acid within a chain.
 std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainEnd begins) {
   const std::size_t hydrogens = named.hydrogens_on("N");
   if (begins == ChainEnd::kBonded || (begins == ChainEnd::kGap && hydrogens < 2)) return {};
   if (block == "PGLU") return "NH";
   if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
-  // One hydrogen means a chain cut out of a longer one: no edit, unless the block has a terminus of that name.
+  // One hydrogen means that the chain was cut out of a longer one. No edit applies, unless the block has a terminus
+  // "NH".
   if (hydrogens == 1) return "NH";
   return hydrogens == 2 ? "NH2" : "NH3+";
 }
@@ -198,9 +199,9 @@ Composition composition_of(const ForceField& force_field, const ResidueBlock& bl
   return {block.atoms, rules == force_field.hydrogens.end() ? std::vector<HydrogenRule>() : rules->second};
 }
 
-/// Special block of a chain end, as AMBER's force fields have: charged ends of amino acids ("NALA", "CALA"),
-/// nucleotides without a phosphate and at the 3' end ("DA5", "DA3", "DAN"). A residue that is both ends gets the block
-/// of the N terminus if there is none for both. Null if there is no such block.
+/// Returns the special block of a chain end; null if there is none. AMBER's force fields have such blocks: for charged
+/// ends of amino acids ("NALA", "CALA"), and for nucleotides without a phosphate and at the 3' end ("DA5", "DA3",
+/// "DAN"). A residue that is both ends gets the block of the N terminus if there is none for both.
 const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, bool is_first, bool is_last) {
   const auto found = force_field.end_blocks.find(block.name);
   if (found == force_field.end_blocks.end() || (!is_first && !is_last)) return nullptr;
@@ -220,7 +221,7 @@ void use_names_of(const ForceField& force_field, const ResidueBlock& block, Name
   }
 }
 
-/// Block of a nucleotide. A 5' end with a phosphate has the same block as within the chain.
+/// Returns the block of a nucleotide. A 5' end with a phosphate has the same block as within the chain.
 Composition nucleotide_with_ends(const ForceField& force_field, const ResidueBlock& block,
                                  const ResidueContext& context, Names& names) {
   const bool is_first = context.begins != ChainEnd::kBonded && !has(names, "P");
@@ -281,7 +282,7 @@ NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue,
           carriers(residue)};
 }
 
-/// A residue that is both ends, with both charged, gets the entries of a zwitterion.
+/// If a residue is both ends and both are charged, it gets the entries of a zwitterion.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named) {
   Names& names = named.names;
@@ -296,7 +297,7 @@ Composition block_with_ends(const ForceField& force_field, const ResidueBlock& b
   if (has(names, "OXT")) {
     const bool has_hydrogen_on_oxt = named.hydrogens_on("OXT") > 0;
     c_end = has_hydrogen_on_oxt || named.hydrogens_on("O") > 0 ? "COOH" : "COO-";
-    // In GROMACS's COOH the hydrogen is on O; in PDB files it is on OXT.
+    // In GROMACS's COOH the hydrogen is on the oxygen named O; in PDB files it is on OXT.
     if (has_hydrogen_on_oxt) swap_names(names, "O", "OXT");
   }
   const ResidueBlock* const end = end_block(force_field, block, n_end.ends_with('+'), c_end == "COO-");

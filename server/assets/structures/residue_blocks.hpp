@@ -1,5 +1,5 @@
-// Chooses the block of a force field for a residue: by its name in any program's convention, its protonation and its
-// chain ends.
+// Chooses the block of a force field for a residue, by its name in the convention of any program, its protonation and
+// its chain ends.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct ResidueContext {
   ChainEnd begins = ChainEnd::kBonded;
   ChainEnd ends = ChainEnd::kBonded;
   bool in_disulfide = false;
-  std::string histidine;  ///< block of a histidine without hydrogens on its ring; empty: HISE
+  std::string histidine;  ///< block of a histidine whose ring has no hydrogens; empty: HISE
 };
 
 /// Names of a residue's atoms in the force field, and the carriers of its hydrogens.
@@ -28,7 +28,8 @@ struct NamedAtoms {
   static constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
   std::vector<std::string> names;
-  /// For each hydrogen its heavy atom, kNowhere if none is within a bond; for other atoms their own index.
+  /// Index of the heavy atom of each hydrogen, kNowhere if none is within a bond length; for other atoms their own
+  /// index.
   std::vector<std::size_t> carriers;
 
   std::size_t hydrogens_on(std::string_view heavy) const;
@@ -40,36 +41,36 @@ struct Composition {
   std::vector<HydrogenRule> rules;
 };
 
-/// Whether residues of this name are parts of chains: the force field has a block for it that is an amino acid, a cap
-/// (ACE, NAC/NME, NH2, NHE) or a nucleotide.
+/// Returns whether residues of this name are parts of chains. The force field must have a block of that name for an
+/// amino acid, a cap (ACE, NAC/NME, NH2, NHE) or a nucleotide.
 bool is_chain_residue(const ForceField& force_field, std::string_view residue_name);
 bool is_amino_acid(const ForceField& force_field, std::string_view residue_name);
 bool is_histidine(std::string_view residue_name);
 
-/// Whether the force field has any block for the residue, water and ions included.
+/// Returns whether the force field has any block for the residue, water and ions included.
 bool has_block(const ForceField& force_field, std::string_view residue_name);
 
-/// Block of a residue under GROMACS's name: "HISE" is HIE in AMBER's force fields, HSE in CHARMM's. Null if there is
-/// none.
+/// Returns the block for a residue name of GROMACS: "HISE" is HIE in AMBER's force fields and HSE in CHARMM's. Returns
+/// null if there is none.
 const ResidueBlock* block_named(const ForceField& force_field, std::string_view residue);
 
-/// Returns "HIS" for HID, HSD …; other names unchanged.
+/// Returns "HIS" for HID, HSD and other variants; returns other names unchanged.
 std::string_view canonical_residue(std::string_view name);
 
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Whether an amino acid at the start of a chain has one hydrogen on N, as within a chain: it was cut out of a longer
-/// one.
+/// Returns whether an amino acid at the start of a chain has one hydrogen on N, as within a chain. If so, the chain was
+/// cut out of a longer one.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Chooses by the residue's name and the hydrogens on its atoms. Swaps an acid's oxygens in `named` if the hydrogen is
-/// on the first.
+/// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of an acid is on the first
+/// oxygen, swaps the names of its oxygens in `named`.
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named);
 
-/// Returns the block with the edits of its chain ends, or the special block of an end. Atom names in `named` are
-/// adapted.
+/// Returns the block with the changes at its chain ends, or the special block of an end. Adapts the atom names in
+/// `named`.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named);
 

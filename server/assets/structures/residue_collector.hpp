@@ -1,4 +1,4 @@
-// Sorts atoms into residues as readers deliver them, and chooses among alternate locations.
+// Sorts the atoms from a reader into residues, and chooses among alternate locations.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +17,10 @@ struct PdbAtom {
   std::string name;     ///< name in the file: "CA", "1HB"
   std::string element;  ///< see element_of()
   Vec3 position_angstrom = Vec3::Zero();
-  std::optional<double> charge_e;         ///< if the format has one: PQR and PDBQT
-  std::optional<double> radius_angstrom;  ///< if the format has one: PQR
+  std::optional<double> charge_e;         ///< charge, if the format has one (PQR, PDBQT)
+  std::optional<double> radius_angstrom;  ///< radius, if the format has one (PQR)
   double occupancy = 1;
-  int formal_charge_e = 0;  ///< if the file states one
+  int formal_charge_e = 0;  ///< 0 if the file states none
 };
 
 struct PdbResidue {
@@ -29,34 +29,34 @@ struct PdbResidue {
   std::string chain;
   int segment = 0;  ///< number of TER records before it
   std::vector<PdbAtom> atoms;
-  std::string segment_name = {};  ///< PDB files: columns 73-76; names the chain in files without chain names
+  std::string segment_name = {};  ///< PDB files: columns 73-76; used as the chain name in files without chain names
 };
 
-/// Whether atoms have charges of the file, as in PQR and PDBQT. These are complete with the hydrogens that the file
-/// has.
+/// Returns whether the file states charges of the atoms, as PQR and PDBQT files do. They are complete with the
+/// hydrogens in the file, so none are added.
 bool has_own_charges(const PdbResidue& residue);
 
 struct PdbStructure {
   std::vector<PdbResidue> residues;  ///< in file order
-  std::size_t alternate_atoms = 0;   ///< left out: other alternate locations
-  std::size_t duplicate_atoms = 0;   ///< left out: a second atom of that name at the same position
-  bool has_more_models = false;      ///< models after the first are left out
-  std::vector<std::string> dropped;  ///< the first 100,000 of the omitted atoms, for the user
+  std::size_t alternate_atoms = 0;   ///< number of atoms omitted because they are at other alternate locations
+  std::size_t duplicate_atoms = 0;   ///< number of atoms omitted because an atom of that name is at the same position
+  bool has_more_models = false;      ///< the file has more models, which are omitted
+  std::vector<std::string> dropped;  ///< for the user: descriptions of the first 100,000 omitted atoms
 };
 
-/// "VAL 12A of chain B", with the names of the file.
+/// Formats a residue, e.g. "VAL 12A of chain B", with the names in the file.
 std::string residue_place(const PdbResidue& residue);
-/// "CG of VAL 12A of chain B", printable.
+/// Formats an atom, e.g. "CG of VAL 12A of chain B", with printable characters only.
 std::string place_text(const PdbResidue& residue, std::string_view atom);
 
-/// Sorts atoms into residues by chain, number and insertion code. A second residue of the same number begins where the
-/// backbone begins again, and where later atoms are far from the first ones. Atoms of one name are different atoms
+/// Sorts atoms into residues by chain, number and insertion code. A second residue of the same number begins if the
+/// backbone begins again or if later atoms are far from the first ones. Atoms with the same name are different atoms
 /// unless they are at one position.
 ///
-/// Each residue keeps one alternate location, together with its atoms that have none. It is the location of the largest
-/// mean occupancy of heavy atoms; of equal ones, that of most atoms. Neighbours in a chain take the same location if
-/// the bond between them has alternates. Two residue names at one position are alternates too.
-/// Bounded: number of atoms in total, and in one residue.
+/// For each residue one alternate location is chosen, together with the atoms that have none. It is the location with
+/// the largest mean occupancy of heavy atoms; of equal ones, the one with most atoms. Neighbours in a chain take the
+/// same location if the bond between them has alternates. Two residue names at one position are alternates too. The
+/// number of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
   /// Fails   MoleculeError: more than 1,000,000 atoms
@@ -69,7 +69,7 @@ class ResidueCollector {
     PdbAtom atom;
     char alternate = ' ';
   };
-  /// Atoms of one residue name at one place, which is a chain and a residue number.
+  /// Atoms of one residue name at one place. A place is a chain and a residue number.
   struct OpenResidue {
     PdbResidue residue;
     std::vector<Record> records;
@@ -88,11 +88,11 @@ class ResidueCollector {
 
   std::size_t atoms_ = 0;
   std::vector<OpenResidue> open_;
-  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< latest residue of each place
+  std::unordered_map<std::string, std::size_t> index_of_place_;  ///< index of the last residue at each place
   PdbStructure structure_;
 };
 
-/// docking::validate() allows no more.
+/// Largest values that docking::validate() allows.
 inline constexpr double kMaxCoordinateAngstrom = 1e6, kMaxCharge_e = 100;
 
 }  // namespace tandem::server

@@ -1,5 +1,5 @@
-// Types the atoms of a residue by force-field entries: protonation variant, chain end, and the many names that programs
-// give to the same hydrogen.
+// Assigns force-field entries to the atoms of a residue. It considers protonation variants, chain ends, and the many
+// names that programs give to the same hydrogen.
 //
 // Order of decisions
 //   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
@@ -23,34 +23,34 @@ namespace tandem::server {
 
 struct TypedResidue {
   std::vector<BlockAtom> atoms;             ///< parallel to the residue's atoms
-  std::vector<std::string> names;           ///< parallel to them: names in the force field, for hydrogens.hpp
+  std::vector<std::string> names;           ///< parallel to `atoms`: names in the force field, for hydrogens.hpp
   std::vector<HydrogenRule> rules;          ///< rules of the block and its chain ends
-  std::vector<std::string> guesses;         ///< parallel to them: empty for an exact entry; else a text for the user
-  std::optional<double> expected_charge_e;  ///< sum over all atoms of the block; none without a block
+  std::vector<std::string> guesses;         ///< parallel to `atoms`: explanation for the user; empty for an exact entry
+  std::optional<double> expected_charge_e;  ///< sum over all atoms of the block; nothing if there is no block
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;
-  std::vector<std::string> missing_heavy;  ///< names
+  std::vector<std::string> missing_heavy;  ///< names of heavy atoms
   std::vector<std::string> missing_hydrogen_names;
-  std::vector<std::size_t> misfits;  ///< hydrogens without a carrier, or in excess on theirs
+  std::vector<std::size_t> misfits;  ///< hydrogens without a carrier, or more than their carrier should have
 };
 
-/// Source  block and chain-end choice follow pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are our own
+/// Source  block and chain-end choice follow pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are of this project
 /// In      residue  residue for which has_block() is true
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Gives a residue with a partial side chain the nearest whole charge, by shifting the charges of the side chain's
-/// atoms equally.
-/// Out     that charge; nothing if the residue is complete
+/// Changes the charge of a residue with a partial side chain to the nearest whole number, by shifting the charges of
+/// the side chain's atoms equally.
+/// Out     the new charge; nothing if the residue is complete
 std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed);
 
-/// Types every atom by its element, for a ligand, an ion or a sugar that the force field lacks. Each entry is a guess,
-/// unless the force field is by element.
+/// Types every atom by its element. This is used for a ligand, an ion or a sugar that the force field lacks. Each entry
+/// is a guess, unless the force field itself is by element.
 TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue);
 
-/// Returns for each residue whether its SG is bonded to another SG.
+/// For each residue, returns whether its SG is bonded to another SG.
 ///
-/// Source  GROMACS's specbond.dat: SG-SG 0.2 nm, and pdb2gmx's tolerance of 10 %
-/// Fails   MoleculeError: more than 20,000 cysteines
+/// Source  GROMACS's specbond.dat: SG-SG distance 0.2 nm, and pdb2gmx's tolerance of 10 %
+/// Fails   MoleculeError: there are more than 20,000 cysteines
 std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues);
 
 }  // namespace tandem::server

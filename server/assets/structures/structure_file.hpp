@@ -11,10 +11,10 @@
 namespace tandem::server {
 
 /// Reads PDB, mmCIF, PQR or PDBQT, gzip-compressed or not, of at most 256 MiB of text. mmCIF is detected by its first
-/// word, PQR and PDBQT by the file name (.pqr, .pqr.gz). The readers are our own because gemmi has none for PQR and
-/// PDBQT. It also fails at line numbers in columns 79-80, which old PDB files have, and does not report omissions.
+/// word, PQR and PDBQT by the file name (.pqr, .pqr.gz). gemmi is not used, because it has no readers for PQR and PDBQT
+/// and does not report omissions. It also fails at the line numbers in columns 79-80 of old PDB files.
 ///
-/// Fails   MoleculeError naming the file: missing, too large, damaged; see the readers
+/// Fails   MoleculeError naming the file, if it is missing, too large or damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);
 
 /// Selection of residues by entries. "A" selects the amino acids of chain A. "A/478" selects the residues of chain A
@@ -24,11 +24,11 @@ struct StructureSelection {
   std::vector<std::string> entries;
 
   bool takes_chain(std::string_view chain) const;
-  /// Whether an entry names the residue, amino acid or not.
+  /// Returns whether an entry names the residue, whether it is an amino acid or not.
   bool takes_residue(const PdbResidue& residue) const;
 };
 
-/// Parses "FILE:A,B/478" of a command line. A colon without an entry after it belongs to the file name.
+/// Parses "FILE:A,B/478" of a command line. If no entry follows a colon, the colon belongs to the file name.
 struct StructureChoice {
   std::string file;
   StructureSelection selection;

@@ -22,7 +22,8 @@ using docking::Molecule;
 
 constexpr std::size_t kMaxSerial = 99'999;
 constexpr double kMinPdbCoordinate = -999.999, kMaxPdbCoordinate = 9999.999;  ///< Å
-constexpr std::size_t kRemarkWidth = 69;                                      ///< columns, of 80
+/// number of columns for a remark, of 80 in a line
+constexpr std::size_t kRemarkWidth = 69;
 constexpr std::string_view kChainLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
 constexpr std::array<std::string_view, 8> kNucleotides = {"A", "C", "G", "U", "DA", "DC", "DG", "DT"};
 
@@ -32,9 +33,9 @@ struct Row {
   std::size_t atom = 0;
   std::string_view chain;
   Vec3 position_angstrom = Vec3::Zero();  ///< in the frame of the receptor's file
-  bool is_standard = false;               ///< ATOM, not HETATM
+  bool is_standard = false;               ///< written as ATOM, otherwise as HETATM
   bool begins_residue = false;
-  bool begins_chain = false;  ///< or a part of one after a TER
+  bool begins_chain = false;  ///< or begins a part of one, after a TER
 
   const std::string& name() const { return molecule->atom_names[atom]; }
   const std::string& element() const { return molecule->elements[atom]; }
@@ -47,7 +48,8 @@ struct ResidueNumber {
   std::string insertion;
 };
 
-using ChainNames = std::map<std::string, std::string, std::less<>>;  ///< name in the output by name in the molecule
+using ChainNames = std::map<std::string, std::string, std::less<>>;  ///< maps the molecule's names to those in the
+                                                                     ///< output
 
 struct Complex {
   ChainNames receptor_chains, ligand_chains;
@@ -64,7 +66,8 @@ struct Complex {
   refuse(row, what + "; write mmCIF (FILE.cif) instead");
 }
 
-/// Splits "12A" into 12 and A. Text without a leading number counts as number, as in files of more than 9999 residues.
+/// Splits "12A" into 12 and A. Text without a leading number is used as the number, as in files with more than 9999
+/// residues.
 ResidueNumber number_of(const std::string& id) {
   std::size_t end = id.starts_with('-') ? 1 : 0;
   while (end < id.size() && is_digit(id[end])) ++end;
@@ -72,7 +75,7 @@ ResidueNumber number_of(const std::string& id) {
   return {id.substr(0, end), id.substr(end)};
 }
 
-/// Chain name number n: A … Z, a … z, 0 … 9, then AA, AB, …
+/// Returns the n-th chain name: A … Z, a … z, 0 … 9, then AA, AB, …
 std::string chain_name(std::size_t n) {
   if (n < kChainLetters.size()) return std::string(1, kChainLetters[n]);
   std::string name;
@@ -82,7 +85,7 @@ std::string chain_name(std::size_t n) {
   }
 }
 
-/// Chooses chain names that the other molecule does not have; `taken` are those of both.
+/// Chooses chain names that the other molecule does not have. `taken` contains those of both.
 ChainNames chain_names(const Molecule& molecule, const ChainNames& others, std::set<std::string>& taken) {
   ChainNames names;
   std::set<std::string> written_by_others;
@@ -188,7 +191,7 @@ std::vector<std::string> divided(std::string text, std::size_t width) {
   return lines;
 }
 
-/// Rounds to 1/`decimals`; never gives "-0.000".
+/// Rounds to a multiple of 1/`decimals`, and never returns -0.
 double rounded(double value, double decimals) {
   return std::round(value * decimals) / decimals + 0.0;
 }
@@ -208,7 +211,7 @@ void check_pdb(const Row& row, const ResidueNumber& number) {
   }
 }
 
-/// Columns of the atom name. The element is in columns 13-14, unless the name needs all four.
+/// Returns the columns of the atom name. The element is in columns 13-14, unless the name needs all four.
 std::string name_columns(const Row& row) {
   const bool fills_first =
       row.name().size() == 4 || (row.element().size() == 2 && row.name().starts_with(row.element()));
@@ -246,7 +249,7 @@ std::string quoted_value(const Row& row, const std::string& value) {
   refuse(row, "mmCIF has no quotes for text with both kinds, " + value + "; correct it in its file");
 }
 
-/// Three decimals, more only if they are not zero, so the receptor's coordinates equal those of its file.
+/// Formats with three decimals, or more if they are not zero. The receptor's coordinates thus equal those of its file.
 std::string coordinate_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6f", rounded(value, 1e6));

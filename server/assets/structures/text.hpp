@@ -1,4 +1,5 @@
-// Small text helpers that the structure and parameter readers share. Inputs are hostile: nothing here can fail.
+// Small text functions that the readers of structures and parameters share. Inputs may be hostile, so none of them
+// fails.
 #pragma once
 
 #include <cstddef>
@@ -16,28 +17,28 @@ inline char small_letter(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-/// Whether text begins with `start`, ignoring case; `start` is in small letters.
+/// Returns whether text begins with `start`, ignoring case. `start` must be in lower case.
 bool begins_with_any_case(std::string_view text, std::string_view start);
 
 std::string_view trimmed(std::string_view text);
 
-/// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks. Columns
-/// beyond the end of the line are missing.
+/// Returns columns first … last of a fixed-column line, without outer blanks. They are counted from 1, as in format
+/// descriptions. Columns beyond the end of the line are left out.
 std::string_view columns(std::string_view line, std::size_t first, std::size_t last);
 
-/// Blank-separated words.
+/// Splits a line into blank-separated words.
 std::vector<std::string_view> words(std::string_view line);
 
 /// Removes the first line from `rest` and returns it; accepts LF and CRLF.
 std::string_view pop_line(std::string_view& rest);
 
-/// True when the whole of `field` is one finite number.
+/// Returns true if the whole of `field` is one finite number.
 bool parse_finite(std::string_view field, double& value);
 
-/// Text for messages: at most 40 characters; '?' replaces all but printable ASCII.
+/// Returns text for messages: at most 40 characters, with '?' for all but printable ASCII.
 std::string printable_text(std::string_view text);
 
-/// Quoted text for messages: at most 40 characters; '?' replaces all but printable ASCII.
+/// Returns quoted text for messages: at most 40 characters, with '?' for all but printable ASCII.
 std::string quoted_text(std::string_view text);
 
 }  // namespace tandem::server

@@ -18,12 +18,12 @@ constexpr std::string_view kMmcifBlanks = " \t\r\n";
 constexpr std::size_t kMaxColumns = 200;
 constexpr double kMaxFormalCharge_e = 20;
 
-/// Compares keywords and names of CIF, which ignore case.
+/// Compares keywords and names of CIF, ignoring case.
 bool is_named(std::string_view text, std::string_view name) {
   return std::ranges::equal(text, name, {}, small_letter, small_letter);
 }
 
-/// A value or a keyword; a quoted one is never a keyword.
+/// A value or a keyword. A quoted word is never a keyword.
 struct Word {
   std::string_view text;
   bool is_quoted = false;
@@ -32,7 +32,7 @@ struct Word {
   bool ends_loop() const {
     return is_keyword("_") || is_keyword("loop_") || is_keyword("data_") || is_keyword("save_");
   }
-  /// "." and "?" mean that there is no value.
+  /// Value of the word; "." and "?" mean that there is none.
   std::string_view value() const { return !is_quoted && (text == "." || text == "?") ? std::string_view() : text; }
 };
 
@@ -49,7 +49,7 @@ class MmcifWords {
       at_ = std::min(at_ + word.text.size() + 3, text_.size());
     } else if (first == '\'' || first == '"') {
       std::size_t end = at_ + 1;
-      // A quote ends the value only before a blank.
+      // A quote ends the value only if a blank follows it.
       while (end < text_.size() && text_[end] != '\n' && !(text_[end] == first && is_blank(end + 1))) ++end;
       word = {text_.substr(at_ + 1, end - at_ - 1), true};
       at_ = std::min(end + 1, text_.size());
@@ -153,7 +153,7 @@ class MmcifParser {
 
   std::string_view value(std::size_t c) const { return c == kNone ? std::string_view() : row_[c]; }
 
-  /// Adds the atom of a row. Returns false after the first model.
+  /// Adds the atom of a row. Returns false if the row belongs to a later model.
   bool add_row(const std::array<std::size_t, 3>& xyz) {
     if (residues_.atom_count() == 0) first_model_ = value(model_);
     has_more_models_ = value(model_) != first_model_;
@@ -194,7 +194,7 @@ class MmcifParser {
   ResidueCollector residues_;
   const std::vector<std::string_view>* tags_ = nullptr;
   std::vector<std::string_view> row_;
-  std::size_t row_at_ = 0;  ///< after the row's first word
+  std::size_t row_at_ = 0;  ///< position after the first word of the row
   std::size_t name_ = kNone, residue_ = kNone, chain_ = kNone, number_ = kNone, entity_ = kNone, insertion_ = kNone,
               alternate_ = kNone, element_ = kNone, model_ = kNone, occupancy_ = kNone, formal_charge_ = kNone;
   std::string_view first_model_, last_entity_;

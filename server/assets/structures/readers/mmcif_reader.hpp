@@ -1,4 +1,4 @@
-// Reads the atoms of an mmCIF file: only its _atom_site loop.
+// Reads the atoms of an mmCIF file, which are in its _atom_site loop. The rest of the file is ignored.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 namespace tandem::server {
 
 /// Reads the first model of the first data block that has atoms. Names, numbers and chains are the authors' (auth_…) if
-/// the file has them, as in the PDB file of the same entry. The reader is our own, not gemmi's: it needs only one loop,
-/// in one pass and without a copy of the file.
+/// the file has them, as in the PDB file of the same entry. gemmi's reader is not used, because only one loop is
+/// needed. This reader needs one pass and no copy of the file.
 ///
 /// Source  Hall, Allen, Brown, Acta Cryst. A47 (1991) 655 and iucr.org "CIF 1.1 syntax": words, quotes, text fields
 /// In      source  name of the file, for messages
-/// Fails   MoleculeError with file and line: no _atom_site loop, a coordinate missing or not a number within 1e6 Å, a
-///         row cut off, too many atoms
+/// Fails   MoleculeError with file and line: there is no _atom_site loop; a coordinate is missing, or not a number
+///         within 1e6 Å; a row is incomplete; there are too many atoms
 PdbStructure parse_mmcif(std::string_view text, const std::string& source);
 
 }  // namespace tandem::server

@@ -3,7 +3,7 @@
 //    1-6 record   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
 //   27 insertion code   31-38, 39-46, 47-54 x y z [Å]   55-60 occupancy   73-76 segment   77-78 element   79-80 charge
 //
-// Input may contain any bytes, so everything is bounded: file size (structure_file.hpp), atoms, atoms of one residue.
+// Input may contain any bytes. Therefore file size (structure_file.hpp), atoms, and atoms of one residue are bounded.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kLastCoordinateColumn = 54;
-/// Types of AutoDock 4 that are not element symbols, or symbols of other elements.
+/// Types of AutoDock 4 that are not element symbols, or are the symbols of other elements.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kElementOfDockingType = {{{"A", "C"},
                                                                                                   {"C", "C"},
                                                                                                   {"N", "N"},
@@ -50,7 +50,7 @@ class PdbParser {
 
   const std::string& source_;
   PdbFlavour flavour_;
-  bool is_aligned_ = true;  ///< names of one-letter elements begin in column 14
+  bool is_aligned_ = true;  ///< the names of one-letter elements begin in column 14
   std::size_t line_ = 0;
   int segment_ = 0;
   ResidueCollector residues_;
@@ -70,21 +70,21 @@ double PdbParser::coordinate(std::string_view line, std::size_t first, std::size
   return value;
 }
 
-/// The four columns of a name if they determine the element. If an alpha carbon of the file begins in column 13, they
-/// do not.
+/// Returns the four columns of a name if they determine the element. They do not if an alpha carbon of the file begins
+/// in column 13.
 std::string_view PdbParser::name_field(std::string_view line, std::string_view residue) {
   const std::string_view field = line.substr(12, 4);
   if (field == "CA  " && is_standard_residue(residue)) is_aligned_ = false;
   return is_aligned_ ? field : trimmed(field);
 }
 
-/// Segment name; line numbers do not count.
+/// Returns the segment name. A field without letters is a line number and is ignored.
 std::string_view segment_name(std::string_view field) {
   const auto is_letter = [](char c) { return small_letter(c) >= 'a' && small_letter(c) <= 'z'; };
   return std::ranges::any_of(field, is_letter) ? field : std::string_view();
 }
 
-/// Parses "2+", "1-" and "-1"; 0 for anything else, such as line numbers.
+/// Parses "2+", "1-" and "-1". Returns 0 for any other text, such as line numbers.
 int formal_charge(std::string_view field) {
   if (field.size() != 2) return 0;
   const bool is_reversed = is_digit(field[1]);

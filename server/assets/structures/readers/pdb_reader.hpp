@@ -1,5 +1,5 @@
-// A tolerant reader of the atoms of the PDB format. Real files break its rules (old versions, extensions of other
-// programs, hand edits). So it accepts everything that is unambiguous and refuses the rest.
+// A tolerant reader of the atoms of the PDB format. Real files break its rules because of old versions, extensions by
+// other programs and manual edits. The reader therefore accepts everything that is unambiguous and refuses the rest.
 #pragma once
 
 #include <string>
@@ -19,8 +19,8 @@ enum class PdbFlavour {
 /// Columns 55-80 may be missing or contain anything, except in a PDBQT file. Lines end with LF or CRLF.
 ///
 /// In      source  name of the file, for messages
-/// Fails   MoleculeError with file and line: an atom line without three coordinates within 1e6 Å; in a PDBQT file an
-///         atom without a charge within 100 e; too many atoms
+/// Fails   MoleculeError with file and line: an atom line lacks three coordinates within 1e6 Å; an atom of a PDBQT file
+///         lacks a charge within 100 e; there are too many atoms
 PdbStructure parse_pdb(std::string_view text, const std::string& source, PdbFlavour flavour = PdbFlavour::kPdb);
 
 }  // namespace tandem::server

@@ -1,4 +1,4 @@
-// The PQR format of PDB2PQR and APBS: atoms with their own charge and radius, in columns separated by blanks.
+// Reads the PQR format of PDB2PQR and APBS, whose atoms have a charge and a radius, in columns separated by blanks.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace tandem::server {
 /// Residues that are split off as a chain end (NTER, NTE, CTER, CTE) are joined to the residue of the same number.
 ///
 /// In      source  name of the file, for messages
-/// Fails   MoleculeError with file and line: a record without its numbers, charge beyond 100 e or radius beyond 10 Å
+/// Fails   MoleculeError with file and line: a record lacks numbers, or its charge exceeds 100 e or its radius 10 Å
 PdbStructure parse_pqr(std::string_view text, const std::string& source);
 
 }  // namespace tandem::server
