@@ -16,7 +16,7 @@
 namespace tandem::net {
 
 /// Limit of unsent bytes in the kernel. It is small, so that state over TCP stays fresh: bytes that are already in the
-///         kernel cannot be replaced by newer ones.
+/// kernel cannot be replaced by newer ones.
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 

@@ -16,7 +16,7 @@
 namespace tandem::realtime {
 
 /// Limits the number of lines of one kind per minute; suppressed lines are counted and reported. A peer that triggers
-///         log lines thus cannot fill the log.
+/// log lines thus cannot fill the log.
 ///
 /// Thread  one at a time
 class LineLimit {
