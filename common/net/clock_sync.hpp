@@ -18,10 +18,10 @@ namespace tandem::net {
 ///         smallest δ/2 + kDrift · age: queueing falsifies new exchanges, drift of the clocks old ones. Error of the
 ///         target ≤ |fixed asymmetry| / 2 + (queueing in its exchange) / 2 + kDrift · its age.
 /// Settle  For kSettling after the first exchange the offset equals the target, including steps. Forces are small
-/// during this time because of the start ramp. Without it, correcting a first exchange that queued for 200 ms would
-/// take about 10 s.
+///         during this time because of the start ramp. Without it, correcting a first exchange that queued for 200 ms
+///         would take about 10 s.
 /// Slew    Afterwards the offset moves towards the target at the rate error / 2 s, clamped to 500 ppm … 5 %. An error
-/// of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or steps.
+///         of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or steps.
 /// Source  RFC 5905 (clock filter, error bound that grows with age, NTP's slew of 500 ppm); the rest is our design
 /// Cost    add() O(kSlots), no allocation
 class ClockSync {
