@@ -22,17 +22,17 @@ struct SceneRange {
   /// default of an absent field; empty: the field is required, or its default depends on other fields
   std::vector<double> fallback;
   int count = 1;  ///< number of values; 0: it depends on other fields and is checked together with them
-  /// what the value 0 means, if it is accepted outside the range; for messages. "": not accepted
+  /// meaning of the value 0, if it is accepted outside the range; for messages. "": not accepted
   std::string_view zero_is = "";
 
   /// Returns whether the value is accepted. NaN is not.
   bool accepts(double value) const;
 };
 
-/// Returns the ranges of all numbers of a scene, in the order of scene.proto, followed by those of MassProperties in
-/// control.proto.
+/// Returns the ranges of all numbers of a scene, in the order of scene.proto, followed by the ranges of MassProperties
+/// in control.proto.
 ///
-/// Source  our choice: plausible bounds in SI units for scenes from the size of a desk to that of a room. A value
+/// Source  our choice: plausible bounds in SI units for scenes from the size of a desk to the size of a room. A value
 ///         outside is probably an error of units or typing, which would otherwise appear only as an implausible
 ///         simulation. Positions, like shapes, are limited to 100 m, because hands cannot reach anything farther away.
 /// Thread  any

@@ -41,9 +41,9 @@ struct RaceSettings {
 /// The race for one connection.
 ///
 /// Model   Attempts start one after the other. The next one starts attempt_delay after the last one, or at once if the
-///         last one failed. Its address is of the other family than that of the last attempt; IPv6 comes first. Within
-///         a family the order is that of the resolver. The first address that accepts wins. The other attempts are
-///         cancelled; their addresses are tried again if the winner turns out not to be the expected server.
+///         last one failed. Its address is of the other family than the address of the last attempt; IPv6 comes first.
+///         Within a family the order is that of the resolver. The first address that accepts wins. The other attempts
+///         are cancelled; their addresses are tried again if the winner turns out not to be the expected server.
 /// Source  RFC 8305, sections 3 to 6. Here an address that won an earlier race comes first (§4 permits it).
 /// Limits  kMaxPerFamily addresses per family; further ones are ignored
 /// Thread  any, one at a time

@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
 constexpr std::size_t kPageBytes = 4096;
-// By default the kernel's throttling suspends real-time threads for 50 ms of each second (sched_rt_runtime_us is 950000
+// The kernel's throttling suspends real-time threads by default for 50 ms of each second (sched_rt_runtime_us is 950000
 // of 1000000). A limit of half that time distinguishes it clearly from the delays of a busy machine.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 

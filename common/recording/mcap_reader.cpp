@@ -213,7 +213,7 @@ bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   return sum == crc32(summed);
 }
 
-/// Compares the numbers of messages and chunks read with those that the writer stored.
+/// Compares the numbers of messages and chunks read with the numbers that the writer stored.
 std::string McapReader::damage_of_footer() {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
