@@ -140,7 +140,7 @@ namespace {
 /// ones.
 class PrimitivesInUse {
  public:
-  using Key = std::array<double, 4>;  ///< kind and sizes, finite
+  using Key = std::array<double, 4>;  ///< kind and sizes of a shape; all must be finite
 
   std::shared_ptr<const contact::ContactShape> find(const Key& key) {
     const std::lock_guard lock(mutex_);
@@ -154,7 +154,7 @@ class PrimitivesInUse {
   }
 
  private:
-  std::mutex mutex_;  // protects shapes_
+  std::mutex mutex_;  // protects `shapes_`
   std::map<Key, std::weak_ptr<const contact::ContactShape>> shapes_;
 };
 

@@ -61,8 +61,8 @@ std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
 /// Returns the connected regions of the selected triangles, in the order of their first triangles. Two triangles are
-/// connected by an edge if no third triangle uses it and they traverse it in opposite directions, so that they have
-/// consistent orientations.
+/// connected by an edge if no third triangle uses it and they traverse it in opposite directions. Their orientations
+/// are then consistent.
 ///
 /// In      edges  edge numbers of each triangle, starting at its first corner; the numbering is arbitrary
 std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,

@@ -104,8 +104,8 @@ class AddressRace {
   bool awaits_v6_;                        ///< the IPv6 answer is outstanding
   std::optional<LocalTime> v4_answered_;  ///< time of the IPv4 answer, while the IPv6 answer is outstanding
   bool is_v6_next_;                       ///< the next attempt prefers an IPv6 address
-  std::optional<Address> last_tried_;     ///< empty: no attempt has started
-  std::optional<LocalTime> last_start_;   ///< empty: the next attempt may start at once
+  std::optional<Address> last_tried_;     ///< address of the last attempt; empty: no attempt has started
+  std::optional<LocalTime> last_start_;   ///< start of the last attempt; empty: the next attempt may start at once
 };
 
 }  // namespace tandem::net

@@ -153,7 +153,7 @@ struct Output::Impl {
   Flushes flushes;
   Stream out;
   Stream err;
-  std::mutex mutex;  // protects limit
+  std::mutex mutex;  // protects `limit`
   LineLimit limit;
 };
 

@@ -56,7 +56,7 @@ class PeriodicTimer {
   /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
   /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, the missed
-  /// deadlines are skipped and counted, so that a late loop does not run a burst of ticks to catch up.
+  /// deadlines are skipped and counted. A late loop thus does not run a burst of ticks to catch up.
   ///
   /// In      early  time by which it may return before the deadline. If the deadline is no farther away, it returns at
   ///                once. Otherwise the sleep ends earlier by twice the recent wake-up delay, at most by the larger of

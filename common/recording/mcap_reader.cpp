@@ -97,7 +97,7 @@ bool McapReader::read_schema(std::span<const std::uint8_t> rest) {
   const auto id = reader.number<std::uint16_t>();
   Channel schema;
   schema.type = read_text(reader, rest);
-  read_text(reader, rest);  // the encoding, which is unused because the decoder knows the type
+  read_text(reader, rest);  // skips the encoding, because the decoder knows the type
   const auto data = read_bytes(reader, rest, reader.u32());
   schema.descriptors.assign(data.begin(), data.end());
   if (!reader.ok() || !rest.empty() || id == 0 || schemas_.size() >= kMaxChannels) return false;
@@ -111,8 +111,8 @@ bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   const auto schema = schemas_.find(reader.number<std::uint16_t>());
   Channel channel = schema == schemas_.end() ? Channel{} : schema->second;
   channel.topic = read_text(reader, rest);
-  read_text(reader, rest);                 // the encoding
-  read_bytes(reader, rest, reader.u32());  // the channel's metadata
+  read_text(reader, rest);                 // skips the encoding
+  read_bytes(reader, rest, reader.u32());  // skips the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
   // The summary, which has a checksum, repeats each channel. If the topics differ, messages were assigned to a wrong
   // channel.
@@ -189,8 +189,8 @@ std::optional<Message> McapReader::next_in_chunk() {
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
-  read_text(reader, rest);  // the profile
-  read_text(reader, rest);  // the library
+  read_text(reader, rest);  // skips the profile
+  read_text(reader, rest);  // skips the name of the library
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
@@ -227,7 +227,7 @@ std::string McapReader::damage_of_footer() {
   ByteReader statistics(counted);
   const auto messages = statistics.number<std::uint64_t>();
   statistics.number<std::uint16_t>();
-  for (int i = 0; i < 3; ++i) statistics.u32();  // channels, attachments, metadata
+  for (int i = 0; i < 3; ++i) statistics.u32();  // skips the numbers of channels, attachments and metadata records
   const std::uint32_t chunks = statistics.u32();
   if (!statistics.ok()) return "the summary's count of messages is damaged";
   if (messages == messages_ && chunks == chunks_) return {};
