@@ -11,8 +11,7 @@ namespace tandem::net {
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
-/// Detects changes that a user would feel, according to Weber's law: the threshold is proportional to the current
-/// value.
+/// Detects changes that a user would feel, according to Weber's law: the threshold is a fraction of the value itself.
 ///
 /// Model   A force counts as changed if it differs from the last sent force F by more than w · max(|F|, kForceFloor_n).
 ///         Velocities are treated in the same way. For a position, its deviation from the receiver's estimate is

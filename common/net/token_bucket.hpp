@@ -13,8 +13,8 @@ struct Rate {
 };
 
 /// Token bucket with `at_once` tokens, which starts full and fills at the rate `per_second`. The balance may become
-/// negative, down to the larger of at_once and the cost of one item, with the opposite sign. After a pause of at most
-/// at_once / per_second, unless one item cost more, it is positive again.
+/// negative; its minimum is minus the larger of at_once and the cost of one item. If no item costs more than at_once,
+/// the balance is not negative after a pause of at_once / per_second.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
